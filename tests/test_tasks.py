@@ -247,7 +247,7 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
     assert "simulated observers with 75 trials" in text
     assert "slope of blur on sigma" in text
     assert (report / "edgeblur.png").read_bytes().startswith(b"\x89PNG")
-    tests = pd.read_csv(report / "edgeblur_tests.csv")
+    tests = pd.read_csv(report / "results.csv")
     slope = float(np.polyfit([1, 4, 16], [0, 4, 8], 1)[0])  # of the observers' rule
     assert tests["estimate"][0] == pytest.approx(slope, abs=0.05)
     design = tmp_path / "design.toml"

@@ -8,7 +8,6 @@ subjects.
 from focalgradient.statistics.comparisons import (
     ComparisonMean,
     ComparisonResult,
-    ComparisonTests,
     compare_pictures,
 )
 from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
@@ -48,7 +47,7 @@ from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, Subje
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_detection import OwnDetection, read_detection
-from focalgradient.statistics.own_factors import FactorEffect, factor_effects
+from focalgradient.statistics.own_factors import factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
 from focalgradient.statistics.own_thresholds import OwnThresholds, read_thresholds
@@ -74,7 +73,6 @@ from focalgradient.statistics.thresholds import (
 __all__ = [
     "ComparisonMean",
     "ComparisonResult",
-    "ComparisonTests",
     "Components",
     "ConditionTest",
     "DepthRatingResult",
@@ -88,7 +86,6 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
-    "FactorEffect",
     "FixationResult",
     "GradientEffect",
     "Interval",
