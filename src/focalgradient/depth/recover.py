@@ -75,6 +75,8 @@ class Method:
     most: int | None = None
     needs: tuple[Capability, ...] | None = ()
     """What the method builds on; none: it takes any blur. None: it has no model of the blur."""
+    of_halves: bool = False
+    """Whether it takes the halves of dual pixels, whose blur no shape describes, and no other views."""
 
 
 def _loaded(method: str) -> Estimator:
@@ -89,6 +91,7 @@ METHODS: dict[MethodName, Method] = {
     "ratio": Method(partial(_loaded, "ratio"), most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
     "edges": Method(partial(_loaded, "edges"), least=1, needs=(Capability.EDGE_RESPONSE,)),
     "autofocus": Method(partial(_loaded, "autofocus"), least=3, needs=None),
+    "dual-pixels": Method(partial(_loaded, "dual_pixel"), of_halves=True),
 }
 
 
@@ -99,7 +102,7 @@ def methods_for(psf: BlurSource | str) -> list[MethodName]:
     (['equalise', 'spectra', 'ratio', 'edges', 'autofocus'], ['equalise', 'autofocus'])
     """
     given = _provided(blur_source(psf))
-    return [name for name, method in METHODS.items() if set(method.needs or ()) <= given]
+    return [name for name, method in METHODS.items() if not method.of_halves and set(method.needs or ()) <= given]
 
 
 def _provided(psf: BlurSource) -> frozenset[Capability]:
@@ -147,7 +150,7 @@ def recover_depth(
         first view's; exposures may differ by an unknown gain. Pixels outside a view's mask are left out; of a view
         without a mask, pixels at its highest value, where many share it, are taken for saturated. The left and right
         view of dual pixels (`focalgradient.optics.DualPixel`) are compared by what displaces them: signed depth from
-        one shot, by ``"equalise"`` only.
+        one shot, by ``"dual-pixels"``, which takes the place of ``"equalise"``.
     method
         How blur is measured.
 
@@ -155,7 +158,8 @@ def recover_depth(
         - ``"spectra"``: regression of the log ratio of patches' spectra (Eqs. 7-11);
         - ``"ratio"``: the real-time form, the ratio of Laplacian energies (section III); two views of one focus;
         - ``"edges"``: sharp edges, from one view (Eqs. 2-6): valid on contours only;
-        - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model.
+        - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model;
+        - ``"dual-pixels"``: the displacement of the left and right half of one lens; their default.
     near
         Nearest distance of the search, in metres.  [default: where blur is 16 pixels]
     far
@@ -249,6 +253,8 @@ def recover_depth(
     points = checked_points(known_points)
     if method not in tuple(METHODS):
         raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
+    if method == "equalise" and halves_of(views) is not None:
+        method = "dual-pixels"
     say = progress or (lambda share, words: None)
     source = blur_source(psf, k)
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
@@ -264,7 +270,7 @@ def recover_depth(
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)
     check_blur(method, settings.psf)
-    estimator = METHODS[method].load() if halves_of(views) is None else _loaded("dual_pixel")
+    estimator = METHODS[method].load()
     estimator.check(views)
     search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
     say(0.0, "registering the views")
@@ -388,6 +394,8 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
             f"{len(views)} view{'s' * (len(views) != 1)} given, but method {method!r} needs {least} or more: add a "
             "view."
         )
+    if METHODS[method].of_halves and halves_of(views) is None:
+        raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")
     if most is not None and len(views) > most:
         raise InputError(f"{len(views)} views given, but method {method!r} takes {most} at most: give fewer.")
     for number, view in enumerate(views, 1):
@@ -404,7 +412,7 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
     stated = [capabilities(view.optics) for view in views]
     for view, one in zip(views, stated, strict=True):
-        if not one.uniform and halves_of(views) is None:
+        if not (one.uniform or METHODS[method].of_halves):
             raise InputError(
                 f"the blur of {type(view.optics).__name__} varies over the field (uniform = False), which no method "
                 "can use: crop the views to a part of the field, and give the optics of that part."
