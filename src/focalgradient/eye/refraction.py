@@ -63,7 +63,7 @@ class Refraction:
     >>> one = Refraction.parse("-2.00 -0.75 x 180")
     >>> one, [round(part, 3) for part in one.power_vector]
     (Refraction(sphere=-2.0, cylinder=-0.75, axis=180.0), [-2.375, 0.375, 0.0])
-    >>> print(Refraction.of_power_vector(-2.375, 0.375, 0.0))
+    >>> print(one)
     -2.00 -0.75 x 180
     """
 
@@ -95,15 +95,6 @@ class Refraction:
         sphere = found["sphere"].lower()
         numbers = (0.0 if sphere in ("plano", "pl") else float(sphere), found["cylinder"], found["axis"])
         return cls(*(float(one or 0) for one in numbers))
-
-    @classmethod
-    def of_power_vector(cls, m: float, j0: float, j45: float) -> Refraction:
-        """Return the refraction with this mean sphere and these Jackson cylinders (D), its cylinder negative."""
-        for name, value in (("m", m), ("j0", j0), ("j45", j45)):
-            check_number(name, value, "dioptres")
-        half = math.hypot(j0, j45)
-        axis = math.degrees(math.atan2(j45, j0)) / 2 % 180 if half else 0.0
-        return cls(m + half, -2 * half, axis or (180.0 if half else 0.0))
 
     @property
     def power_vector(self) -> tuple[float, float, float]:
