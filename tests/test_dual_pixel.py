@@ -126,7 +126,7 @@ def test_exchanged_halves_and_sheets_in_focus_are_refused() -> None:
         calibrate_dual_pixel(views(halves(1.06), (left, right)), 0.94)
     with pytest.raises(InputError, match="a left and a right view"):
         calibrate_dual_pixel(views(halves(1.6), (left, left)), 1 / 1.6)
-    for wrong, words in (({"asymmetry": 2.0}, "between -1 and 1"), ({"field": (1.0,)}, "five finite numbers")):
+    for wrong, words in (({"asymmetry": 2.0}, "from -1 to 1"), ({"field": (1.0,)}, "five finite numbers")):
         with pytest.raises(InputError, match=words):
             DualPixel(LENS, **wrong)
 

@@ -21,7 +21,7 @@ from focalgradient.stimuli.controls import judged, refuse_seams
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import StimulusSet, display_json, npy, png, read_set, stored_distance
-from focalgradient.stimuli.stimulus import Stimulus, check_amount
+from focalgradient.stimuli.stimulus import PUPIL, Stimulus
 
 __all__ = ["make_from_stimuli"]
 
@@ -116,7 +116,7 @@ def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[i
         plain_name(name, "the name of a scene")
         if not isinstance(one, Stimulus):
             raise InputError(f"{name} is not a Stimulus: give the result of a function such as slanted_plane.")
-        check_amount(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan), "millimetres", positive=True)
+        PUPIL.check(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan))
         pupils = [each.parameters.get("pupil_mm") for each in (first, one)]
         if one.shape != first.shape or pupils[0] != pupils[1]:
             raise InputError(
