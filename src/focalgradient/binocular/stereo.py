@@ -19,7 +19,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
-from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
+from focalgradient.errors import (
+    FocalGradientWarning,
+    InputError,
+    check_number,
+    described,
+)
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress
 from focalgradient.render import blur_picture, cast
@@ -155,8 +160,7 @@ def stereo(
     check_number("camera", camera, "distances between the eyes")
     zero = sum(one.focus_vergence for one in eyes) / 2 if vergence is None else vergence
     check_number("vergence", zero, "dioptres")
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     geometry = _Geometry(interocular, zero, pixel_angle)
     say = progress or (lambda share, words: None)
     if isinstance(scene, Scene):

@@ -13,7 +13,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.depth.settings import OPTICS, blur_source
-from focalgradient.errors import InputError, check_finite
+from focalgradient.errors import (
+    InputError,
+    check_finite,
+    check_number,
+)
 from focalgradient.optics import Optics, own_blur
 from focalgradient.psf import Disc, Psf
 
@@ -261,5 +265,4 @@ def _picture(name: str, image: NDArray[np.floating]) -> FloatArray:
 
 def _positive(**values: float) -> None:
     for name, value in values.items():
-        if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}, but must be a positive number.")
+        check_number(name, value, "its unit", positive=True)

@@ -24,7 +24,11 @@ from focalgradient.depth.settings import (
     RecoverySettings,
     blur_source,
 )
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import (
+    FocalGradientWarning,
+    InputError,
+    check_one_of,
+)
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
@@ -251,8 +255,7 @@ def recover_depth(
     """
     views = checked_views(views)
     points = checked_points(known_points)
-    if method not in tuple(METHODS):
-        raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
+    check_one_of("method", method, METHODS)
     if method == "equalise" and halves_of(views) is not None:
         method = "dual-pixels"
     say = progress or (lambda share, words: None)

@@ -7,7 +7,10 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import (
+    InputError,
+    check_one_of,
+)
 from focalgradient.eye.light import cone_fundamentals, spectra
 from focalgradient.eye.ranges import wavelengths
 
@@ -75,8 +78,7 @@ def _of_display(name: str) -> NDArray[np.float64]:
 def display_primaries(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the wavelengths (nm) and measured spectra (x 3) of a display's red, green and blue primaries."""
     known = spectra().MSDS_DISPLAY_PRIMARIES
-    if name not in known:
-        raise InputError(f"primaries is {name!r}, but must be one of {', '.join(map(repr, known))}.")
+    check_one_of("primaries", name, known)
     return np.asarray(known[name].wavelengths, float), np.asarray(known[name].values, float)
 
 

@@ -13,7 +13,11 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_installed
+from focalgradient.errors import (
+    InputError,
+    check_installed,
+    check_one_of,
+)
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
 
@@ -188,8 +192,7 @@ def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]
     >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()
     [0.137, 1.917]
     """
-    if band not in get_args(Band):
-        raise InputError(f"band is {band!r}, but must be one of {', '.join(get_args(Band))}.")
+    check_one_of("band", band, get_args(Band))
     if band == "luminance":
         return luminosity(wavelength_nm)
     return cone_fundamentals(wavelength_nm)[..., ["LMS".index(cone) for cone in band.split("+")]].sum(axis=-1)

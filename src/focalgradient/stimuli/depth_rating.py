@@ -20,7 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import (
+    FocalGradientWarning,
+    InputError,
+    check_one_of,
+)
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.files import read_array
 from focalgradient.parallel import completed
@@ -442,8 +446,7 @@ def _part(progress: Progress, start: float, end: float, what: str) -> Progress:
 
 def _engine(engine: str) -> Engine:
     """Return the engine to use: without Mitsuba the ray caster, unless another was requested."""
-    if engine not in get_args(Engine):
-        raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
+    check_one_of("engine", engine, get_args(Engine))
     if engine == "cast":
         return "cast"
     if variant() is None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import math
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
@@ -14,7 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import (
+    InputError,
+    check_number,
+)
 from focalgradient.files import plain_name
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
@@ -89,8 +91,7 @@ def make_from_photographs(
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
     lenses = named_apertures(apertures)
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
     targets = {
         name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
