@@ -261,31 +261,36 @@ def recover_depth(
     say = progress or (lambda share, words: None)
     source = blur_source(psf, k)
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
-    settings.check(len(views))
-    check_usable(views, method, window)
+    problem = problem_of(views, settings)
     # Imported here, for `import focalgradient` to stay light.
     from focalgradient.depth.causes import likely_causes, shows_nothing
-    from focalgradient.depth.estimate import Problem
-    from focalgradient.depth.registration import RegisteredViews
-    from focalgradient.depth.search import Search
     from focalgradient.parallel import linear_algebra_on_one_thread
 
-    optics = [view.optics for view in views]
-    settings = settings.resolved(optics)
-    check_blur(method, settings.psf)
-    estimator = METHODS[method].load()
-    estimator.check(views)
-    search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
-    say(0.0, "registering the views")
-    problem = Problem(views, RegisteredViews.of(views, align), search, settings)
     with linear_algebra_on_one_thread:
-        estimate = estimator.estimate(problem)
+        estimate = METHODS[method].load().estimate(problem)
     causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
     found = with_known_points(_depth_map(problem, estimate, causes), points)
     return completed(found, views, window) if dense else found
+
+
+def problem_of(views: Sequence[View], settings: RecoverySettings) -> Problem:
+    """Return the checked and registered views with their search range, for the method of the settings."""
+    settings.check(len(views))
+    check_usable(views, settings.method, settings.window)
+    from focalgradient.depth.estimate import Problem
+    from focalgradient.depth.registration import RegisteredViews
+    from focalgradient.depth.search import Search
+
+    optics = [view.optics for view in views]
+    settings = settings.resolved(optics)
+    check_blur(settings.method, settings.psf)
+    METHODS[settings.method].load().check(views)
+    search = Search.over(optics, views[0].pixel_angle, settings.near, settings.far, settings.psf)
+    settings.progress(0.0, "registering the views")
+    return Problem(views, RegisteredViews.of(views, settings.align), search, settings)
 
 
 def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap:
