@@ -17,11 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_fields,
-    check_number,
-)
+from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import check_display, check_screen_width, given_as
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear

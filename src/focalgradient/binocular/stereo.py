@@ -19,12 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
-from focalgradient.errors import (
-    FocalGradientWarning,
-    InputError,
-    check_number,
-    described,
-)
+from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress
 from focalgradient.render import blur_picture, cast

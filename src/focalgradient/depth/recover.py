@@ -24,11 +24,7 @@ from focalgradient.depth.settings import (
     RecoverySettings,
     blur_source,
 )
-from focalgradient.errors import (
-    FocalGradientWarning,
-    InputError,
-    check_one_of,
-)
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress

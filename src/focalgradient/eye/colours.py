@@ -7,10 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_one_of,
-)
+from focalgradient.errors import InputError, check_one_of
 from focalgradient.eye.light import cone_fundamentals, spectra
 from focalgradient.eye.ranges import wavelengths
 

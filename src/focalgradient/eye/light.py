@@ -13,11 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_installed,
-    check_one_of,
-)
+from focalgradient.errors import InputError, check_installed, check_one_of
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
 

@@ -15,11 +15,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_finite,
-    check_one_of,
-)
+from focalgradient.errors import InputError, check_finite, check_one_of
 
 __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from focalgradient.errors import (
-    check_one_of,
-)
+from focalgradient.errors import check_one_of
 from focalgradient.plotting.figures import new_figure, style
 
 __all__ = ["PAPERS", "calibration_sheet"]

@@ -15,10 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_number,
-)
+from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress

@@ -26,12 +26,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import (
-    FocalGradientWarning,
-    InputError,
-    check_list,
-    check_one_of,
-)
+from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_one_of
 from focalgradient.optics import Optics
 from focalgradient.progress import Progress
 from focalgradient.render import pathtrace

@@ -26,10 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import (
-    InputError,
-    check_number,
-)
+from focalgradient.errors import InputError, check_number
 from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import DISC_K
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube

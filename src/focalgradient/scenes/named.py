@@ -4,11 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from focalgradient.errors import (
-    check_number,
-    check_one_of,
-    check_seed,
-)
+from focalgradient.errors import check_number, check_one_of, check_seed
 from focalgradient.scenes.bottle import bottle
 from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain

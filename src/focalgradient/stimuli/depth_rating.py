@@ -20,11 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import (
-    FocalGradientWarning,
-    InputError,
-    check_one_of,
-)
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.files import read_array
 from focalgradient.parallel import completed

@@ -15,11 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.errors import (
-    InputError,
-    check_list,
-    check_one_of,
-)
+from focalgradient.errors import InputError, check_list, check_one_of
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
 

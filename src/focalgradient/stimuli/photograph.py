@@ -13,10 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import (
-    InputError,
-    check_number,
-)
+from focalgradient.errors import InputError, check_number
 from focalgradient.files import plain_name
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
