@@ -7,19 +7,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.scene_law import SCENE_SLOPE
-from focalgradient.depth.settings import OPTICS, blur_source
-from focalgradient.errors import (
-    InputError,
-    check_finite,
-    check_number,
-)
-from focalgradient.optics import Optics, own_blur
-from focalgradient.psf import Disc, Psf
+from focalgradient.depth.search import view_blur
+from focalgradient.depth.settings import blur_source
+from focalgradient.errors import InputError, check_finite
+from focalgradient.optics import Optics
+from focalgradient.psf import Psf
 
 __all__ = ["Power", "comparison_bound", "edge_bound", "natural_power", "texture_bound", "window_area"]
 
@@ -209,19 +207,10 @@ def _information(
     level = check_finite("vergence", vergence, "dioptres")[..., None]
     transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
-        scale = one.aperture_diameter / 2 / pixel_angle
-
-        def at(defocus: FloatArray, scale: float = scale, one: Optics = one) -> FloatArray:
-            own = own_blur(one) if isinstance(source, str) else None
-            if own is None or not (own.forms_views or source == OPTICS):
-                shape = source if isinstance(source, Psf) else Disc()
-                return shape.transfer(frequency, scale * np.abs(defocus))
-            return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
-
-        defocus = one.focus_vergence - level
-        step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference
-        transfers.append(at(defocus) / sd)
-        slope.append((at(defocus - step) - at(defocus + step)) / (2 * step * sd))
+        step = 1e-4 / max(one.aperture_diameter / 2 / pixel_angle, 1e-12)  # pixels of blur radius: a central difference
+        at = partial(view_blur(one, source).transfer, frequency / pixel_angle)
+        transfers.append(at(level) / sd)
+        slope.append((at(level + step) - at(level - step)) / (2 * step * sd))
     total = sum(h**2 for h in transfers)
     along = sum(h * s for h, s in zip(transfers, slope, strict=True))
     change = sum(s**2 for s in slope)
@@ -265,4 +254,5 @@ def _picture(name: str, image: NDArray[np.floating]) -> FloatArray:
 
 def _positive(**values: float) -> None:
     for name, value in values.items():
-        check_number(name, value, "its unit", positive=True)
+        if not (value > 0 and math.isfinite(value)):
+            raise InputError(f"{name} is {value!r}, but must be a positive number.")

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, disc_pass, plane
-from focalgradient.depth.settings import BlurSource
+from focalgradient.depth.settings import OPTICS, BlurSource
 from focalgradient.errors import InputError
-from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities
+from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities, own_blur
 from focalgradient.plausibility import check_range
 from focalgradient.psf import Disc, Geometric, Psf
 
-__all__ = ["Blurs", "Search"]
+__all__ = ["Blurs", "Search", "view_blur"]
 
 LARGEST_BLUR = 16.0
 """Maximum blur radius in pixels of the widest view if the user sets no limit; limits the time. Chosen by hand."""
@@ -226,15 +226,9 @@ class Search:
             raise InputError(
                 f"psf is 'optics', but the views' optics ({names}) offer no blur of their own: give 'disc'."
             )
-        own = [stated.blur if isinstance(psf, str) else None for stated in self.stated]
-        shape = Disc() if isinstance(psf, str) else psf
-        # Each with a pixel in its unit of angle: geometric blur is counted in pixels.
-        formed = [
-            (blur, self.pixel_angle) if blur else (blur_of(Geometric(shape, 2 * pixels, focus)), 1.0)
-            for blur, pixels, focus in zip(own, self.pixels.tolist(), self.focus.tolist(), strict=True)
-        ]
-        at = ROUND if all(blur.isotropic for blur, _ in formed) else plane(_finest(formed))
-        transfer = np.stack([self._transfer(*one, at) for one in formed])
+        formed = [view_blur(optics, psf) for optics in self.optics]
+        at = ROUND if all(blur.isotropic for blur in formed) else plane(_finest(formed, self.pixel_angle))
+        transfer = np.stack([self._transfer(blur, at) for blur in formed])
         if isinstance(psf, Psf):
             return Blurs(radius, transfer, psf.ends_sharply, at, self.limited)
         contrast = [np.ones(self.levels) if c is None else c(self.vergences) for c in (s.contrast for s in self.stated)]
@@ -255,20 +249,32 @@ class Search:
             )
         return list(zip(*(one.optics for one in given), strict=True))
 
-    def _transfer(self, blur: OwnBlur, pixel: float, at: Frequencies) -> NDArray[Any]:
+    def _transfer(self, blur: OwnBlur, at: Frequencies) -> NDArray[Any]:
         """Return the transfer of a view at every level: L x F."""
         for vergence in (self.lowest, self.highest):
-            blur.check(vergence, 0.5 / pixel)
+            blur.check(vergence, 0.5 / self.pixel_angle)
         if blur.isotropic:
-            return blur.transfer(at.radius / pixel, self.vergences[:, None])
-        return _kept(_through_focus, blur)(pixel, self.lowest, self.highest, self.levels, at)
+            return blur.transfer(at.radius / self.pixel_angle, self.vergences[:, None])
+        return _kept(_through_focus, blur)(self.pixel_angle, self.lowest, self.highest, self.levels, at)
 
 
-def _finest(formed: Sequence[tuple[OwnBlur, float]]) -> float:
+def view_blur(optics: Optics, psf: BlurSource) -> OwnBlur:
+    """Return the blur of a view through `optics`: of the shape `psf`, or their own; by default a disc's.
+
+    By ``"auto"`` optics that form views by rays blur by a disc, too.
+    """
+    own = own_blur(optics) if isinstance(psf, str) else None
+    if own is not None and (own.forms_views or psf == OPTICS):
+        return own
+    shape = Disc() if isinstance(psf, str) else psf
+    return blur_of(Geometric(shape, optics.aperture_diameter, optics.focus_vergence))
+
+
+def _finest(formed: Sequence[OwnBlur], pixel_angle: float) -> float:
     """Return the frequency in cycles per pixel beyond which no two views pass detail that could be compared."""
-    if any(isinstance(blur.optics, Geometric) for blur, _ in formed):
+    if any(isinstance(blur.optics, Geometric) for blur in formed):
         return 0.5
-    return float(sorted(_kept(_end, blur)(pixel) for blur, pixel in formed)[-2])
+    return float(sorted(_kept(_end, blur)(pixel_angle) for blur in formed)[-2])
 
 
 def _kept(function: Any, blur: OwnBlur) -> Callable[..., Any]:
