@@ -208,7 +208,8 @@ def _information(
     transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
         step = 1e-4 / max(one.aperture_diameter / 2 / pixel_angle, 1e-12)  # pixels of blur radius: a central difference
-        at = partial(view_blur(one, source).transfer, frequency / pixel_angle)
+        blur, pixel = view_blur(one, source, pixel_angle)
+        at = partial(blur.transfer, frequency / pixel)
         transfers.append(at(level) / sd)
         slope.append((at(level + step) - at(level - step)) / (2 * step * sd))
     total = sum(h**2 for h in transfers)

@@ -226,9 +226,9 @@ class Search:
             raise InputError(
                 f"psf is 'optics', but the views' optics ({names}) offer no blur of their own: give 'disc'."
             )
-        formed = [view_blur(optics, psf) for optics in self.optics]
-        at = ROUND if all(blur.isotropic for blur in formed) else plane(_finest(formed, self.pixel_angle))
-        transfer = np.stack([self._transfer(blur, at) for blur in formed])
+        formed = [view_blur(optics, psf, self.pixel_angle) for optics in self.optics]
+        at = ROUND if all(blur.isotropic for blur, _ in formed) else plane(_finest(formed))
+        transfer = np.stack([self._transfer(*one, at) for one in formed])
         if isinstance(psf, Psf):
             return Blurs(radius, transfer, psf.ends_sharply, at, self.limited)
         contrast = [np.ones(self.levels) if c is None else c(self.vergences) for c in (s.contrast for s in self.stated)]
@@ -249,32 +249,33 @@ class Search:
             )
         return list(zip(*(one.optics for one in given), strict=True))
 
-    def _transfer(self, blur: OwnBlur, at: Frequencies) -> NDArray[Any]:
+    def _transfer(self, blur: OwnBlur, pixel: float, at: Frequencies) -> NDArray[Any]:
         """Return the transfer of a view at every level: L x F."""
         for vergence in (self.lowest, self.highest):
-            blur.check(vergence, 0.5 / self.pixel_angle)
+            blur.check(vergence, 0.5 / pixel)
         if blur.isotropic:
-            return blur.transfer(at.radius / self.pixel_angle, self.vergences[:, None])
-        return _kept(_through_focus, blur)(self.pixel_angle, self.lowest, self.highest, self.levels, at)
+            return blur.transfer(at.radius / pixel, self.vergences[:, None])
+        return _kept(_through_focus, blur)(pixel, self.lowest, self.highest, self.levels, at)
 
 
-def view_blur(optics: Optics, psf: BlurSource) -> OwnBlur:
-    """Return the blur of a view through `optics`: of the shape `psf`, or their own; by default a disc's.
+def view_blur(optics: Optics, psf: BlurSource, pixel_angle: float) -> tuple[OwnBlur, float]:
+    """Return the blur of a view: of the shape `psf`, or the optics' own; by default a disc's. With it a pixel's angle.
 
-    By ``"auto"`` optics that form views by rays blur by a disc, too.
+    The angle is 1 for blur by a shape, which is counted in pixels. By ``"auto"`` optics that form views by rays blur by
+    a disc, too.
     """
     own = own_blur(optics) if isinstance(psf, str) else None
     if own is not None and (own.forms_views or psf == OPTICS):
-        return own
+        return own, pixel_angle
     shape = Disc() if isinstance(psf, str) else psf
-    return blur_of(Geometric(shape, optics.aperture_diameter, optics.focus_vergence))
+    return blur_of(Geometric(shape, optics.aperture_diameter / pixel_angle, optics.focus_vergence)), 1.0
 
 
-def _finest(formed: Sequence[OwnBlur], pixel_angle: float) -> float:
+def _finest(formed: Sequence[tuple[OwnBlur, float]]) -> float:
     """Return the frequency in cycles per pixel beyond which no two views pass detail that could be compared."""
-    if any(isinstance(blur.optics, Geometric) for blur in formed):
+    if any(isinstance(blur.optics, Geometric) for blur, _ in formed):
         return 0.5
-    return float(sorted(_kept(_end, blur)(pixel_angle) for blur in formed)[-2])
+    return float(sorted(_kept(_end, blur)(pixel) for blur, pixel in formed)[-2])
 
 
 def _kept(function: Any, blur: OwnBlur) -> Callable[..., Any]:

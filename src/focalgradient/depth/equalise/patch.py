@@ -93,8 +93,8 @@ def vergence_likelihood(
 
 def ring_transfer(view: View, vergences: ArrayLike, *, wraps: bool = False) -> FloatArray:
     """Return the transfer of a view's blur at each of `vergences` (L, in D) in the frequency rings compared: L x F."""
-    radii = _rings(view.shape, wraps).radii / view.pixel_angle
-    return view_blur(view.optics, AUTO).transfer(radii, np.asarray(vergences, dtype=float)[:, None])
+    blur, pixel = view_blur(view.optics, AUTO, view.pixel_angle)
+    return blur.transfer(_rings(view.shape, wraps).radii / pixel, np.asarray(vergences, dtype=float)[:, None])
 
 
 def likelihood_of_transfers(
