@@ -243,7 +243,8 @@ def nearest(given: Any, known: Iterable[str]) -> str | None:
     >>> nearest("depth-ratng", ["depth-rating", "necker"]), nearest(3, ["necker"])
     ('depth-rating', None)
     """
-    return next(iter(difflib.get_close_matches(str(given).lower(), list(known), 1)), None)
+    close = difflib.get_close_matches(given.lower(), list(known), 1) if isinstance(given, str) else []
+    return next(iter(close), None)
 
 
 def suggestion(given: Any, known: Iterable[str]) -> str:
