@@ -140,7 +140,7 @@ def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> N
     (entry,) = lists.shown("001", [trial])
     assert not TELLING & keys(entry)
     assert str(trial.defocus) not in texts_and_names(entry["knob"]["views"])
-    files = [json.loads(lists.content(trial, number) or b"") for number in (0, 1)]
+    files = [json.loads(lists.content("001", trial, number) or b"") for number in (0, 1)]
     assert sorted(len(one["vergences"]) > 1 for one in files) == [False, True]
     fixed = next(one for one in files if len(one["vergences"]) == 1)
     assert fixed["vergences"] == [0.0]

@@ -22,7 +22,7 @@ def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
 
 def _asked(task: Task, sitting: Sitting, trial: Any) -> Any:
     screen, design = sitting.screen, sitting.design
-    shown = task.intervals(design, trial, screen.display.pixels_per_degree)
+    shown = task.intervals(design, trial, screen.display.pixels_per_degree, sitting.noise_seed(trial))
     pictures = [(screen.picture(pixels), seconds) for pixels, seconds in shown]
     screen.warm(*(picture for picture, _ in pictures))
     onsets = []

@@ -98,6 +98,8 @@ class Sitting:
         Set of pictures, if the experiment uses one.
     start
         Start of the sitting, in s on the screen's clock.
+    session
+        Label of the session, if it has one.
     next
         Next trial.
     events
@@ -129,6 +131,7 @@ class Sitting:
     participant: str
     stimuli: StimulusSet | None = None
     start: float = 0.0
+    session: str | None = None
     next: Any = None
     events: list[tuple[str, float, float]] = field(default_factory=list)
     shown: Mapping[str, Any] | None = None
@@ -151,6 +154,10 @@ class Sitting:
         """Begin a trial: label the events that follow with its condition."""
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
+
+    def noise_seed(self, trial: Any) -> int:
+        """Return the seed of a trial's noise, which no other trial has."""
+        return int(self.design.noise_seed(self.participant, trial, self.session))
 
     def event(self, name: str) -> None:
         """Send a custom event marker now; its code is looked up in the file given with ``--codes``."""

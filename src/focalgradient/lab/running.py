@@ -190,6 +190,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     consent = ready.consent
     agreed = None if consent is None else consent.stated(_uninterrupted(lambda: agree(window, consent)))
     about = _uninterrupted(lambda: ask_participant(sitting, options))
+    sitting.session = options.session
     if window.eyes is not None:
         _uninterrupted(lambda: align(window, options.stereoscope))
     with _opened(ready, sitting, about) as session:

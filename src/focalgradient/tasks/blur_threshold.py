@@ -60,7 +60,7 @@ class BlurThreshold(Task):
         return Chosen
 
     def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
     ) -> dict[str, str | NDArray[np.uint8]]:
         return {} if stimuli is None else {"picture": stimuli.picture(trial.scene, "pinhole", design.fixation).png}
 

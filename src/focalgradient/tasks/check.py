@@ -85,7 +85,8 @@ def check_task(
         for trial in (main[0], *(one for one in trials if one is not main[0])):
             shown = checked.call("adapted", checked.task.adapted, design, trial, ())
             if checked.task.described and not checked.task.adjusts:
-                checked.pictures(shown, pixels_per_degree, room)
+                seed = design.noise_seed(participant, trial)
+                checked.pictures(shown, seed, pixels_per_degree, room)
                 checked.answers(shown)
             if trial is main[0]:
                 checked.further(shown)
@@ -185,16 +186,16 @@ class _Checked:
             if time.monotonic() > until:
                 return
 
-    def pictures(self, trial: Any, pixels_per_degree: float, room: tuple[int, int] | None) -> None:
+    def pictures(self, trial: Any, seed: int, pixels_per_degree: float, room: tuple[int, int] | None) -> None:
         """Check the pictures of a trial, and their durations."""
         intervals, again = (
-            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree) for _ in range(2)
+            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree, seed) for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
         for interval in intervals:
             self.interval(interval, room)
         same = all(np.array_equal(one[0], other[0]) for one, other in zip(intervals, again, strict=True))
-        self.need(same, "shown draws another picture the second time: draw from a seed, such as trial.trial")
+        self.need(same, "shown draws another picture the second time: draw from the parameter seed")
 
     def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
         """Check a picture and its duration."""

@@ -131,7 +131,7 @@ class DepthRating(Task):
         return Rated
 
     def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
     ) -> dict[str, str | NDArray[np.uint8]]:
         if stimuli is None:
             return {}

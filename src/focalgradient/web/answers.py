@@ -116,7 +116,8 @@ def read_answer(
             value = 2.0 - value
         _check_reached("rating", value, control)
         given = task.answered(design, trial, value, **times)
-        shown, seconds = shown_pixels(task, design, trial, Display())
+        seed = design.noise_seed(session.files.participant, trial)
+        shown, seconds = shown_pixels(task, design, trial, seed, Display())
         check_frames(frames["shown"], seconds)
         extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
         return replace(given, extra={**extra, **given.extra}), frames

@@ -95,7 +95,9 @@ class Lists:
                 "it out."
             )
         self._display = self.pictures.display if self.pictures else Display()
-        self._own = lru_cache(16)(lambda trial: own_trial(self._task, design, trial, self.words, self._display))
+        self._own = lru_cache(16)(
+            lambda trial, seed: own_trial(self._task, design, trial, seed, self.words, self._display)
+        )
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
@@ -175,7 +177,7 @@ class Lists:
         entries = []
         for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, began)[asked]:
             trial = turn.trial
-            entry = {"phase": trial.phase, "trial": trial.trial, **self._stimuli(trial, recorded)}
+            entry = {"phase": trial.phase, "trial": trial.trial, **self._stimuli(participant, trial, recorded)}
             for number, part in enumerate(parts(entry)):
                 part.pop(CONTENT)
                 part["url"] = f"/pictures/{trial.phase}/{trial.trial}/{number}"
@@ -185,9 +187,11 @@ class Lists:
             entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries
 
-    def content(self, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()) -> bytes | None:
+    def content(
+        self, participant: str, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()
+    ) -> bytes | None:
         """Return the file of a trial's picture; None if it has fewer."""
-        shown = parts(self._stimuli(trial, recorded))
+        shown = parts(self._stimuli(participant, trial, recorded))
         return _read(shown[number][CONTENT]) if 0 <= number < len(shown) else None
 
     def standard(self) -> bytes | None:
@@ -209,7 +213,7 @@ class Lists:
     def _task(self) -> Task:
         return task_named(self.design.task)
 
-    def _stimuli(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    def _stimuli(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             assert self.pictures is not None
@@ -217,7 +221,7 @@ class Lists:
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
         shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial
-        return deepcopy(self._own(shown))
+        return deepcopy(self._own(shown, design.noise_seed(participant, trial)))
 
 
 def _read(content: bytes | Path) -> bytes:

@@ -135,18 +135,18 @@ def own_session() -> dict[str, Any]:
     return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
 
 
-HASHES: dict[tuple[str, str, Any], tuple[str, float]] = {}
-"""Cache of `shown_pixels`, by task, design and trial."""
+HASHES: dict[tuple[str, str, Any, int], tuple[str, float]] = {}
+"""Cache of `shown_pixels`, by task, design, trial and seed."""
 
 MOST_HASHES = 20_000
 """Maximum size of `HASHES`: ten times the maximum number of trials per participant."""
 
 
-def shown_pixels(task: Task, design: Any, trial: Any, display: Display) -> tuple[str, float]:
+def shown_pixels(task: Task, design: Any, trial: Any, seed: int, display: Display) -> tuple[str, float]:
     """Return the SHA-256 of each picture of a user-defined task's trial, separated by spaces; total duration in s."""
-    key = (task.name, design.model_dump_json(), trial)
+    key = (task.name, design.model_dump_json(), trial, seed)
     if key not in HASHES:
-        shown = task.intervals(design, trial, display.pixels_per_degree)
+        shown = task.intervals(design, trial, display.pixels_per_degree, seed)
         while len(HASHES) >= MOST_HASHES:
             HASHES.pop(next(iter(HASHES)))
         digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels, _ in shown]
@@ -154,14 +154,14 @@ def shown_pixels(task: Task, design: Any, trial: Any, display: Display) -> tuple
     return HASHES[key]
 
 
-def own_trial(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
+def own_trial(task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display) -> dict[str, Any]:
     """Return the stimuli of a user-defined task's trial."""
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
     mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
     intervals = [
         {CONTENT: png(pixels), "seconds": seconds, "event": "picture", **mark}
-        for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree)
+        for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree, seed)
     ]
     return {"intervals": intervals, "scale": task.control(words, trial).form()}
 
