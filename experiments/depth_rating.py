@@ -15,6 +15,7 @@ from focalgradient.design import DepthTrial
 from focalgradient.design.rating_pages import standard_text
 from focalgradient.lab import EXPERIMENTS, Given, Scale, Sitting, ask, pages, run
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
+from focalgradient.tasks.noted import noted_start
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -129,7 +130,9 @@ def ask_confidence(sitting: Sitting) -> float | None:
         return None
     words = sitting.words
     ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
+    sure = ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence")
+    sitting.noted |= noted_start(sure.start, "confidence")
+    return sure.value
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:

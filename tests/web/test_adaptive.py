@@ -17,7 +17,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
 from focalgradient import InputError
-from focalgradient.dataset import read_dataset, validate
+from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import Quest, answers_of
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import FILES
@@ -89,6 +89,10 @@ steps = true
         ({"rating": 2.0}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
         ({"also": {"seen": 2.5}}, "seen is 2.5, which lies between two answers: send one of them."),
         ({"also": {"seen": 5}}, "seen is 5, but must be from 1 to 4: send a value on the scale."),
+        (
+            {"also": {"seen": 3, "seen_start": 9}},
+            "seen_start is 9, but must be from 1 to 4: ",
+        ),
         ({"also": {}}, "seen is missing: send exactly the responses asked for."),
     ],
 )
@@ -102,9 +106,12 @@ def test_an_answer_that_the_page_does_not_offer_is_refused(
         message = someone.message(someone.trials[0], 0)
         message["answer"] |= {"rating": 1.0, "start": None, "also": {"seen": 3}} | changed
         refused = someone.ask("answer", **message)
-        assert (refused.status_code, refused.json()["error"]) == (400, sentence)
-        message["answer"] |= {"rating": 1.0, "also": {"seen": 3}}
+        assert refused.status_code == 400
+        assert refused.json()["error"].startswith(sentence)
+        message["answer"] |= {"rating": 1.0, "also": {"seen": 3, "seen_start": 2}}
         assert someone.ask("answer", **message).status_code == 200
+    (event,) = read_journal(next((tmp_path / "data").rglob("*.jsonl"))).of("trial")
+    assert {name: event["extra"][name]["value"] for name in ("seen", "seen_start")} == {"seen": 3, "seen_start": 2}
 
 
 def test_a_study_without_a_server_is_refused_by_name(tmp_path: Path) -> None:

@@ -39,10 +39,13 @@ def test_the_task_of_the_document_is_served(tmp_path: Path, monkeypatch: pytest.
     assert "How blurred did it look?" in told
     done = command(installed, "validate", tmp_path / "data")
     assert done.returncode == 0, done.stdout
-    lines = next(tmp_path.glob("data/sub-*/**/*_beh.tsv")).read_text().splitlines()
-    assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]
-    assert len({line.split("\t")[lines[0].split("\t").index("shown_sha256")] for line in lines[1:]}) == 3
-    blur = [float(line.split("\t")[lines[0].split("\t").index("blur")]) for line in lines[1:]]
+    heads, *lines = next(tmp_path.glob("data/sub-*/**/*_beh.tsv")).read_text().splitlines()
+    columns = dict(zip(heads.split("\t"), zip(*(line.split("\t") for line in lines), strict=True), strict=True))
+    assert sorted(map(float, columns["sigma_arcmin"])) == [1, 4, 16]
+    assert len({*columns["shown_sha256"]}) == 3
+    blur, starts = (list(map(float, columns[name])) for name in ("blur", "start"))
     assert all(0 <= one <= 10 for one in blur)
-    assert [float(line.split("\t")[lines[0].split("\t").index("interest")]) for line in lines[1:]] == [3, 3, 3]
+    assert all(0 < one - start < 0.02 for one, start in zip(blur, starts, strict=True))  # moved by one key
+    assert list(map(float, columns["interest"])) == [3, 3, 3]
+    assert {*map(float, columns["interest_start"])} <= {0, 1, 2, 3, 4}
     assert len({*blur}) == 3  # the first key puts the marker at a random place

@@ -17,6 +17,7 @@ from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask
 from focalgradient.scales import Scale
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
+from focalgradient.tasks.noted import noted_start
 
 __all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
 
@@ -128,7 +129,9 @@ def ask_confidence(sitting: Sitting) -> float | None:
         return None
     words = sitting.words
     ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
+    sure = ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence")
+    sitting.noted |= noted_start(sure.start, "confidence")
+    return sure.value
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from focalgradient.lab.experiment import Sitting
 from focalgradient.lab.questions import ask
 from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
+from focalgradient.tasks.noted import noted_start
 
 __all__ = ["show_described"]
 
@@ -31,6 +32,7 @@ def _asked(task: Task, sitting: Sitting, trial: Any) -> Any:
         screen.empty(BLANK_S, "off")
     given = ask(screen, task.control(sitting.words, trial))
     times = {"onset": sitting.since_start(onsets[0]), "response_time": given.seconds}
+    sitting.noted |= noted_start(given.start)
     return task.answered(design, trial, given.value, **times)
 
 

@@ -14,6 +14,7 @@ from focalgradient.dataset import Answer, Noted
 from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
 from focalgradient.stimuli import Picture, StimulusSet
+from focalgradient.tasks.noted import noted_start
 
 if TYPE_CHECKING:
     from focalgradient.design.words import Words
@@ -171,7 +172,7 @@ class Sitting:
         name
             Column name: letters, digits and _, starting with a letter.
         value
-            A number, a text or a boolean; or the result of `ask`, whose value is recorded.
+            A number, a text or a boolean; or the result of `ask`, whose value and `start` are recorded.
         unit
             Unit in BIDS notation, such as "s".
         description
@@ -184,7 +185,10 @@ class Sitting:
         """
         from focalgradient.lab.questions import Given
 
-        self.noted[name] = Noted(value.value if isinstance(value, Given) else value, unit, description)
+        if isinstance(value, Given):
+            self.noted |= noted_start(value.start, name)
+            value = value.value
+        self.noted[name] = Noted(value, unit, description)
 
     def since_start(self, time: float) -> float:
         """Convert a time on the screen's clock to s from the start of the sitting."""

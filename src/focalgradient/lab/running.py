@@ -459,7 +459,7 @@ def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[
         sitting.noted[SHOWN] = Noted(" ".join(shown), description=SHOWN_ABOUT)
     task = task_named(experiment.task)
     for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
-        sitting.noted[name] = replace(about, value=ask(sitting.screen, control).value)
+        sitting.note(name, ask(sitting.screen, control), unit=about.unit, description=about.description)
     return replace(answer, dropped_frames=sitting.screen.dropped, extra={**sitting.noted, **answer.extra})
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.scales import AnswerColumn, scale_of
+from focalgradient.tasks import noted
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
 
@@ -38,12 +39,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
-START = Column(
-    "start",
-    "Random initial position of the marker on the scale; n/a if no key moved it.",
-    "number",
-    optional=True,
-)
+START = Column(noted.START, noted.START_ABOUT, "number", optional=True)
 INTERVAL = Column(
     "interval",
     "Number of the interval that showed the picture; the other one showed the reference.",

@@ -13,13 +13,14 @@ from pydantic import BaseModel, ValidationError
 from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event, percepts
 from focalgradient.dataset.times import times_of_events
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.design.given_list import trial_row
 from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
-from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
 from focalgradient.web.pictures import depth_events, picture_file, shown_pixels
 from focalgradient.web.possible import check_frames, check_possible
@@ -115,6 +116,7 @@ def read_answer(
         if isinstance(control, Ways) and read.chosen is None:
             value = 2.0 - value
         _check_reached("rating", value, control)
+        extra |= _started(read.start, control)
         given = task.answered(design, trial, value, **times)
         seed = design.noise_seed(session.files.participant, trial)
         shown, seconds = shown_pixels(task, design, trial, seed, Display())
@@ -214,14 +216,25 @@ def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:
 def _further(session: Session, trial: Trial, words: Words, given: Mapping[str, float]) -> dict[str, Noted]:
     """Parse the responses to a trial's additional questions; exactly those asked must be present."""
     asked = session.task.further(session.design, words, trial)
-    if wrong := sorted({*asked} ^ {*given}):
+    starts = {f"{name}_{START}" for name, (control, _) in asked.items() if not isinstance(control, Ways)}
+    if wrong := sorted({*asked} ^ ({*given} - starts)):
         raise InputError(
             f"{wrong[0][:40]} is {'not asked' if wrong[0] in given else 'missing'}: send exactly the responses asked "
             "for."
         )
     for name, (control, _) in asked.items():
         _check_reached(name, given[name], control)
-    return {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
+    noted = {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
+    for name, (control, _) in asked.items():
+        noted |= _started(given.get(f"{name}_{START}"), control, name)
+    return noted
+
+
+def _started(start: float | None, control: Control, name: str = "") -> dict[str, Noted]:
+    """Return the note of a marker's initial position, which must lie on its scale."""
+    if start is not None:
+        _check_reached(f"{name}_{START}" if name else START, start, control)
+    return noted_start(start, name)
 
 
 def record(
@@ -263,7 +276,8 @@ def record(
             content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
-    notes.append(("frames", {"phase": given.phase, "trial": given.trial, **frames}))
+    about = {"phase": given.phase, "trial": given.trial, "condition": trial_row(trial)}
+    notes.append(("frames", about | frames))
     came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
     session.record(trial, answer, notes=notes, attempt=given.attempt, **came)
     return frames

@@ -407,7 +407,10 @@ class Page {
   further(trial, kept) {
     return (trial.also ?? []).map(({ name, scale }) => {
       const value = ({ rating, chosen }) => chosen ?? rating;
-      return this.question({ scale }, (answer) => (kept.also = { ...kept.also, [name]: value(answer) }));
+      return this.question({ scale }, (answer) => {
+        const start = (answer.start ?? null) === null ? {} : { [`${name}_start`]: answer.start };
+        kept.also = { ...kept.also, [name]: value(answer), ...start };
+      });
     });
   }
 

@@ -12,6 +12,7 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
   const value = (place) => valueAt(scale, place / STEPS);
   const start = Math.floor(Math.random() * (STEPS + 1));
   let moved = false;
+  let keyed = false; // the first key shows the marker at its start
   return {
     type: Slider,
     stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
@@ -40,7 +41,7 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
       slider.addEventListener("keydown", (event) => {
         if (event.key === "Enter") document.querySelector("#jspsych-html-slider-response-next").click();
         else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
-          moved = true;
+          moved = keyed = true;
           event.preventDefault();
           slider.dispatchEvent(new Event("input"));
           slider.dispatchEvent(new Event("change"));
@@ -48,6 +49,6 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
       });
       slider.addEventListener("pointerdown", () => (moved = true));
     },
-    on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: value(start) }),
+    on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: keyed ? value(start) : null }),
   };
 }
