@@ -13,9 +13,8 @@ from typing import Any, NamedTuple
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthTrial
 from focalgradient.design.rating_pages import standard_text
-from focalgradient.lab import EXPERIMENTS, Given, Scale, Sitting, ask, pages, run
+from focalgradient.lab import EXPERIMENTS, Given, Sitting, ask, pages, run
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
-from focalgradient.tasks.noted import noted_start
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -24,12 +23,10 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         show_standard(sitting)
     onset, file = show_picture(sitting, trial)
     depth = ask_depth(sitting, trial)
-    confidence = ask_confidence(sitting)
     return Rated(
         onset=onset,
         rating=depth.value,
         response_time=depth.seconds,
-        confidence=confidence,
         stimulus=file,
         start=depth.start,
         **gaze_fields(sitting),
@@ -122,17 +119,6 @@ def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     scale = sitting.design.response_scale
     given = ask(sitting.screen, scale.control(sitting.words))
     return replace(given, value=scale.answer_in(given.value, trial.interval))
-
-
-def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask for the confidence, from 0 to 1, if the design includes it."""
-    if not sitting.design.confidence:
-        return None
-    words = sitting.words
-    ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    sure = ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence")
-    sitting.noted |= noted_start(sure.start, "confidence")
-    return sure.value
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:

@@ -15,11 +15,9 @@ from focalgradient.design.rating_pages import standard_text
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask
-from focalgradient.scales import Scale
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
-from focalgradient.tasks.noted import noted_start
 
-__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
+__all__ = ["DEPTH_RATING", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
 
 Shown = tuple[str, str, str]
 
@@ -123,17 +121,6 @@ def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     return replace(given, value=scale.answer_in(given.value, trial.interval))
 
 
-def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask for confidence from 0 to 1; return None if the design does not ask for it."""
-    if not sitting.design.confidence:
-        return None
-    words = sitting.words
-    ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    sure = ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence")
-    sitting.noted |= noted_start(sure.start, "confidence")
-    return sure.value
-
-
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:
     """Return the fields `gaze_away` (degrees) and `gaze_left` of an answer; empty if gaze was not recorded."""
     taken = sitting.taken
@@ -152,7 +139,6 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         onset=onset,
         rating=answer.value,
         response_time=answer.seconds,
-        confidence=ask_confidence(sitting),
         stimulus=file,
         start=answer.start,
         **gaze_fields(sitting),

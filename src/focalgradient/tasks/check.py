@@ -252,7 +252,8 @@ class _Checked:
 
     def further(self, trial: Any) -> None:
         """Check the additional questions: their names, controls and notes."""
-        taken = {column.name for column in self.task.columns(self.design.model_dump(mode="json"))}
+        columns = self.task.columns(self.design.model_dump(mode="json"))
+        taken = {column.name for column in columns if not column.optional}
         for name, one in self.call("further", self.task.further, self.design, self.words, trial).items():
             self.need(
                 isinstance(name, str) and NAME.fullmatch(name) and name not in taken,

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.scales import AnswerColumn, scale_of
-from focalgradient.tasks import noted
+from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+from focalgradient.tasks.noted import START_ABOUT, Noted
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -39,7 +39,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
-START = Column(noted.START, noted.START_ABOUT, "number", optional=True)
+START = Column("start", START_ABOUT, "number", optional=True)
 INTERVAL = Column(
     "interval",
     "Number of the interval that showed the picture; the other one showed the reference.",
@@ -156,6 +156,15 @@ class DepthRating(Task):
         scale = scale_of(settings)
         gaze = settings.get("gaze", "none") != "none"
         return _depth_columns(scale.column, scale.intervals, json.dumps(levels), json.dumps(names), gaze)
+
+    def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
+        """Return the question of confidence, if the design asks it, and those of the design's `also`."""
+        asked = super().further(design, words, trial)
+        if not design.confidence:
+            return asked
+        ends = (words("scale.not_sure"), words("scale.quite_sure"))
+        sure = Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends)
+        return {"confidence": (sure, Noted(None)), **asked}
 
     def settings(self) -> str:
         return paper_settings("depth_rating")

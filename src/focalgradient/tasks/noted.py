@@ -27,6 +27,7 @@ __all__ = [
     "noted_columns",
     "noted_start",
     "plain",
+    "with_noted",
 ]
 
 EXTRA = "extra"
@@ -158,6 +159,14 @@ def noted_start(start: float | None, name: str = "") -> dict[str, Noted]:
     """
     column = f"{name}_{START}" if name else START
     return {} if start is None else {column: Noted(start, description=START_ABOUT)}
+
+
+def with_noted(answer: Any, noted: Mapping[str, Noted]) -> Any:
+    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`."""
+    fields = {one.name for one in dataclasses.fields(answer)}
+    own = {name: one.value for name, one in noted.items() if name in fields and getattr(answer, name) is None}
+    extra = {name: one for name, one in noted.items() if name not in own}
+    return dataclasses.replace(answer, **own, extra={**extra, **answer.extra})
 
 
 def noted_columns(trials: Iterable[Mapping[str, Any]]) -> tuple[Column, ...]:

@@ -20,7 +20,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
-from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
 from focalgradient.web.pictures import depth_events, picture_file, shown_pixels
 from focalgradient.web.possible import check_frames, check_possible
@@ -99,16 +99,15 @@ def read_answer(
             presses=sorted(Press(*press) for press in read.presses),
             trial_duration=read.trial_duration,
             dropped_frames=read.dropped_frames,
-            extra=extra,
         )
-        return watched, frames
+        return with_noted(watched, extra), frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
     if not isinstance(trial, DepthTrial):
         task = session.task
         if task.adjusts:
             check_frames(frames["shown"], read.response_time + 1.0)
             given = task.answered(design, trial, _value(read), start=read.start, **times)
-            return replace(given, extra={**extra, **given.extra}), frames
+            return with_noted(given, extra), frames
         if task.adapts:
             trial = task.adapted(design, trial, session.recorded)
         control = task.control(words, trial)
@@ -122,7 +121,7 @@ def read_answer(
         shown, seconds = shown_pixels(task, design, trial, seed, Display())
         check_frames(frames["shown"], seconds)
         extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
-        return replace(given, extra={**extra, **given.extra}), frames
+        return with_noted(given, extra), frames
     assert pictures is not None
     check_frames(frames["shown"], design.least_s(trial))
     rated = Rated(
@@ -130,9 +129,8 @@ def read_answer(
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
-        extra=extra,
     )
-    return rated, frames
+    return with_noted(rated, extra), frames
 
 
 def _value(read: Depth) -> float:

@@ -72,7 +72,6 @@ class Lists:
         if isinstance(design, DepthRatingDesign):
             if stimuli is None:
                 raise InputError("stimuli is missing: depth rating shows pictures; give the folder of a set of them.")
-            texts.check(design)
             self.manifest = check_stimuli(stimuli)
             self.pictures = read_set(stimuli)
             self.pictures.check(design.pictures(), design.picture_factors)
@@ -119,7 +118,8 @@ class Lists:
     def _is_told(self, name: str) -> bool:
         """Return whether a text is needed by every page; texts of tasks and debriefings come with their pages."""
         labels = [f"necker.{key}" for key in ("rigid", "nonrigid")] if isinstance(self.design, NeckerDesign) else []
-        return name.startswith("web.") or name in ("common.decimal", "session.rest_wait", "session.thanks", *labels)
+        named = ("common.decimal", "scale.typed_wrong", "session.rest_wait", "session.thanks", *labels)
+        return name.startswith(("web.", "form.")) or name in named
 
     def session(self, participant: str) -> dict[str, Any]:
         """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
@@ -217,7 +217,7 @@ class Lists:
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             assert self.pictures is not None
-            return depth_trial(design, self.pictures, trial)
+            return depth_trial(design, self.pictures, trial, design.noise_seed(participant, trial))
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
         shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial

@@ -18,7 +18,7 @@ from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
@@ -88,8 +88,8 @@ def _interval(
     return {CONTENT: content, "seconds": seconds, "event": event, **mark}
 
 
-def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial) -> dict[str, Any]:
-    """Return the stimuli of a depth-rating trial."""
+def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial, seed: int) -> dict[str, Any]:
+    """Return the stimuli of a depth-rating trial; `seed` is that of its masks."""
     levels = trial.factors
     shown = (trial.scene, trial.aperture, trial.fixation)
     picture = _interval(design, stimuli, shown, levels, design.picture_s)
@@ -100,7 +100,17 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
         intervals = [_interval(design, stimuli, compared, levels, design.reference_s), picture]
-    return {"intervals": intervals}
+    if design.mask == "none" or not design.mask_s:
+        return {"intervals": intervals}
+    masks = [_mask(design, stimuli, (seed, number)) for number in range(len(intervals))]
+    return {"intervals": [part for pair in zip(intervals, masks, strict=True) for part in pair]}
+
+
+def _mask(design: DepthRatingDesign, stimuli: StimulusSet, seed: tuple[int, int]) -> dict[str, Any]:
+    """Return the interval that shows a mask of noise, without a gap after a picture."""
+    height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
+    content = png(noise_mask((height, width), stimuli.display.pixels_per_degree, seed))
+    return {CONTENT: content, "seconds": design.mask_s, "event": "mask", "follows": True, "mark_seconds": 0.0}
 
 
 def depth_events(design: DepthRatingDesign, trial: DepthTrial) -> list[str]:
