@@ -115,8 +115,6 @@ class Sitting:
         Levels of the blocked factors in the current block.
     recorded
         Trials recorded so far with their answers, including those of earlier sittings.
-    procedure
-        Adaptive procedure that chooses the level of the next trial, if the experiment is adaptive.
     recorder
         Gaze recorder, if the design records gaze.
     taken
@@ -140,7 +138,6 @@ class Sitting:
     failures: list[tuple[str, str]] = field(default_factory=list)
     levels: dict[str, str] = field(default_factory=dict)
     recorded: Sequence[Mapping[str, Any]] = ()
-    procedure: Any = None
     recorder: Recorder | None = None
     taken: Taken | None = None
     noted: dict[str, Noted] = field(default_factory=dict)

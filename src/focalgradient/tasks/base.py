@@ -21,6 +21,7 @@ from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, added_columns
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
+from focalgradient.tasks.steps import Interval, Step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -71,10 +72,6 @@ class Response(metaclass=OpenRecord):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
-
-
-Interval = tuple[NDArray[np.uint8], float]
-"""Picture (H x W x 3, 8 bits) and its duration in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,13 +216,15 @@ class Task(ABC):
         return trial
 
     def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0
-    ) -> Interval | Sequence[Interval]:
+        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+    ) -> Interval | Step | Sequence[Interval | Step]:
         """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
-        Trials with several intervals return a list, one pair per interval. Together with `control` this describes a
-        trial as data, which the window and the browser both show. A method with the parameter `seed` receives the seed
-        of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials.
+        Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
+        own. Together with `control` this describes a trial as data, which the window and the browser both show, after
+        `pause_s` of the design and with `blank_s` after each picture. A method with the parameter `seed` receives the
+        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; one
+        with `stimuli` the set of pictures (`needed`).
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
@@ -236,11 +235,30 @@ class Task(ABC):
         """
         raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
 
-    def intervals(self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0) -> list[Interval]:
-        """Return the pictures and durations of a trial's intervals, as a list also for a single interval."""
-        noise = {"seed": seed} if "seed" in inspect.signature(self.shown).parameters else {}
-        shown: Any = self.shown(design, trial, pixels_per_degree, **noise)
-        return [shown] if isinstance(shown, tuple) and not isinstance(shown[0], tuple) else [*shown]
+    def intervals(
+        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
+    ) -> list[Interval | Step]:
+        """Return what `shown` gives for a trial, as a list also for a single interval."""
+        known = inspect.signature(self.shown).parameters
+        given = {name: one for name, one in (("seed", seed), ("stimuli", stimuli)) if name in known}
+        shown: Any = self.shown(design, trial, pixels_per_degree, **given)
+        single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
+        return [shown] if single else [*shown]
+
+    def steps(
+        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
+    ) -> list[Step]:
+        """Return the steps of a trial."""
+        shown = self.intervals(design, trial, pixels_per_degree, seed, stimuli)
+        return [one if isinstance(one, Step) else Step(*one) for one in shown]
+
+    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+        """Return the pictures of a set that a design requires: scene, aperture, fixation, levels of its factors."""
+        return ()
+
+    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
+        """Return whether a practice answer is correct; None if it has no correct answer."""
+        return None
 
     def pictures(
         self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
@@ -265,8 +283,8 @@ class Task(ABC):
         """
         if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
             return {}
-        shown = self.intervals(design, trial, pixels_per_degree, seed)
-        return {f"picture_{n}" if n > 1 else "picture": pixels for n, (pixels, _) in enumerate(shown, start=1)}
+        shown = self.steps(design, trial, pixels_per_degree, seed)
+        return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
     def control(self, words: Any, trial: Any) -> Control:
         """Return the description of a trial's response control."""
@@ -290,13 +308,18 @@ class Task(ABC):
             Value set on the control; 1 or 2 for a binary choice.
         times
             `onset`, `response_time` and `dropped_frames` of `Response`; for an adjustment also `start`, the initial
-            value of the knob.
+            value of the knob; for a task with pictures of a set also `stimulus`, the file of the trial's picture.
         """
         name, *more = (column.name for column in added_columns(self.answer, ""))
         if more:
             raise InputError(f"an answer of the task {self.name!r} has more than one field: define answered.")
         kind = typing.get_type_hints(self.answer)[name]
         return self.answer(**{name: int(value) if kind is int else value}, **times)
+
+    def stimulus(self, design: Any, trial: Any, stimuli: Any) -> dict[str, str]:
+        """Return the keyword `stimulus` of `answered`: the file of the trial's picture; empty without a set."""
+        file = None if stimuli is None else self.pictures(design, trial, stimuli, None).get("picture")
+        return {"stimulus": file} if isinstance(file, str) else {}
 
     @property
     def described(self) -> bool:
@@ -330,9 +353,9 @@ class Task(ABC):
 
     def experiment(self) -> Any:
         """Return the experiment that the laboratory runs."""
-        from focalgradient.lab.experiment import GREY, Experiment
+        from focalgradient.lab.described import described_experiment
 
-        return Experiment(task=self.name, about=type(self).__doc__ or self.title, trial=self.run, background=GREY)
+        return described_experiment(self)
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
         """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""

@@ -16,6 +16,7 @@ from focalgradient.scales import Control, Scale, Steps, Ways
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.noted import NAME, Noted
 from focalgradient.tasks.registry import task_named
+from focalgradient.tasks.steps import Step
 
 __all__ = ["PIXELS_PER_DEGREE", "called", "check_task"]
 
@@ -43,6 +44,7 @@ def check_task(
     *,
     pixels_per_degree: float = PIXELS_PER_DEGREE,
     room: tuple[int, int] | None = None,
+    stimuli: Any = None,
 ) -> None:
     """Check that the task of a design can be shown and answered.
 
@@ -61,6 +63,8 @@ def check_task(
         Resolution of the screen.
     room
         Width and height in pixels that pictures may have; None: not checked.
+    stimuli
+        Set of pictures; None: trials of a task that uses one are not drawn.
 
     Raises
     ------
@@ -86,7 +90,8 @@ def check_task(
             shown = checked.call("adapted", checked.task.adapted, design, trial, ())
             if checked.task.described and not checked.task.adjusts:
                 seed = design.noise_seed(participant, trial)
-                checked.pictures(shown, seed, pixels_per_degree, room)
+                if stimuli is not None or not checked.task.needed(design):
+                    checked.pictures(shown, seed, pixels_per_degree, room, stimuli)
                 checked.answers(shown)
             if trial is main[0]:
                 checked.further(shown)
@@ -186,19 +191,25 @@ class _Checked:
             if time.monotonic() > until:
                 return
 
-    def pictures(self, trial: Any, seed: int, pixels_per_degree: float, room: tuple[int, int] | None) -> None:
+    def pictures(
+        self, trial: Any, seed: int, pixels_per_degree: float, room: tuple[int, int] | None, stimuli: Any
+    ) -> None:
         """Check the pictures of a trial, and their durations."""
         intervals, again = (
-            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree, seed) for _ in range(2)
+            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree, seed, stimuli)
+            for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
         for interval in intervals:
             self.interval(interval, room)
-        same = all(np.array_equal(one[0], other[0]) for one, other in zip(intervals, again, strict=True))
+        drawn = [[one.picture if isinstance(one, Step) else one[0] for one in shown] for shown in (intervals, again)]
+        same = all(np.array_equal(one, other) for one, other in zip(*drawn, strict=True))
         self.need(same, "shown draws another picture the second time: draw from the parameter seed")
 
     def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
         """Check a picture and its duration."""
+        if isinstance(interval, Step):
+            interval = interval.picture, interval.seconds
         self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
         pixels, seconds = interval
         whole = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8

@@ -166,6 +166,10 @@ class DepthRating(Task):
         sure = Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends)
         return {"confidence": (sure, Noted(None)), **asked}
 
+    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
+        found: bool | None = design.right(trial, answer.rating)
+        return found
+
     def settings(self) -> str:
         return paper_settings("depth_rating")
 

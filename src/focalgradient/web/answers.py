@@ -22,7 +22,7 @@ from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
-from focalgradient.web.pictures import depth_events, picture_file, shown_pixels
+from focalgradient.web.pictures import depth_events, drawn, picture_file
 from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
@@ -116,11 +116,12 @@ def read_answer(
             value = 2.0 - value
         _check_reached("rating", value, control)
         extra |= _started(read.start, control)
-        given = task.answered(design, trial, value, **times)
-        seed = design.noise_seed(session.files.participant, trial)
-        shown, seconds = shown_pixels(task, design, trial, seed, Display())
-        check_frames(frames["shown"], seconds)
-        extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
+        display = Display() if pictures is None else pictures.display
+        shown = drawn(task, design, trial, design.noise_seed(session.files.participant, trial), display, pictures)
+        check_frames(frames["shown"], shown.seconds)
+        _name_pictures(frames, shown.events)
+        extra[SHOWN] = Noted(shown.sha256, description=SHOWN_ABOUT)
+        given = task.answered(design, trial, value, **times, **task.stimulus(design, trial, pictures))
         return with_noted(given, extra), frames
     assert pictures is not None
     check_frames(frames["shown"], design.least_s(trial))
@@ -187,8 +188,8 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
             held = sum(part.end - part.onset for part in seen if part.percept == trial.shape) / answer.trial_duration
             share = round(100 * held)
             right = None if trial.shape == "ambiguous" else held >= LEAST_HELD
-        elif isinstance(trial, DepthTrial):
-            right = design.right(trial, answer.rating)
+        else:
+            right = session.task.right(design, trial, answer)
         known += [] if right is None else [right]
     passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
     again = not passed and given.round < getattr(design, "practice_rounds", 1)

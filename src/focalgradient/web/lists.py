@@ -69,23 +69,23 @@ class Lists:
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
-        if isinstance(design, DepthRatingDesign):
-            if stimuli is None:
-                raise InputError("stimuli is missing: depth rating shows pictures; give the folder of a set of them.")
-            self.manifest = check_stimuli(stimuli)
-            self.pictures = read_set(stimuli)
-            self.pictures.check(design.pictures(), design.picture_factors)
-        elif not (isinstance(design, NeckerDesign) or task_named(design.task).described):
+        if not (isinstance(design, DepthRatingDesign | NeckerDesign) or self._task.described):
             raise InputError(
                 f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
                 "during the session): run it in the laboratory with focalgradient run."
             )
-        elif self._task.adapts and self._task.adjusts:
+        if self._task.adapts and self._task.adjusts:
             raise InputError(
                 f"{design.task} adapts its adjustments to the responses, which a browser cannot do: run it in the "
                 "laboratory with "
                 "focalgradient run."
             )
+        if needed := design.pictures() if isinstance(design, DepthRatingDesign) else self._task.needed(design):
+            if stimuli is None:
+                raise InputError(f"stimuli is missing: {design.task} shows pictures; give the folder of a set of them.")
+            self.manifest = check_stimuli(stimuli)
+            self.pictures = read_set(stimuli)
+            self.pictures.check(needed, getattr(design, "picture_factors", ()))
         if getattr(design, "practice_required", False):
             raise InputError("practice_required is for the laboratory, but a browser goes on: leave it out.")
         if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
@@ -95,11 +95,11 @@ class Lists:
             )
         self._display = self.pictures.display if self.pictures else Display()
         self._own = lru_cache(16)(
-            lambda trial, seed: own_trial(self._task, design, trial, seed, self.words, self._display)
+            lambda trial, seed: own_trial(self._task, design, trial, seed, self.words, self._display, self.pictures)
         )
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
-        check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
+        check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree, stimuli=self.pictures)
 
     def opening(self) -> dict[str, Any]:
         """Return what the page needs before a session begins: texts, consent, form fields, required measurements."""
@@ -130,7 +130,7 @@ class Lists:
         elif isinstance(design, NeckerDesign):
             content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
         else:
-            content = own_session()
+            content = own_session(design, self._display)
         pages = self._pages(participant)
         again = pages.again()
         opening = [self._step(page) for page in pages.opening()]

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -33,6 +33,7 @@ __all__ = [
     "depth_session",
     "depth_trial",
     "drawing_png",
+    "drawn",
     "own_session",
     "own_trial",
     "parts",
@@ -140,39 +141,52 @@ def refocusing() -> bytes:
     return f"{page_script()}\nexport {{ FocusView }};\nexport const SHADERS = {json.dumps(page_shaders())};\n".encode()
 
 
-def own_session() -> dict[str, Any]:
-    """Return the settings that all trials of a user-defined task share."""
-    return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
+def own_session(design: Any, display: Display) -> dict[str, Any]:
+    """Return the settings that all trials of a described task share."""
+    radius = MARK_DEG * display.pixels_per_degree
+    pauses = {"blank_s": getattr(design, "blank_s", BLANK_S), "pause_s": getattr(design, "pause_s", 0.0)}
+    return {**pauses, "mark_radius_px": radius}
 
 
-HASHES: dict[tuple[str, str, Any, int], tuple[str, float]] = {}
-"""Cache of `shown_pixels`, by task, design, trial and seed."""
+class Drawn(NamedTuple):
+    """SHA-256 of each picture of a described trial, separated by spaces; its duration in s; names of its pictures."""
 
-MOST_HASHES = 20_000
-"""Maximum size of `HASHES`: ten times the maximum number of trials per participant."""
+    sha256: str
+    seconds: float
+    events: tuple[str, ...]
 
 
-def shown_pixels(task: Task, design: Any, trial: Any, seed: int, display: Display) -> tuple[str, float]:
-    """Return the SHA-256 of each picture of a user-defined task's trial, separated by spaces; total duration in s."""
+DRAWN: dict[tuple[str, str, Any, int], Drawn] = {}
+"""Cache of `drawn`, by task, design, trial and seed."""
+
+MOST_DRAWN = 20_000
+"""Maximum size of `DRAWN`: ten times the maximum number of trials per participant."""
+
+
+def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stimuli: Any = None) -> Drawn:
+    """Return what a described trial has shown."""
     key = (task.name, design.model_dump_json(), trial, seed)
-    if key not in HASHES:
-        shown = task.intervals(design, trial, display.pixels_per_degree, seed)
-        while len(HASHES) >= MOST_HASHES:
-            HASHES.pop(next(iter(HASHES)))
-        digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels, _ in shown]
-        HASHES[key] = " ".join(dict.fromkeys(digests)), sum(seconds for _, seconds in shown)
-    return HASHES[key]
+    if key not in DRAWN:
+        steps = task.steps(design, trial, display.pixels_per_degree, seed, stimuli)
+        while len(DRAWN) >= MOST_DRAWN:
+            DRAWN.pop(next(iter(DRAWN)))
+        digests = [hashlib.sha256(np.ascontiguousarray(step.picture).tobytes()).hexdigest() for step in steps]
+        seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
+        DRAWN[key] = Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
+    return DRAWN[key]
 
 
-def own_trial(task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display) -> dict[str, Any]:
-    """Return the stimuli of a user-defined task's trial."""
+def own_trial(
+    task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display, stimuli: Any = None
+) -> dict[str, Any]:
+    """Return the stimuli of a described task's trial; the page calls all pictures alike."""
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
-    mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
-    intervals = [
-        {CONTENT: png(pixels), "seconds": seconds, "event": "picture", **mark}
-        for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree, seed)
-    ]
+    intervals = []
+    for step in task.steps(design, trial, display.pixels_per_degree, seed, stimuli):
+        x, y = step.mark or (0.0, 0.0)
+        mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": False}
+        intervals.append({CONTENT: png(step.picture), "seconds": step.seconds, "event": "picture", **mark})
     return {"intervals": intervals, "scale": task.control(words, trial).form()}
 
 
