@@ -115,6 +115,8 @@ class Sitting:
         Levels of the blocked factors in the current block.
     recorded
         Trials recorded so far with their answers, including those of earlier sittings.
+    procedure
+        Adaptive procedure of a program that chooses the levels itself.
     recorder
         Gaze recorder, if the design records gaze.
     taken
@@ -138,6 +140,7 @@ class Sitting:
     failures: list[tuple[str, str]] = field(default_factory=list)
     levels: dict[str, str] = field(default_factory=dict)
     recorded: Sequence[Mapping[str, Any]] = ()
+    procedure: Any = None
     recorder: Recorder | None = None
     taken: Taken | None = None
     noted: dict[str, Noted] = field(default_factory=dict)
