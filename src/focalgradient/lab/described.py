@@ -71,7 +71,7 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
             screen.play(partial(_draw, mark), step.mark_s, "mark", lit=False)
         onsets.append(screen.play(partial(_draw, image), step.seconds, step.event))
         screen.empty(getattr(design, "blank_s", BLANK_S), "off")
-    given = ask(screen, task.control(sitting.words, trials[0]))
+    given = ask(screen, task.asked(design, sitting.words, trials[0]))
     sitting.noted |= noted_start(given.start)
     times = {"onset": sitting.since_start(onsets[0]), "response_time": given.seconds}
     return task.answered(design, trials[0], given.value, **times, **task.stimulus(design, trials[0], sitting.stimuli))

@@ -286,9 +286,14 @@ class Task(ABC):
         shown = self.steps(design, trial, pixels_per_degree, seed)
         return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
-    def control(self, words: Any, trial: Any) -> Control:
-        """Return the description of a trial's response control."""
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        """Return the description of a trial's response control; a method with the parameter `design` receives it."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def asked(self, design: Any, words: Any, trial: Any) -> Control:
+        """Return the control on which a trial is answered."""
+        given = {"design": design} if "design" in inspect.signature(self.control).parameters else {}
+        return self.control(words, trial, **given)
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.

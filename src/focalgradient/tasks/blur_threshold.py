@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.design.adaptive import Quest, answers_of
-from focalgradient.design.blur_threshold import BlurTrial
 from focalgradient.scales import Control, Ways
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL, Column
@@ -42,32 +39,6 @@ COLUMNS: tuple[Column, ...] = (
     STIMULUS,
     SITTING,
 )
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class _LevelTrial(BlurTrial):
-    """Trial to be shown: with its level, and whether blur or depth is judged."""
-
-    level: float
-    judged: str
-
-
-_QUESTS: dict[tuple[tuple[float, ...], tuple[tuple[float, bool], ...]], tuple[float, Quest]] = {}
-"""Procedures by levels and answers, with the level that they choose: each learns one more answer."""
-
-MOST_QUESTS = 200
-"""Maximum size of `_QUESTS`: more than the participants that one server has at once."""
-
-
-def _next_level(levels: tuple[float, ...], answered: tuple[tuple[float, bool], ...]) -> float:
-    """Return the level that QUEST+ chooses after these answers."""
-    key = (levels, answered)
-    if key not in _QUESTS:
-        _, quest = _QUESTS.pop((levels, answered[:-1]), (0.0, Quest(levels)))
-        while len(_QUESTS) >= MOST_QUESTS:
-            _QUESTS.pop(next(iter(_QUESTS)))
-        _QUESTS[key] = quest.level(answered), quest
-    return _QUESTS[key][0]
 
 
 class BlurThreshold(Task):
@@ -115,26 +86,21 @@ class BlurThreshold(Task):
         return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
 
     def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
-        level = design.levels[-1]
-        if trial.phase == "main" and not trial.catch:
-            level = _next_level(design.levels, tuple(answers_of(recorded)))
-        return _LevelTrial(**asdict(trial), level=level, judged=design.judged)
+        return design.adapted(trial, recorded)
 
     def shown(
         self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
     ) -> list[Step]:
-        from focalgradient.stimuli.blurred_scene import blurred_scene
-
         place = stimuli.scene(trial.scene).target(design.fixation).position_px
         steps = []
         for number, mark_s in ((1, design.mark_s), (2, 0.0)):
             event, added = ("picture", trial.level) if number == trial.interval else ("reference", 0.0)
-            picture = blurred_scene(stimuli, design, trial.scene, design.pedestal + added)
+            picture = stimuli.blurred(design, trial.scene, design.pedestal + added)
             steps.append(Step(picture, design.picture_s, event, place if mark_s else None, mark_s))
         return steps
 
-    def control(self, words: Any, trial: Any) -> Control:
-        return Ways(words(f"blur.question_{trial.judged}"), (words("depth.first"), words("depth.second")))
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        return Ways(words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
 
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
         chosen = int(value)

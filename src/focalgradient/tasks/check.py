@@ -249,7 +249,7 @@ class _Checked:
         """Check that the control's ends give answers within the limits of their columns."""
         from focalgradient.dataset.events import cell_test
 
-        control = self.control("control", self.call("control", self.task.control, self.words, trial))
+        control = self.control("control", self.call("control", self.task.asked, self.design, self.words, trial))
         for value in (control.reached()[0], control.reached()[-1]):
             times = {"onset": 0.0, "response_time": 1.0, "dropped_frames": 0}
             answer = self.call("answered", self.task.answered, self.design, trial, value, **times)

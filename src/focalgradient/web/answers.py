@@ -110,7 +110,7 @@ def read_answer(
             return with_noted(given, extra), frames
         if task.adapts:
             trial = task.adapted(design, trial, session.recorded)
-        control = task.control(words, trial)
+        control = task.asked(design, words, trial)
         value = _value(read)
         if isinstance(control, Ways) and read.chosen is None:
             value = 2.0 - value

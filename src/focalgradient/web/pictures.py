@@ -187,7 +187,7 @@ def own_trial(
         x, y = step.mark or (0.0, 0.0)
         mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": False}
         intervals.append({CONTENT: png(step.picture), "seconds": step.seconds, "event": "picture", **mark})
-    return {"intervals": intervals, "scale": task.control(words, trial).form()}
+    return {"intervals": intervals, "scale": task.asked(design, words, trial).form()}
 
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
