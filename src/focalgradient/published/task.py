@@ -162,12 +162,12 @@ class PublishedTask(Task):
         """Return the pages with the instructions of the experiment's question."""
         return _AskedPages(self, words, design.asked)
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0) -> Any:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None) -> Any:
         """Return the replicas of a trial, one per interval, with a new texture in each trial."""
         drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, seed)
         return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
 
-    def control(self, words: Any, trial: Any) -> Control:
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         """Return the response control of the experiment's question."""
         asked: Asked = ASKED[trial.experiment]
         return asked.control(partial(self.text, words))
