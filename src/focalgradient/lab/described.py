@@ -16,11 +16,12 @@ __all__ = ["described_experiment", "show_described"]
 
 
 def described_experiment(task: Task) -> Experiment:
-    """Return the experiment of a task."""
+    """Return the experiment of a task whose trials are described as data, or shown by its own `run`."""
+    trial = partial(show_described, task) if type(task).run is Task.run else task.run
     return Experiment(
         task=task.name,
         about=type(task).__doc__ or task.title,
-        trial=task.run,
+        trial=trial,
         pictures=task.needed,
         background=GREY,
         before=partial(_warm_up, task),
