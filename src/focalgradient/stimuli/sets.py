@@ -226,6 +226,12 @@ class StimulusSet:
 
         return example_picture(scene, self.pixels(self.pictures[0]).shape[:2]) if scene in DRAWINGS else None
 
+    def blurred(self, design: Any, scene: str, amount: float) -> NDArray[np.uint8]:
+        """Return a scene's pinhole picture with the blur of a threshold's trial (`blurred_scene`)."""
+        from focalgradient.stimuli.blurred_scene import blurred_scene
+
+        return blurred_scene(self, design, scene, amount)
+
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
         """Return the 8-bit values of a picture, H x W x 3, after verifying the file's checksum.
 
