@@ -9,7 +9,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -120,8 +120,8 @@ class TextTable:
             )
         return decimal
 
-    def records(self) -> list[dict[str, str]]:
-        """Return the rows as cells by column, with decimal points.
+    def records(self, numeric: Collection[str] | None = None) -> list[dict[str, str]]:
+        """Return the rows as cells by column, with decimal points in the columns `numeric` (all by default).
 
         Raises
         ------
@@ -142,7 +142,8 @@ class TextTable:
         )
         if wrong:
             raise InputError(f"{self.name} {wrong}: give one row for each record below a header of their names.")
-        rows = self.with_points().rows
+        columns = None if numeric is None else [at for at, name in enumerate(self.header) if name in numeric]
+        rows = self.with_points(columns).rows
         return [dict(zip(self.header, map(str.strip, row), strict=True)) for row in rows]
 
     def with_points(self, columns: Sequence[int] | None = None) -> TextTable:
@@ -440,14 +441,12 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
             if '"' in text
             else f"{name} cannot be read as a table ({error}): give a CSV or TSV file."
         ) from error
-    swallowed = [number for number, cells in rows if any("\n" in cell and delimiter in cell for cell in cells)]
     width = max((len(cells) for _, cells in rows), default=0)
-    if swallowed and width > 2:
-        for number, cells in rows:
-            if number == swallowed[0] and any(cell.count(delimiter) >= width - 1 and "\n" in cell for cell in cells):
-                raise InputError(
-                    f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close or remove it."
-                )
+    for number, cells in rows if width > 2 else ():
+        if any("\n" in cell and cell.count(delimiter) >= width - 1 for cell in cells):
+            raise InputError(
+                f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close or remove it."
+            )
     return rows, delimiter
 
 

@@ -27,7 +27,16 @@ from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
 from focalgradient.statistics.own_rows import without_codes
-from focalgradient.statistics.own_tables import Paths, Source, Where, answered, catch_trials, found_columns, read_table
+from focalgradient.statistics.own_tables import (
+    Paths,
+    Source,
+    Where,
+    answered,
+    catch_trials,
+    completed,
+    found_columns,
+    read_table,
+)
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
@@ -167,7 +176,7 @@ def read_conditions(
     silent: list[str] = []
     table = catch_trials(table, own.notes if "catch" in table else silent)
     table = numbered(own, table, [*(["scene"] if "scene" in table else []), *theirs])
-    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    table = completed(table, "kind")
     log = bool((table["rating"] > 0).all()) and not (steps or order)
     return OwnConditions(table, levels, log, tuple(own.notes), tuple(own.notices))
 

@@ -23,6 +23,7 @@ from focalgradient.statistics.own_tables import (
     answered,
     catch_trials,
     columns_like,
+    completed,
     renamed,
     unused,
     where_like,
@@ -181,7 +182,7 @@ def read_ratings(
         if focal_length_mm is None:
             notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
-    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    table = completed(table, "kind")
     checked = rating_table(table, Choices() if choices else Ratios())
     return OwnRatings(checked, tuple(notes), tuple(own.problems), tuple(notices), choices)
 

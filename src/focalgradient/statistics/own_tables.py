@@ -19,6 +19,7 @@ from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
 __all__ = [
+    "NO",
     "PARTICIPANT",
     "TABLES",
     "Paths",
@@ -28,7 +29,9 @@ __all__ = [
     "answered",
     "catch_trials",
     "columns_like",
+    "completed",
     "conditions_like",
+    "folded",
     "found_columns",
     "of_one_data_set",
     "read_table",
@@ -40,7 +43,14 @@ __all__ = [
     "where_like",
 ]
 
-TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
+TRUTH = {
+    **dict.fromkeys(["1", "1.0", "true", "t", "yes", "y", "ja", "oui", "wahr", "vrai"], True),
+    **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
+}
+"""Recognised words for yes and no."""
+
+NO = {"": False, "n/a": False}
+"""Cells of optional columns that say no."""
 
 PARTICIPANT = (
     *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
@@ -509,7 +519,7 @@ def answered(own: Source, table: pd.DataFrame, role: str, record: str, absent: f
 def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Add the boolean column `catch`; without such a column no trial is a catch trial, which is noted."""
     if "catch" in table:
-        return table.assign(catch=truths(table, "catch"))
+        return table.assign(catch=truths(table, "catch", NO))
     notes.append("No catch-trial column: no trial is treated as one.")
     return table.assign(catch=False)
 
@@ -526,10 +536,42 @@ def unused(names: list[str]) -> list[str]:
     return [f"Columns that were not used: {few(named)}."] if named else []
 
 
-def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
-    """Convert yes/no cells to booleans."""
-    texts = table[role].str.strip().str.lower()
-    wrong = ~texts.isin(list(TRUTH))
+def truths(
+    table: pd.DataFrame,
+    role: str,
+    words: Mapping[str, bool],
+    meanings: Mapping[str, str] | None = None,
+    expected: str = "0 or 1",
+) -> pd.Series[bool]:
+    """Convert cells that say yes or no to booleans.
+
+    Parameters
+    ----------
+    table, role
+        Table, and the column.
+    words
+        Recognised words besides those of `TRUTH`.
+    meanings
+        Meanings of the caller's words: see `folded`.
+    expected
+        What cells must be, for the message.
+    """
+    known = TRUTH | words
+    cells = table[role].str.strip().str.casefold().map(lambda cell: (meanings or {}).get(cell, cell))
+    wrong = ~cells.isin(list(known))
     if wrong.any():
-        raise InputError(f"{place(table, wrong)}: {role} is {table[role][wrong].iloc[0]!r}, but must be 0 or 1.")
-    return texts.map(TRUTH).astype(bool)
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be {expected}."
+        )
+    return cells.map(known).astype(bool)
+
+
+def folded(conditions: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the meanings of the caller's words, all in lower case."""
+    return {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
+
+
+def completed(table: pd.DataFrame, *roles: str) -> pd.DataFrame:
+    """Return the table with columns session, condition and kind where they are among `roles`; people by default."""
+    plain = {"session": "", "condition": "", "kind": "human"}
+    return table.assign(**{role: table[role].str.strip() if role in table else plain[role] for role in roles})
