@@ -62,7 +62,7 @@ class TextTable:
     rows
         Cells of the non-empty rows below the header, as many as the header has (without a header as they are).
     places
-        Number of each row in the file, from 1; of several files with the file's name, as in "3 of a.csv".
+        Number of each row in the file, from 1.
     delimiter
         Delimiter of the columns; "" if the container separates them.
     comments
@@ -74,7 +74,7 @@ class TextTable:
     name: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    places: tuple[int | str, ...]
+    places: tuple[int, ...]
     delimiter: str = ""
     comments: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -171,7 +171,7 @@ class TextTable:
     def numbers(
         self, column: int, expected: str = "a number", *, lowest: float = -math.inf, empty: bool = False
     ) -> list[float]:
-        """Return the numbers of a column, which has decimal points: see `with_points`; NaN where cells may be empty.
+        """Return the numbers of a column with decimal points; NaN where cells may be `empty`.
 
         Raises
         ------
@@ -248,8 +248,9 @@ def read_cells(
     InputError
         If the file is of another kind (which is named), or no table.
     """
-    data = read_bytes(path, what, largest)
-    return parse_table(data, printable(path), what, header=header, spaces=spaces, columns=columns)
+    return parse_table(
+        read_bytes(path, what, largest), printable(path), what, header=header, spaces=spaces, columns=columns
+    )
 
 
 class RaggedTableError(InputError):
@@ -270,8 +271,7 @@ def parse_table(
     >>> parse_table(b"sep=;\n# a comment\na;b\n1,5;2\n", "x.csv").with_points().rows
     (('1.5', '2'),)
     """
-    notes: list[str] = []
-    delimiter, comments = "", list[str]()
+    notes, comments, delimiter = list[str](), list[str](), ""
     refuse_other_container(data, name, what)
     if is_workbook(data):
         lines = sheet_rows(data, name)
@@ -444,9 +444,7 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
     width = max((len(cells) for _, cells in rows), default=0)
     for number, cells in rows if width > 2 else ():
         if any("\n" in cell and cell.count(delimiter) >= width - 1 for cell in cells):
-            raise InputError(
-                f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close or remove it."
-            )
+            raise InputError(f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close it.")
     return rows, delimiter
 
 

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_rows import in_steps, without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
@@ -21,7 +21,6 @@ from focalgradient.statistics.own_tables import (
     completed,
     folded,
     found_columns,
-    read_table,
     truths,
 )
 
@@ -117,7 +116,7 @@ def read_detection(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_detection(text_table("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n"))
     >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)

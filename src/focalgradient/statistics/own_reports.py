@@ -12,13 +12,13 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import codes_of
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import ABSENT, place, rows_named
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import check_seconds
 from focalgradient.statistics.own_tables import (
     NO,
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
@@ -26,7 +26,6 @@ from focalgradient.statistics.own_tables import (
     completed,
     conditions_like,
     folded,
-    read_table,
     truths,
 )
 from focalgradient.statistics.tables import CLOCK, GRADIENTS, PERCEPTS, report_table
@@ -121,7 +120,7 @@ def read_reports(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_reports(text_table("subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,1,sharp,non-rigid,4\n"))
     >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]

@@ -13,12 +13,12 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, rows_named
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
@@ -27,7 +27,6 @@ from focalgradient.statistics.own_tables import (
     completed,
     folded,
     found_columns,
-    read_table,
     truths,
 )
 
@@ -148,7 +147,7 @@ def read_thresholds(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_thresholds(text_table("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n"))
     >>> own.table[["participant_id", "level", "correct"]].values.tolist(), own.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
