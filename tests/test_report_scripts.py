@@ -1,5 +1,6 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
+import functools
 import io
 import re
 import shutil
@@ -26,11 +27,17 @@ APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
 needs_r = pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
 
 
+@functools.cache
+def has_package(name: str) -> bool:
+    """Whether R finds the package; it is not loaded for that."""
+    command = ["Rscript", "-e", f'quit(status = !nzchar(system.file(package = "{name}")))']
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
 def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> str:
     """What the script prints, in the report's folder."""
     for package in packages:
-        command = ["Rscript", "-e", f'quit(status = !requireNamespace("{package}", quietly = TRUE))']
-        if subprocess.run(command, capture_output=True, check=False).returncode:
+        if not has_package(package):
             pytest.skip(f"the R package {package} is not installed")
     for name, content in files.items():
         (folder / name).write_bytes(content)
@@ -185,9 +192,13 @@ def _rows(block: str) -> list[str]:
 
 def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
     """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
-    both, here = result.scenes_random, result.these_scenes
-    tests = [[*both.slopes, both.interaction], [*here.slopes, here.interaction]]
-    tests += [both.against_reference, here.against_reference]
+    ends = (", subjects and scenes", "") if result.analysis.binary else ("", ", these scenes")
+    questions = {"slope on aperture": "difference of the slopes", "largest aperture against identical pictures": ""}
+    tests = [
+        [*result.answers.to(name + end).values(), *(result.answers.to(apart + end).values() if apart else ())]
+        for name, apart in questions.items()
+        for end in ends
+    ]
     for rows, wanted in zip(_shown(said), tests, strict=True):
         done = [test for test in wanted if isinstance(test, Effect)]
         assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]

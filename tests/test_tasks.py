@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -37,6 +37,22 @@ def test_ours_are_registered_and_found_by_both_names() -> None:
         assert check_design("printed", tomllib.loads(design_text(called))) == task.design()
         assert all(isinstance(column, Column) for column in task.columns())
     assert [*EXPERIMENTS][:4] == [*OURS]
+
+
+def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_again() -> None:
+    task = task_named(str(Path(__file__).parents[1] / "experiments" / "depth_order.py"))
+    design = task.design()
+    first = next(trial for trial in design.trials("01") if trial.phase == "main")
+    same = [replace(first, phase=phase, trial=number) for phase in ("practice", "main") for number in (1, 2)]
+    drawn = {
+        (participant, trial.phase, trial.trial): [
+            task.intervals(design, trial, 10.0, design.noise_seed(participant, trial))[0][0].tobytes() for _ in range(2)
+        ]
+        for participant in ("01", "02")
+        for trial in same
+    }
+    assert all(again == once for once, again in drawn.values())
+    assert len({once for once, _ in drawn.values()}) == len(drawn)
 
 
 @pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])
@@ -138,10 +154,10 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
     files = make_report(tmp_path / "data").files
     assert {"dots.png", "dots.pdf", "dots_dots.png", "dots_dots.pdf"} <= set(files)
     assert "dots_side.png" not in files
-    tests, means = (pd.read_csv(io.BytesIO(files[f"dots_{name}.csv"])) for name in ("tests", "means"))
+    tests, means = (pd.read_csv(io.BytesIO(files[name])) for name in ("results.csv", "dots_means.csv"))
     trials = pd.read_csv(io.BytesIO(files["dots_trials.csv"]))
     assert len(trials) == 5 * 12
-    assert list(tests["effect"][:2]) == ["guess, side right less left", "guess, dots 7 less 3"]
+    assert list(tests["name"][:2]) == ["guess, side right less left", "guess, dots 7 less 3"]
     levels = (("side", "right", "left"), ("dots", 7, 3))
     for row, (name, high, low) in zip(tests[:2].to_dict("records"), levels, strict=True):
         each = trials.groupby([name, "participant_id"])["guess"].mean()
@@ -150,7 +166,7 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
         assert (row["statistic"], row["df"], row["p"]) == pytest.approx((expected.statistic, 4, expected.pvalue))
         ends = expected.confidence_interval()
         assert (row["low"], row["high"]) == pytest.approx((ends.low, ends.high))
-    assert list(tests["p_holm"][:2]) == pytest.approx(list(multipletests(tests["p"][:2], method="holm")[1]))
+    assert list(tests["p_corrected"][:2]) == pytest.approx(list(multipletests(tests["p"][:2], method="holm")[1]))
     first = means.query("side == 'right' and dots == 3 and answer == 'guess'").iloc[0]
     own = trials.query("side == 'right' and dots == 3").groupby("participant_id")["guess"].mean()
     ends = stats.ttest_1samp(own, 0.0).confidence_interval()
@@ -247,7 +263,7 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
     assert "simulated observers with 75 trials" in text
     assert "slope of blur on sigma" in text
     assert (report / "edgeblur.png").read_bytes().startswith(b"\x89PNG")
-    tests = pd.read_csv(report / "edgeblur_tests.csv")
+    tests = pd.read_csv(report / "results.csv")
     slope = float(np.polyfit([1, 4, 16], [0, 4, 8], 1)[0])  # of the observers' rule
     assert tests["estimate"][0] == pytest.approx(slope, abs=0.05)
     design = tmp_path / "design.toml"

@@ -65,8 +65,7 @@ class TaskStudy(AnyStudy):
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()]}
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+        return AnyStudy.settings(self) | {"task": self.task.name, "tests": [*self.tests.values()]}
 
     @property
     def tests(self) -> Mapping[str, str]:

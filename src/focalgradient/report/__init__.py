@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from focalgradient.dataset import checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
@@ -23,7 +25,7 @@ from focalgradient.report.analysed import analyse_necker, analyse_ratings, analy
 from focalgradient.report.choices import chosen, explained
 from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
-from focalgradient.report.exclusions import main_results
+from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
@@ -223,7 +225,11 @@ def make_report(
     if applied:
         used = asked.used_bound if "bound" in applied else None
         written["rules.toml"] = as_toml(stated.rules, used, applied).encode()
-    results = main_results(output.sheets)
+    results = []
+    for part in found.parts:
+        if rows := main_results(part.both):
+            written[f"{part.name}{EFFECT}"] = safe_csv(pd.DataFrame(rows))
+        results += [{"experiment": part.name} | row for row in rows]
     problems = [_local(one, root) for one in found.problems]
     found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
     written["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
