@@ -7,7 +7,7 @@ import inspect
 import math
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -216,16 +216,14 @@ class Task(ABC):
         """
         return trial
 
-    def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
-    ) -> Interval | Step | Sequence[Interval | Step]:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Step | Sequence[Interval | Step]:
         """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
         Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
-        `pause_s` of the design and with `blank_s` after each picture. A method with the parameter `seed` receives the
-        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; one
-        with `stimuli` the set of pictures (`needed`).
+        `pause_s` of the design and with `blank_s` after each picture. An override may add the parameter `seed`, and
+        receives the seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two
+        trials; and `stimuli`, the set of pictures (`needed`).
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
@@ -240,9 +238,10 @@ class Task(ABC):
         self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
     ) -> list[Interval | Step]:
         """Return what `shown` gives for a trial, as a list also for a single interval."""
-        known = inspect.signature(self.shown).parameters
+        show: Callable[..., Any] = self.shown
+        known = inspect.signature(show).parameters
         given = {name: one for name, one in (("seed", seed), ("stimuli", stimuli)) if name in known}
-        shown: Any = self.shown(design, trial, pixels_per_degree, **given)
+        shown = show(design, trial, pixels_per_degree, **given)
         single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
         return [shown] if single else [*shown]
 
@@ -287,14 +286,15 @@ class Task(ABC):
         shown = self.steps(design, trial, pixels_per_degree, seed)
         return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
-        """Return the description of a trial's response control; a method with the parameter `design` receives it."""
+    def control(self, words: Any, trial: Any) -> Control:
+        """Return the description of a trial's response control; an override may add the parameter `design`."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def asked(self, design: Any, words: Any, trial: Any) -> Control:
         """Return the control on which a trial is answered."""
-        given = {"design": design} if "design" in inspect.signature(self.control).parameters else {}
-        return self.control(words, trial, **given)
+        control: Callable[..., Control] = self.control
+        given = {"design": design} if "design" in inspect.signature(control).parameters else {}
+        return control(words, trial, **given)
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.
