@@ -84,7 +84,7 @@ TABLES: dict[str, Table] = {
         simulated.robust,
     ),
     "enough": Table(
-        "subjects", crossed(SKEWED), {f"noise {noise:g}": noise for noise in NOISE}, simulated.enough, 10, 20_000
+        "subjects", crossed(SKEWED), {f"noise {noise:g}": noise for noise in NOISE}, simulated.enough, 30, 60_000
     ),
     "comparisons": Table(
         "scale; subjects; scenes",
@@ -93,7 +93,7 @@ TABLES: dict[str, Table] = {
         simulated.comparisons,
         5,
     ),
-    "marginal": Table("scale", {"choice": ()}, PEOPLE, simulated.marginal),
+    "marginal": Table("scale", {"choice": ()}, {"N = 6": 6, "N = 12": 12}, simulated.marginal),
     "cube": Table(
         "nonrigid time without a gradient",
         {"50 %": (0.0,), "4.5 %": (RARE,)},
@@ -113,7 +113,7 @@ TABLES: dict[str, Table] = {
     "steps": Table(
         "level (log odds); scenes",
         crossed((0.0,), (0.0, 0.5)) | crossed((-4.0,), (0.0,)),
-        {"N = 6": 6, "N = 12": 12},
+        {"N = 6": 6},
         simulated.steps,
         1,
         100,

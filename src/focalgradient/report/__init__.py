@@ -22,7 +22,7 @@ from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
 from focalgradient.report.choices import chosen, explained
 from focalgradient.report.cube_part import CubePart
-from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
+from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown, folded
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
@@ -193,7 +193,7 @@ def make_report(
 
         fitted = fitted_observers(found.parts, progress)
     for part in found.parts:
-        body += [Heading(part.title), *part.findings(output)]
+        body += [Heading(part.title), *folded(part.findings(output))]
         body += [block for one in fitted if one.part is part for block in one.findings(output)]
     body.append(Heading("Methods"))
     for part in found.parts:

@@ -401,10 +401,8 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
         rows.append([*first, *readings, *cells.interval(share.time, 100, 1), *reports])
     header = ["blur agrees with", "mm", "percept", "share of both readings' time (%)", "95 %", "share of all time (%)"]
     header += ["95 %", "share of reports (%)", "95 %"]
-    sheets = [
-        Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
-        sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
-    ]
+    shares = sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells)
+    sheets = [Sheet("necker_subjects.csv", None, as_table(result.subject_shares))]
     cells = _Cells()
     rows = []
     for effect in result.effects:
@@ -418,6 +416,7 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     )
     if result.effects:
         sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
+    sheets.append(shares)
     cells = _Cells()
     rows = []
     for each in result.dominance:
