@@ -8,7 +8,7 @@
 # make docs        the documents as pages, in docs/_build/html; makes the figures first where there are none
 # make links       asks every address on the web that the documents name, which needs the network
 #
-# All set up what they need first, and redo that only when the pinned packages, or the sources of the page for browsers, change.
+# All set up what they need first (PsychoPy and the tools of the tests: lint and test only), and redo that only when the pinned packages, or the sources of the page for browsers, change.
 # Another Python: make PYTHON=python3.12 reproduce
 
 SHELL := /bin/sh

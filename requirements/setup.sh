@@ -4,7 +4,8 @@
 #
 # - Debian packages, listed with their reasons in debian.txt. `make` only names them. The tests insist on them, `reproduce`
 #   needs no windows and goes on without the rest. On a terminal they are asked for before they are installed.
-# - .venv, with the packages that python.txt pins and focalgradient itself, editable: by uv if it is on the PATH, else, or
+# - .venv, with the packages that python.txt pins (those of laboratory.txt, which are PsychoPy and the tools of the tests,
+#   only for `make test`) and focalgradient itself, editable: by uv if it is on the PATH, else, or
 #   if uv fails, by pip. Both install the same files and check their hashes; uv does it in less time. The stamp .venv/ready
 #   is written last and says for what the set-up was made: one that was cut off has no stamp and is started over.
 set -eu
@@ -78,23 +79,32 @@ find_python() { # sets $python
         "install one and name it, as in 'make PYTHON=python3.12 $purpose'."
 }
 
+pins() { # what python.txt pins, all or without the packages of laboratory.txt
+    if [ "$part" = all ]; then cat requirements/python.txt; return; fi
+    awk 'NR == FNR { if ($0 !~ /^#/) left[$1]; next } /^[a-z0-9]/ { split($0, name, "=="); out = name[1] in left } !out' \
+        requirements/laboratory.txt requirements/python.txt
+}
+
 python_wanted() { # sets $needed, and says what will be installed before anything is
-    # A virtual environment cannot be moved, so its place is part of what it was made for.
-    want="$PWD $(cat requirements/python.txt pyproject.toml | cksum)"
     have=$(cat .venv/ready 2>/dev/null) || have=
+    part=core
+    case "$purpose $have" in test* | *" all "*) part=all ;; esac
+    # A virtual environment cannot be moved, so its place is part of what it was made for.
+    want="$PWD $part $(cat requirements/python.txt requirements/laboratory.txt pyproject.toml | cksum)"
     fits .venv/bin/python || have=
     [ -z "${PYTHON:-}" ] || [ "$(version "$PYTHON")" = "$(version .venv/bin/python)" ] || have=
     needed=
     [ "$have" != "$want" ] || return 0
     needed=yes
-    if [ "${have% * *}" != "$PWD" ]; then # none yet, cut off, moved, or of another Python
+    if [ "${have% * * *}" != "$PWD" ]; then # none yet, cut off, moved, or of another Python
         find_python
         "$python" -c 'import ensurepip, venv' 2>/dev/null || fail "$python cannot make virtual environments:" \
             "install its venv module (on Debian: apt-get install python3-venv) and call make again."
     fi
-    count=$(grep -c '^[a-z0-9-]*==' requirements/python.txt || :)
+    count=$(pins | grep -c '^[a-z0-9-]*==' || :)
+    if [ "$part" = all ]; then size="600 MB to download, 2 GB"; else size="450 MB to download, 1.6 GB"; fi
     say "installs the packages that requirements/python.txt pins ($count, less those for other systems) into .venv: about" \
-        "600 MB to download, 2 GB of disk, 2 to 10 minutes, once"
+        "$size of disk, 2 to 10 minutes, once"
 }
 
 progress() { # how far pip is: it looks all packages up, downloads them, then installs one after another
@@ -141,10 +151,11 @@ install() { with_uv "$@" || with_pip "$@"; }
 python_packages() {
     [ -n "$needed" ] || return 0
     rm -f .venv/ready
-    if [ "${have% * *}" != "$PWD" ]; then
+    if [ "${have% * * *}" != "$PWD" ]; then
         "$python" -m venv --clear .venv || fail "$python could not make .venv: see its message above."
     fi
-    if ! install --require-hashes -r requirements/python.txt; then
+    pins >.venv/pins.txt
+    if ! install --require-hashes -r .venv/pins.txt; then
         ! grep -q 'connection broken' .venv/pip.log || fail "the package index cannot be reached:" \
             "check the network connection (or the proxy) and call make again."
         grep ^ERROR .venv/pip.log >&2 || cat .venv/pip.log >&2
@@ -166,4 +177,4 @@ python_wanted
 debian_packages
 python_packages
 page
-[ "$purpose" != setup ] || say "all is there: make reproduce, make test, or .venv/bin/focalgradient"
+[ "$purpose" != setup ] || say "all is there: make reproduce or .venv/bin/focalgradient; make test adds PsychoPy and the tools of the tests"

@@ -6,10 +6,12 @@ import shutil
 import stat
 import subprocess
 import tomllib
+from importlib import metadata
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
 
 import focalgradient
 
@@ -32,7 +34,7 @@ esac
 UV = """
 case "$*" in
     --version) exit 0 ;;
-    *"--require-hashes -r requirements/python.txt") echo "uv pinned" >>calls ;;
+    *"--require-hashes -r .venv/pins.txt") echo "uv pinned" >>calls ;;
     *"--no-build-isolation -e .") echo "uv itself" >>calls ;;
 esac
 echo "$*" >>uv-calls
@@ -51,6 +53,7 @@ class House:
         shutil.copy(ROOT / "requirements" / "setup.sh", folder / "requirements")
         for name in ("pyproject.toml", "requirements/python.txt", "requirements/debian.txt"):
             (folder / name).write_text("a==1\nb-c==2 ; of some\n" if name.endswith("python.txt") else "")
+        (folder / "requirements/laboratory.txt").write_text("# windows\n")
         self.python("python3")
         self.program("id", "echo 0")
         self.program("dpkg-query", 'case "$*" in *present*) echo "ii " ;; *) exit 1 ;; esac')
@@ -100,6 +103,41 @@ def test_set_up_happens_once(house: House) -> None:
     assert (status, calls, said.count("\n")) == (0, [], 1)
     assert "all is there" in said
     assert (house.folder / "pages").read_text().count("bundled") == 4  # each time: its sources may have changed
+
+
+@needs_sh
+def test_what_only_the_tests_need_is_installed_for_them(house: House) -> None:
+    """Later than the core, into the same environment, which then serves both."""
+    (house.folder / "requirements/python.txt").write_text("a==1 \\\n    --hash=x\nb-c==2 \\\n    --hash=y\nd==3\n")
+    (house.folder / "requirements/laboratory.txt").write_text("# windows\nb-c\n")
+    pins = house.folder / ".venv" / "pins.txt"
+    assert house.set_up("reproduce")[:2] == (0, ["venv", "pinned", "itself"])
+    assert pins.read_text() == "a==1 \\\n    --hash=x\nd==3\n"
+    assert house.set_up("setup")[:2] == (0, [])
+    assert house.set_up("test")[:2] == (0, ["pinned", "itself"])
+    assert "b-c==2" in pins.read_text()
+    assert house.set_up("reproduce") == house.set_up("test") == (0, [], "")
+
+
+def test_nothing_else_depends_on_a_package_of_the_tests() -> None:
+    """By the metadata of what is installed: without these packages the others are complete."""
+    text = (ROOT / "requirements" / "laboratory.txt").read_text(encoding="utf-8")
+    left = {line for line in text.splitlines() if not line.startswith("#")}
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    roots = project["project"]["dependencies"] + project["dependency-groups"]["dev"]
+    wanted = [Requirement(asked) for asked in roots if canonicalize_name(Requirement(asked).name) not in left]
+    needs = {canonicalize_name(one.metadata["Name"]): one.requires or () for one in metadata.distributions()}
+    seen: set[str] = set()
+    while wanted:
+        asked = wanted.pop()
+        name = canonicalize_name(asked.name)
+        if name in seen or name not in needs or (asked.marker and not asked.marker.evaluate({"extra": ""})):
+            continue
+        seen.add(name)
+        wanted += [Requirement(needed) for needed in needs[name]]
+    assert not seen & left
+    assert "psychopy" in left
+    assert "numba" in seen
 
 
 @needs_sh

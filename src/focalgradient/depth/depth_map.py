@@ -183,6 +183,7 @@ class DepthMap:
             lines.append(f"{ends[0]}: {farther}; {ends[1]}: {nearer}")
         if "side" in self.details:
             lines.append(f"side of focus: {self.details['side']}")
+        lines += [f"assumed: {sentence}" for sentence in self.details.get("assumes", ())]
         return "\n".join(lines)
 
     def plot(self, ax: Any = None, *, outlines: bool = False) -> Any:

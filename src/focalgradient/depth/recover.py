@@ -319,6 +319,9 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
         **estimate.details,
         "share_valid": float(estimate.valid.mean()),
     }
+    assumptions = dict.fromkeys(capabilities(optics).assumption for optics in search.optics)
+    if any(assumptions):
+        details["assumes"] = [sentence for sentence in assumptions if sentence]
     if causes:
         details["rejected"] = causes[0].text
         details["rejected_causes"] = [asdict(cause) for cause in causes]

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
-from focalgradient.eye.light import Band, Light, band_light
+from focalgradient.eye.colours import PRIMARIES, display_primaries
+from focalgradient.eye.light import Band, Light, band_light, band_sensitivity
 from focalgradient.eye.parts import fewest, parts_of_band
 from focalgradient.eye.protocol import EyeModel, check_eye, chromatic_scale
 from focalgradient.eye.ranges import wavelengths as visible
@@ -168,6 +169,23 @@ class Cones:
         return replace(self, eye=self.eye.refocused(self.eye.focus_vergence + (vergence - self.focus_vergence)))
 
     @property
+    def assumption(self) -> str:
+        """The texture's colour, and by how much depth depends on it; empty without chromatic aberration.
+
+        >>> from focalgradient import Eye
+        >>> print(Cones.of(Eye(0.004, 1.0), "L+M").assumption)
+        L+M cones see white texture: red texture would be stated about 0.3 D too near, blue texture about 0.4 D too far
+        """
+        scale = chromatic_scale(self.eye)
+        if len(self.wavelengths_nm) == 1 or not scale or self.light not in get_args(Band):
+            return ""
+        red, blue = (scale * change for change in primary_differences(self.light))
+        return (
+            f"{self.light} cones see white texture: red texture would be stated {_error_of(red)}, "
+            f"blue texture {_error_of(blue)}"
+        )
+
+    @property
     def isotropic(self) -> bool:
         """Whether blur is rotationally symmetric: of a clear pupil, or with aberrations of m = 0 only."""
         return self._shape is not None or blur_of(self.eye).isotropic
@@ -248,6 +266,22 @@ class Cones:
         """Return the contrast left by scatter and by cone sampling at `frequency` (cycles per radian)."""
         resolved = sampling(frequency, self.finest_cpd)
         return resolved if self.scatter is None else resolved * self.scatter.transfer(frequency)
+
+
+def _error_of(change: float) -> str:
+    """Return the error of a vergence where focus has changed by `change` (D) unnoticed."""
+    return f"about {abs(change):.1f} D too {'near' if change < 0 else 'far'}"
+
+
+@lru_cache
+def primary_differences(band: Band) -> tuple[float, float]:
+    """Return the change of focus (D) of cones from white to the red, and to the blue, of a display."""
+    nm, primaries = display_primaries(PRIMARIES)
+    red, white, blue = (
+        Light(nm, band_sensitivity(band, nm) * light).difference()
+        for light in (primaries[:, 0], primaries.sum(axis=1), primaries[:, 2])
+    )
+    return white - red, white - blue
 
 
 def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:

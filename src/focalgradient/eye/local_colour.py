@@ -364,6 +364,11 @@ class ColouredCones(Cones):
     colours: LocalColours | None = None
 
     @property
+    def assumption(self) -> str:
+        """None about the colour, where it is given."""
+        return super(ColouredCones, self).assumption if self.colours is None else ""
+
+    @property
     def mixture(self) -> Mixture | None:
         """How the blur varies over the field."""
         if self.colours is None:

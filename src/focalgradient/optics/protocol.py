@@ -47,6 +47,8 @@ class Optics(Protocol):
         Return the same optics focused at another vergence (D): see `refocused`.
     ``residual_blur_variance``
         Variance in rad^2 of the blur that remains in focus.
+    ``assumption``
+        A sentence on what the blur takes for granted, which every depth map states (``details["assumes"]``).
     ``focus_tolerance``, ``aperture_tolerance``
         Relative standard deviations of focus vergence and aperture, which cause errors common to the whole depth map.
     """
@@ -110,6 +112,7 @@ class Capabilities:
     """Field-dependent blur; None: blur is constant over the field."""
     contrast: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None
     """Of a component of a mixture: texture contrast at each vergence (D), relative to the mixture's; None: 1."""
+    assumption: str = ""
 
     @property
     def isotropic(self) -> bool:
@@ -153,7 +156,12 @@ def capabilities(optics: Any) -> Capabilities:
     contrast = getattr(optics, "contrast", None)
     if not (contrast is None or callable(contrast)):
         raise InputError(f"contrast of {type(optics).__name__} is {described(contrast)}, but must be a method or None.")
-    stated = Capabilities(blur, sides, uniform, waveband, residual, mixture=mixture, contrast=contrast, **own)
+    assumption = getattr(optics, "assumption", "")
+    if not isinstance(assumption, str):
+        raise InputError(f"assumption of {type(optics).__name__} is {described(assumption)}, but must be a sentence.")
+    stated = Capabilities(
+        blur, sides, uniform, waveband, residual, mixture=mixture, contrast=contrast, assumption=assumption, **own
+    )
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but implements no blur model: add "
