@@ -151,7 +151,7 @@ def against_lmertest(rng: Rng, sets: int, pattern: str, kind: str, subjects: int
 def effect_sizes(rng: Rng, sets: int, d: float, subjects: int) -> Rates:
     """Return the coverage of the interval of d (Westfall, Kenny and Judd 2014)."""
     true = d * math.sqrt(SUBJECT_SD**2 + SCENE_SD**2 + CELL_SD**2)
-    sizes = [crossed_effect(table + true).d for table in effects_of(rng, sets, subjects)]  # type: ignore[union-attr]
+    sizes: list[Any] = [crossed_effect(table + true).d for table in effects_of(rng, sets, subjects)]  # type: ignore[union-attr]
     return {"coverage of d": float(np.mean([size.low < d < size.high for size in sizes]))}
 
 
@@ -266,7 +266,7 @@ def answers(scale: str, felt: FloatArray) -> FloatArray:
     """Return the answers to latent percepts (log odds)."""
     if scale == "bipolar":
         return np.clip(np.round(felt), -3, 3)
-    return (felt > 0).astype(float) if scale == "choice" else 1.0 + np.digitize(felt, CUTS)
+    return np.asarray(felt > 0 if scale == "choice" else 1 + np.digitize(felt, CUTS), dtype=float)
 
 
 def answered(
@@ -376,23 +376,28 @@ def drawn_cubes(rng: Rng, sets: int, subjects: int, level: float, effect: float)
     return np.repeat(odds[..., None] / 2, TRIALS, axis=-1)
 
 
-def percepts(rng: Rng, half: FloatArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
-    """Yield onset, duration (0 after the end of a trial) and reading (True: rigid) of successive percepts."""
-    now, rigid = np.zeros(half.shape), rng.random(half.shape) < 0.5
+Percepts = tuple[FloatArray, FloatArray, NDArray[np.bool_]]
+"""Onset, duration (0 after the end of a trial) and whether rigid, of one percept of each trial."""
+
+
+def percepts(rng: Rng, half: FloatArray) -> Iterator[Percepts]:
+    """Yield successive percepts."""
+    now: FloatArray = np.zeros(half.shape)
+    rigid = rng.random(half.shape) < 0.5
     while (now < LASTS).any():
         lasts = rng.gamma(3.0, 1.5 * np.exp(np.where(rigid, -half, half)))
         yield now, np.clip(LASTS - now, 0, lasts), rigid
         now, rigid = now + lasts, ~rigid
 
 
-def cube_tests(shown: Iterable[tuple[FloatArray, FloatArray, FloatArray]]) -> FloatArray:
+def cube_tests(shown: Iterable[Percepts]) -> FloatArray:
     """Return the p value of the primary test of `necker` for each data set."""
     times, reports = np.zeros(2), np.zeros(1)
     for _, duration, rigid in shown:
         times = times + np.stack([np.where(rigid, 0, duration), np.where(rigid, duration, 0)]).sum(axis=-1)
         reports = reports + (duration > 0).sum(axis=(1, 2, 3))
-    half_report = times.sum(axis=(0, 2, 3)) / reports / 2
-    odds = log_odds(*times, half_report[:, None, None])  # type: ignore[arg-type]
+    nonrigid, rigid_time = times + (times.sum(axis=(0, 2, 3)) / reports / 2)[:, None, None]  # half a report is added
+    odds = log_odds(nonrigid, rigid_time, 0.0)
     change = odds[..., 1] - odds[..., 0]
     return np.asarray(stats.ttest_1samp(change, 0, axis=1).pvalue)
 

@@ -166,13 +166,13 @@ def compare(seed: int) -> None:
     ]
     names = ["participant_id", "scene", "aperture", "aperture_mm", "fixation", "rating"]
     trials = pd.DataFrame(rows, columns=names).assign(trial=range(len(rows)), catch=False)
-    result = depth_rating(trials, equivalence_bound=math.exp(BOUND)).fixations[0]
+    result: Any = depth_rating(trials, equivalence_bound=math.exp(BOUND)).fixations[0]
     over_both = simulated.over_both(table)
     p = simulated.student(*over_both)[0], np.maximum(*one_sided(*over_both, BOUND))[0]
-    np.testing.assert_allclose((result.rise.p, result.equivalence.p), p, rtol=1e-9)  # type: ignore[union-attr]
+    np.testing.assert_allclose((result.rise.p, result.equivalence.p), p, rtol=1e-9)
     for scale in ("bipolar", "choice"):
         data = simulated.answered(rng, 1, scale, "normal", 0.5, 6, 0.0)
-        found = compare_pictures(simulated.as_rows(data[0], scale), scale)  # type: ignore[arg-type]
+        found = compare_pictures(simulated.as_rows(data[0], scale), scale)
         by_package = found.scenes_random.slopes[0], found.these_scenes.slopes[0]
         tests = simulated.over_both, simulated.over_people
         by_file = [simulated.student(*test(simulated.slopes(data)))[0] for test in tests]
@@ -181,8 +181,8 @@ def compare(seed: int) -> None:
     pooled = [random_effects(*study).p for study in zip(estimates, errors, strict=True)]
     np.testing.assert_allclose(simulated.hartung_knapp(estimates, errors), pooled, rtol=1e-4)
     shown = [*simulated.percepts(rng, simulated.drawn_cubes(rng, 1, 4, 0.0, 1.0))]
-    test = necker(_reports(shown), durations=False).effects[0].odds_of_time
-    np.testing.assert_allclose(test.p, simulated.cube_tests(shown)[0], rtol=1e-9)  # type: ignore[union-attr]
+    test: Any = necker(_reports(shown), durations=False).effects[0].odds_of_time
+    np.testing.assert_allclose(test.p, simulated.cube_tests(shown)[0], rtol=1e-9)
 
 
 def _reports(shown: Sequence[Any]) -> pd.DataFrame:
