@@ -6,12 +6,18 @@ from functools import partial
 from typing import Any
 
 from focalgradient.lab.adjusting import adjust
-from focalgradient.lab.experiment import Sitting
+from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.questions import ask
 from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
 
-__all__ = ["show_described"]
+__all__ = ["described_experiment", "show_described"]
+
+
+def described_experiment(task: Task) -> Experiment:
+    """Return the experiment of a task whose trials are described as data, or shown by its own `run`."""
+    trial = partial(show_described, task) if type(task).run is Task.run else task.run
+    return Experiment(task=task.name, about=type(task).__doc__ or task.title, trial=trial, background=GREY)
 
 
 def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
