@@ -16,8 +16,9 @@ import numpy as np
 from focalgradient import Lens
 from focalgradient.dataset import Chosen
 from focalgradient.design import BlurTrial, Procedure, answers_of
-from focalgradient.lab import EXPERIMENTS, Sitting, ask_which, run
+from focalgradient.lab import EXPERIMENTS, Sitting, ask, run
 from focalgradient.render import blur_picture
+from focalgradient.scales import Ways
 
 
 def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
@@ -41,7 +42,8 @@ def trial(sitting: Sitting, trial: BlurTrial) -> Chosen:
     for event, image in intervals:
         onsets.append(screen.play(partial(draw, image), design.picture_s, event))
         screen.empty(design.blank_s, "off")
-    given = ask_which(screen, words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
+    ways = (words("depth.first"), words("depth.second"))
+    given = ask(screen, Ways(words(f"blur.question_{design.judged}"), ways))
     chosen = int(given.value)
     return Chosen(
         onset=sitting.since_start(onsets[0]),

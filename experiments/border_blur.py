@@ -64,7 +64,7 @@ class BorderBlur(Task):
         },
     }
 
-    def shown(self, design, trial, pixels_per_degree):
+    def shown(self, design, trial, pixels_per_degree, seed=0):
         blur = {f"{side}_blur_arcmin": design.blur_arcmin * (side == trial.blurred) for side in ("left", "right")}
         made = texture_border(
             **blur,
@@ -73,7 +73,7 @@ class BorderBlur(Task):
             width_deg=6.0,
             height_deg=6.0,
             equalise=("contrast",),
-            seed=trial.trial,  # another texture in each trial
+            seed=seed,  # another texture in each trial
         )
         grey = Display().encode(made.picture)
         return grey, design.picture_s

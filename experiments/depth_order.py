@@ -77,9 +77,9 @@ class DepthOrder(Task):
         },
     }
 
-    def shown(self, design, trial, pixels_per_degree):
+    def shown(self, design, trial, pixels_per_degree, seed=0):
         side = 2 * round(3.5 * pixels_per_degree)  # 7 degrees
-        grain = np.random.default_rng(trial.trial).uniform(0.15, 0.85, (side // 4 + 1, side // 4 + 1))
+        grain = np.random.default_rng(seed).uniform(0.15, 0.85, (side // 4 + 1, side // 4 + 1))
         light = grain.repeat(4, 0).repeat(4, 1)[:side, :side]
         distance = np.full((side, side), WALL_M)
         for place, name in ((side // 8, "left"), (side * 9 // 16, "right")):

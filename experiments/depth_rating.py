@@ -10,13 +10,11 @@ import sys
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthTrial
 from focalgradient.design.rating_pages import standard_text
-from focalgradient.lab import EXPERIMENTS, Given, Scale, Sitting, ask, pages, run
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+from focalgradient.lab import EXPERIMENTS, Given, Sitting, ask, pages, run
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -25,12 +23,10 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         show_standard(sitting)
     onset, file = show_picture(sitting, trial)
     depth = ask_depth(sitting, trial)
-    confidence = ask_confidence(sitting)
     return Rated(
         onset=onset,
         rating=depth.value,
         response_time=depth.seconds,
-        confidence=confidence,
         stimulus=file,
         start=depth.start,
         **gaze_fields(sitting),
@@ -58,8 +54,8 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
     ready: dict[str, Part] = {}
 
     def prepare() -> None:  # during the blank screen: loading pictures must not delay a frame
-        for event, which, _ in intervals:
-            ready[event] = prepared(sitting, which, dict(trial.factors))
+        for number, (event, which, _) in enumerate(intervals):
+            ready[event] = prepared(sitting, which, dict(trial.factors), (sitting.noise_seed(trial), number))
             screen.warm(*(one for one in ready[event].drawn if one is not None))
 
     screen.empty(design.pause_s, "pause", prepare)
@@ -81,7 +77,7 @@ class Part(NamedTuple):
     file: str | None
 
 
-def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str]) -> Part:
+def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, str], seed: tuple[int, int]) -> Part:
     """Load a picture; catch drawings of unambiguous depth have the fixation mark of the standard."""
     scene, aperture, fixation = which
     if scene in DRAWINGS:
@@ -89,16 +85,13 @@ def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, s
         image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
-    mask = noise(sitting, sitting.pixels(picture).shape[:2]) if sitting.design.mask == "noise" else None
+    mask = None
+    if sitting.design.mask == "noise":
+        shape = sitting.pixels(picture).shape[:2]
+        noise = noise_mask(shape, sitting.screen.display.pixels_per_degree, seed)
+        mask = sitting.screen.picture(noise, recorded=False)
     file = None if scene in DRAWINGS else picture.png
     return Part((image, sitting.mark(picture), mask), sitting.place(picture), file)
-
-
-def noise(sitting: Sitting, shape: tuple[int, ...]) -> Any:
-    """Return a mask: squares of 0.1 degrees with random grey levels."""
-    side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
-    small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
-    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
 def interval(sitting: Sitting, part: Part, seconds: float, event: str) -> float:
@@ -126,15 +119,6 @@ def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     scale = sitting.design.response_scale
     given = ask(sitting.screen, scale.control(sitting.words))
     return replace(given, value=scale.answer_in(given.value, trial.interval))
-
-
-def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask for the confidence, from 0 to 1, if the design includes it."""
-    if not sitting.design.confidence:
-        return None
-    words = sitting.words
-    ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
 
 
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:

@@ -16,6 +16,7 @@ from focalgradient.dataset import Rated
 from focalgradient.design import PinholeTrial
 from focalgradient.lab import EXPERIMENTS, Given, Scale, Sitting, ask, pages, run
 from focalgradient.lab.sound import tone
+from focalgradient.tasks.noted import noted_start
 
 BLOCKS = {"real": "pinhole.block_real", "picture": "pinhole.block_picture"}
 WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
@@ -30,7 +31,8 @@ def trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
     else:
         onset, picture = show_picture(sitting, trial.viewing, trial.scene)
     depth = ask_depth(sitting)
-    return Rated(onset=onset, rating=depth.value, response_time=depth.seconds, stimulus=picture)
+    start = noted_start(depth.start)
+    return Rated(onset=onset, rating=depth.value, response_time=depth.seconds, stimulus=picture, extra=start)
 
 
 def begin_block(sitting: Sitting, trial: PinholeTrial) -> None:

@@ -72,13 +72,13 @@ class SlantFromBlur(Task):
         },
     }
 
-    def shown(self, design, trial, pixels_per_degree):
+    def shown(self, design, trial, pixels_per_degree, seed=0):
         made = slanted_plane(
             slant_deg=trial.slant,
             pupil_mm=trial.pupil,
             texture=trial.texture,
             pixels_per_degree=pixels_per_degree,
-            seed=1 + trial.trial,
+            seed=seed,
         )
         grey = Display().encode(made.picture)
         return grey, design.picture_s

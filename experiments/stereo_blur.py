@@ -73,10 +73,10 @@ class StereoBlur(Task):
         },
     }
 
-    def views(self, design, trial, pixels_per_degree):
+    def views(self, design, trial, pixels_per_degree, seed):
         """Return the light of the views of the left and the right eye."""
         side = 2 * round(3 * pixels_per_degree)  # 6 degrees
-        grain = np.random.default_rng(trial.trial).uniform(0.1, 0.9, (side // 3 + 1, side // 3 + 1))
+        grain = np.random.default_rng(seed).uniform(0.1, 0.9, (side // 3 + 1, side // 3 + 1))
         light = grain.repeat(3, 0).repeat(3, 1)[:side, :side]
         wave = trial.depth / 200 * np.sin(4 * np.pi * np.arange(side) / side)[:, None] * np.ones((1, side))
         made = stereo(
@@ -90,15 +90,16 @@ class StereoBlur(Task):
         )
         return np.asarray(made.left.light), np.asarray(made.right.light)
 
-    def shown(self, design, trial, pixels_per_degree):
-        left, right = self.views(design, trial, pixels_per_degree)
+    def shown(self, design, trial, pixels_per_degree, seed=0):
+        left, right = self.views(design, trial, pixels_per_degree, seed)
         return Display().encode(np.stack([left, right, right], -1)), design.picture_s
 
     def run(self, sitting, trial):
         screen = sitting.screen
         if screen.eyes is None:
             return show_described(self, sitting, trial)
-        pair = screen.pair(*self.views(sitting.design, trial, screen.display.pixels_per_degree))
+        views = self.views(sitting.design, trial, screen.display.pixels_per_degree, sitting.noise_seed(trial))
+        pair = screen.pair(*views)
         onset = screen.play(lambda since: pair.draw(), sitting.design.picture_s, "picture")
         screen.empty(0.3, "off")
         given = ask(screen, self.control(sitting.words, trial))

@@ -133,7 +133,10 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     "an error": ({"shown": raising}, r"fails: shown raises KeyError\('side'\) \(test_task_check.py, line \d+\)"),
     "an exit": ({"shown": ending}, r"fails: shown raises SystemExit\(0\)"),
     "an empty picture": ({"shown": picture(BLACK[:0])}, r"the picture of shown is empty \(16 x 0 pixels\)"),
-    "an unseeded picture": ({"shown": unseeded}, "shown draws another picture the second time: draw from a seed"),
+    "an unseeded picture": (
+        {"shown": unseeded},
+        "draws another picture the second time: draw from the parameter seed",
+    ),
     "no answer": ({"simulated": at_trial_two(None)}, "simulated gives None for trial 2 of participant 01, not SideAns"),
     "no observer": ({"simulated": raising}, r"fails: simulated raises KeyError\('side'\)"),
     "three ways": ({"control": control(Ways("?", ("a", "b", "c")))}, "control has 3 ways, but must have 2"),  # type: ignore[arg-type]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import tomllib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
 
@@ -37,6 +37,22 @@ def test_ours_are_registered_and_found_by_both_names() -> None:
         assert check_design("printed", tomllib.loads(design_text(called))) == task.design()
         assert all(isinstance(column, Column) for column in task.columns())
     assert [*EXPERIMENTS][:4] == [*OURS]
+
+
+def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_again() -> None:
+    task = task_named(str(Path(__file__).parents[1] / "experiments" / "depth_order.py"))
+    design = task.design()
+    first = next(trial for trial in design.trials("01") if trial.phase == "main")
+    same = [replace(first, phase=phase, trial=number) for phase in ("practice", "main") for number in (1, 2)]
+    drawn = {
+        (participant, trial.phase, trial.trial): [
+            task.intervals(design, trial, 10.0, design.noise_seed(participant, trial))[0][0].tobytes() for _ in range(2)
+        ]
+        for participant in ("01", "02")
+        for trial in same
+    }
+    assert all(again == once for once, again in drawn.values())
+    assert len({once for once, _ in drawn.values()}) == len(drawn)
 
 
 @pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])

@@ -16,7 +16,7 @@ from focalgradient.dataset import Press
 from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
 from focalgradient.design.words import load_words
 from focalgradient.display import Display
-from focalgradient.lab import EXPERIMENTS, Given, Sitting, blur_threshold, depth_rating, necker, pinhole
+from focalgradient.lab import EXPERIMENTS, Given, Sitting, depth_rating, described, necker, pinhole
 from focalgradient.lab.gaze import Taken
 from focalgradient.stimuli import read_set
 
@@ -132,7 +132,7 @@ FEW = {"scenes": ["spheres-01", "spheres-02"], "apertures": ["pinhole", "f/11"],
 DESIGNS = {
     "ratio to a standard": ("depth_rating", design_of("depthrating", **FEW, catch_trials=2, mask="noise")),
     "choice of two": ("depth_rating", design_of("depthrating", **FEW, catch_trials=0, scale="choice", mark="kept")),
-    "beside the pinhole": ("depth_rating", design_of("depthrating", **FEW, reference="same-scene", confidence=True)),
+    "beside the pinhole": ("depth_rating", design_of("depthrating", **FEW, reference="same-scene")),
     "cube": (
         "necker_rotation",
         design_of(
@@ -164,7 +164,7 @@ def test_each_copy_shows_the_same_pixels_for_the_same_time_and_answers_the_same(
         screen.log.append(("ask", repr(control), *rest))
         return Given(1.0, 0.8, 2.0)
 
-    rooms: list[Any] = [copy, depth_rating, necker, pinhole, blur_threshold]
+    rooms: list[Any] = [copy, depth_rating, necker, pinhole, described]
     for room in rooms:
         for called, stands_in in (("pages", logged), ("ask", asked), ("ask_which", asked), ("tone", lambda: True)):
             if hasattr(room, called):
@@ -186,7 +186,6 @@ def test_a_copy_of_depth_rating_answers_where_the_gaze_was(
     copy = copied("depth_rating")
     monkeypatch.setattr(copy, "show_picture", lambda sitting, trial: (1.0, "a.png"))
     monkeypatch.setattr(copy, "ask_depth", lambda sitting, trial: Given(1.2, 0.8, 2.0))
-    monkeypatch.setattr(copy, "ask_confidence", lambda sitting: None)
     sitting = SimpleNamespace(design=DepthRatingDesign(gaze="mouse"), taken=Taken([], away))
     trial = DepthTrial(scene="spheres-01", aperture="f/11", aperture_mm=4.5, fixation="nearest")
     answer = copy.trial(sitting, trial)

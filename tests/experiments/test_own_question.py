@@ -55,6 +55,7 @@ def test_the_question_of_the_document_is_recorded(tmp_path: Path) -> None:
     table = read_dataset(tmp_path / "data").depth_rating
     assert len(table) * 2 == asked
     assert table["interest"].between(0, 10).all()
+    assert table["interest_start"].between(0, 10).all()
     sidecar = json.loads(next(tmp_path.glob("data/sub-01/**/*_beh.json")).read_text())
     assert sidecar["interest"] == {
         "Description": "How interesting the picture was.",

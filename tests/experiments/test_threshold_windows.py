@@ -12,7 +12,6 @@ from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, run
-from focalgradient.lab.blur_threshold import answers
 from focalgradient.report import make_report
 from focalgradient.stimuli import blurred_scene, read_set
 
@@ -114,11 +113,6 @@ def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_pat
     sharp, seen = (blurred_scene(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
     assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
     assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()
-
-
-def test_what_counts_for_the_procedure_are_neither_practice_nor_catch_trials():
-    one = {"phase": "main", "catch": False, "level": 0.1, "correct": True}
-    assert answers([one | {"phase": "practice"}, one | {"catch": True}, one]) == [(0.1, True)]
 
 
 def test_without_the_library_the_procedure_says_how_to_get_it(monkeypatch):

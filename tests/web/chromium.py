@@ -114,6 +114,7 @@ KIND = """([until, title]) => {
         ? [...document.querySelectorAll("h1")].some((one) => one.innerText.trim() === title)
         : until && document.querySelector(until);
     const found = arrived ? ["arrived"] : [
+        ["typed", "#typed"],
         ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
         ["card", "#page-size"], ["arrows", "button.way"], ["button", "#stage button:enabled"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
@@ -166,6 +167,13 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         page.keyboard.press("Enter")
         if slider is not None:
             slider.wait_for_element_state("hidden")  # once answered, lest it is moved again
+    elif kind == "typed":
+        page.fill("#typed", "9")  # off the scale: refused
+        page.keyboard.press("Enter")
+        _look(page, name + "-wrong", len(seen))
+        page.fill("#typed", "1,5")
+        page.keyboard.press("Enter")
+        page.wait_for_selector("#typed", state="detached")
     elif kind == "step":
         page.keyboard.press("ArrowRight")  # chooses one, so that a digit that is none leaves it
         page.keyboard.press("3")

@@ -8,17 +8,18 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import pytest
 from chromium import Server, chromium
-from participant import NECKER, Participant, client_of, study
+from participant import NECKER, Participant, client_of, make_set, study
 from playwright.sync_api import Error
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
 from focalgradient import InputError
-from focalgradient.dataset import read_dataset, validate
-from focalgradient.design import Quest, answers_of
+from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design import Procedure, Quest, answers_of
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import FILES
 from focalgradient.web import Lists
@@ -73,6 +74,7 @@ def test_the_server_chooses_each_trial_by_the_answers_before_it(tmp_path: Path) 
         assert len(set(urls)) == len(row.split())
 
 
+STEPS_SHOWN = ("mark", "picture", "picture", "question")
 STEPS = """
 [also.seen]
 question = "How clear was it?"
@@ -89,6 +91,10 @@ steps = true
         ({"rating": 2.0}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
         ({"also": {"seen": 2.5}}, "seen is 2.5, which lies between two answers: send one of them."),
         ({"also": {"seen": 5}}, "seen is 5, but must be from 1 to 4: send a value on the scale."),
+        (
+            {"also": {"seen": 3, "seen_start": 9}},
+            "seen_start is 9, but must be from 1 to 4: ",
+        ),
         ({"also": {}}, "seen is missing: send exactly the responses asked for."),
     ],
 )
@@ -102,9 +108,54 @@ def test_an_answer_that_the_page_does_not_offer_is_refused(
         message = someone.message(someone.trials[0], 0)
         message["answer"] |= {"rating": 1.0, "start": None, "also": {"seen": 3}} | changed
         refused = someone.ask("answer", **message)
-        assert (refused.status_code, refused.json()["error"]) == (400, sentence)
-        message["answer"] |= {"rating": 1.0, "also": {"seen": 3}}
+        assert refused.status_code == 400
+        assert refused.json()["error"].startswith(sentence)
+        message["answer"] |= {"rating": 1.0, "also": {"seen": 3, "seen_start": 2}}
         assert someone.ask("answer", **message).status_code == 200
+    (event,) = read_journal(next((tmp_path / "data").rglob("*.jsonl"))).of("trial")
+    assert {name: event["extra"][name]["value"] for name in ("seen", "seen_start")} == {"seen": 3, "seen_start": 2}
+
+
+THRESHOLD = """
+task = "blurthreshold"
+scenes = ["spheres-01"]
+repetitions = 2
+catch_trials = 1
+practice_trials = 1
+mark_s = 0.1
+picture_s = 0.1
+blank_s = 0.1
+pause_s = 0.1
+"""
+
+
+def test_blur_thresholds_follow_their_answers_in_the_browser_as_in_the_laboratory(tmp_path: Path) -> None:
+    make_set(tmp_path / "set", ["spheres-01"], size=(120, 90))
+    made = study(tmp_path, THRESHOLD, stimuli=tmp_path / "set")
+    shown = [{"event": name, "stamps": [100.0 * n, 100.0 * n + 16]} for n, name in enumerate(STEPS_SHOWN)]
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        for number, trial in enumerate(made.design.trials("001")):
+            parts = someone.entry(number)["intervals"]
+            assert [(one["event"], one["mark_seconds"]) for one in parts] == [("picture", 0.1), ("picture", 0.0)]
+            assert len({someone.picture(one["url"]) for one in parts}) == 2
+            message = someone.message(someone.trials[number], number)
+            chosen = trial.interval if trial.trial != 2 else 3 - trial.interval
+            message["answer"] |= {"rating": None, "start": None, "chosen": chosen, "frames": {"shown": shown}}
+            assert someone.ask("answer", **message).status_code == 200
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    table = read_dataset(tmp_path / "data").blur_threshold
+    counted = table[~table["catch"]]
+    procedure = Procedure(made.design)
+    for level, right in zip(counted["level"], counted["correct"], strict=True):
+        assert level == pytest.approx(procedure.level())
+        procedure.learn([*procedure.learnt, (level, bool(right))])
+    assert counted["level"].nunique() > 2
+    assert {*table["stimulus"]} == {"spheres-01/pinhole.png"}
+    events = pd.read_csv(next((tmp_path / "data").rglob("*_events.tsv")), sep="\t")
+    first = [row["trial_type"] for _, row in events.iterrows() if row["trial_type"] in ("picture", "reference")][::2]
+    assert first == [{1: "picture", 2: "reference"}[trial.interval] for trial in made.design.trials("001")]
 
 
 def test_a_study_without_a_server_is_refused_by_name(tmp_path: Path) -> None:

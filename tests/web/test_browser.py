@@ -37,6 +37,7 @@ SCALES = {
     "bipolar": 'scale = "bipolar"\nreference = "same-scene"\ncatch_pictures = ["flatter", "deeper"]\n',
     "visual-analogue": 'scale = "visual-analogue"\ncatch_pictures = ["flatter", "deeper"]\n',
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
+    "typed": 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\nlanguage = "de"\n',
 }
 
 
@@ -75,11 +76,16 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
         assert all(place and place["x"] >= 0 and place["x"] + place["width"] <= wide for place in places)
     seen += take_part(page, name=f"depth-{scale}")
     assert page.get_attribute("#completion", "href") == "https://example.org/done"
-    assert ("Wie tief sieht das Bild aus?" if scale == "ratio" else "You will see pictures") in "".join(seen)
+    assert ("Wie tief sieht das Bild aus?" if scale in ("ratio", "typed") else "You will see pictures") in "".join(seen)
     # how many depends on how fast the machine goes
-    left = r"Es dauert noch etwa \d+ min" if scale == "ratio" else r"About \d+ min are left"
+    left = r"Es dauert noch etwa \d+ min" if scale in ("ratio", "typed") else r"About \d+ min are left"
     assert re.search(left, "".join(seen))
     assert errors == []
+    marked = [
+        ("Übung" in text or "Practice" in text) for text in seen if re.search(r"\bsah das Bild aus|did it look", text)
+    ]
+    assert sum(marked) >= 3
+    assert not marked[-1]
     page.close()
     assert server.end() == 0
     found = validate(tmp_path / "data", tmp_path / "set")
@@ -99,6 +105,13 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
     if scale == "steps":
         assert {one["rating"] for one in answers} == {3.0}
         assert len({one["start"] for one in answers}) > 2  # the first arrow chose one at random
+    if scale == "typed":
+        assert {one["rating"] for one in answers} == {1.5}
+        table = read_dataset(tmp_path / "data").tables["depthrating"]
+        moved = table["confidence"] - table["confidence_start"]
+        assert (moved[table["confidence"] < 1] > 0).all()
+        asked = table["question_onset"] - table["mask_onset"]
+        assert ((table["mask_onset"] - table["onset"]).between(0.28, 60) & asked.between(0.2, 60)).all()
     if scale == "bipolar":  # whose steps have no digits
         assert [one["rating"] for one in answers] == [one["start"] for one in answers]
     frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]

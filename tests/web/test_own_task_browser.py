@@ -9,6 +9,10 @@ from pathlib import Path
 import pytest
 from chromium import Server, chromium, take_part
 from extended import ROOT, build, command
+from participant import make_set
+from test_adaptive import THRESHOLD
+
+from focalgradient.dataset import read_dataset, validate
 
 ALSO = """[also.interest]
 question = "How interesting was it?"
@@ -17,6 +21,24 @@ steps = true
 """
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
+
+
+@pytest.mark.slow
+def test_blur_thresholds_are_served(tmp_path: Path) -> None:
+    make_set(tmp_path / "set", ["spheres-01"], size=(320, 241))
+    (tmp_path / "design.toml").write_text(THRESHOLD + 'language = "de"\n')
+    server = Server(tmp_path, 0)
+    server.start("--invite", 1)
+    with chromium() as browser:
+        page = browser.new_page(viewport={"width": 1024, "height": 768})
+        page.goto(server.address)
+        seen = take_part(page, name="threshold")
+    assert server.end() == 0
+    assert any("Welches der beiden war unschärfer?" in text for text in seen)
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    table = read_dataset(tmp_path / "data").blur_threshold
+    assert (table["answer"] == 1).all()  # by the left arrow
+    assert table["level"].nunique() > 2
 
 
 @pytest.mark.slow
@@ -39,10 +61,13 @@ def test_the_task_of_the_document_is_served(tmp_path: Path, monkeypatch: pytest.
     assert "How blurred did it look?" in told
     done = command(installed, "validate", tmp_path / "data")
     assert done.returncode == 0, done.stdout
-    lines = next(tmp_path.glob("data/sub-*/**/*_beh.tsv")).read_text().splitlines()
-    assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]
-    assert len({line.split("\t")[lines[0].split("\t").index("shown_sha256")] for line in lines[1:]}) == 3
-    blur = [float(line.split("\t")[lines[0].split("\t").index("blur")]) for line in lines[1:]]
+    heads, *lines = next(tmp_path.glob("data/sub-*/**/*_beh.tsv")).read_text().splitlines()
+    columns = dict(zip(heads.split("\t"), zip(*(line.split("\t") for line in lines), strict=True), strict=True))
+    assert sorted(map(float, columns["sigma_arcmin"])) == [1, 4, 16]
+    assert len({*columns["shown_sha256"]}) == 3
+    blur, starts = (list(map(float, columns[name])) for name in ("blur", "start"))
     assert all(0 <= one <= 10 for one in blur)
-    assert [float(line.split("\t")[lines[0].split("\t").index("interest")]) for line in lines[1:]] == [3, 3, 3]
+    assert all(0 < one - start < 0.02 for one, start in zip(blur, starts, strict=True))  # moved by one key
+    assert list(map(float, columns["interest"])) == [3, 3, 3]
+    assert {*map(float, columns["interest_start"])} <= {0, 1, 2, 3, 4}
     assert len({*blur}) == 3  # the first key puts the marker at a random place

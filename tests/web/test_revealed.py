@@ -13,9 +13,11 @@ from participant import DEPTH, Participant, client_of, study
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
+from focalgradient.dataset import read_dataset
 from focalgradient.tasks import task_named
 from focalgradient.web import Lists
 
+TYPED = DEPTH + 'answer = "typed"\nconfidence = true\nmask = "noise"\n'
 CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
 TELLING = {
     "scene",
@@ -54,7 +56,7 @@ def texts_and_names(value: Any) -> str:
     return " ".join(map(texts_and_names, value)) if isinstance(value, list) else str(value)
 
 
-@pytest.mark.parametrize("design", [DEPTH, CHOICE], ids=["slider", "choice"])
+@pytest.mark.parametrize("design", [DEPTH, CHOICE, TYPED], ids=["slider", "choice", "typed"])
 def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_path: Path, design: str) -> None:
     made = study(tmp_path, design)
     planned = made.design.trials("001")
@@ -71,12 +73,19 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
             message = someone.message(someone.trials[number], number)
             if design == CHOICE:
                 message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
-            sent.append(someone.ask("answer", **message).json())
+            if design == TYPED:
+                message["answer"] |= {"start": None, "also": {"confidence": 0.5, "confidence_start": 0.25}}
+            answered = someone.ask("answer", **message)
+            assert answered.status_code == 200, answered.json()
+            sent.append(answered.json())
     assert not TELLING & keys(sent)
     told = texts_and_names(sent)
     for trial in planned:
         for word in (trial.scene, "example-", "reference", "f/", "pinhole", "nearest", "farthest"):
             assert word not in told, word
+    if design == TYPED:
+        table = read_dataset(tmp_path / "data").depth_rating
+        assert ({*table["confidence"]}, {*table["confidence_start"]}) == ({0.5}, {0.25})
     debriefing = made.lists.closing("001")
     assert debriefing
     assert not {page["text"] for page in debriefing} & values(sent)
@@ -140,7 +149,7 @@ def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> N
     (entry,) = lists.shown("001", [trial])
     assert not TELLING & keys(entry)
     assert str(trial.defocus) not in texts_and_names(entry["knob"]["views"])
-    files = [json.loads(lists.content(trial, number) or b"") for number in (0, 1)]
+    files = [json.loads(lists.content("001", trial, number) or b"") for number in (0, 1)]
     assert sorted(len(one["vergences"]) > 1 for one in files) == [False, True]
     fixed = next(one for one in files if len(one["vergences"]) == 1)
     assert fixed["vergences"] == [0.0]

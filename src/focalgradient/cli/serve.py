@@ -135,7 +135,7 @@ def serve(
             labels = web.labels_of(participants)
             pictures = web.export(lists, export, labels, completion=completion, datapipe=datapipe)
         made = f"{len(labels)} trial lists ({labels[0]} to {labels[-1]}) and {pictures} pictures"
-        click.echo(f"Written: {export}, with {made}.")
+        click.echo(f"Written: {export}, with {made}.\n{web.REVEALS}")
         click.echo(f"How to put it on JATOS, DataPipe or Pavlovia: {export / 'HOW-TO.txt'}")
         return
     if data is None and store is None:

@@ -1,7 +1,7 @@
 """Table of all marked events in BIDS format (``_events.tsv``), with HED tags in its sidecar.
 
-It is derived from the journal if triggers were sent or gaze was recorded. Onsets are on the clock of the session's
-first sitting, as are those of gaze.
+It is derived from the journal if triggers were sent, gaze was recorded, or a browser showed the trials. Onsets are on
+the clock of the session's first sitting, as are those of gaze.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from datetime import datetime
 from typing import Any
 
 from focalgradient.dataset.markers import HED_VERSION, Codes
+from focalgradient.dataset.times import times_of_events
 from focalgradient.files.columns import cell
 from focalgradient.tasks.columns import SITTING
 
@@ -32,7 +33,7 @@ def timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Map
 
 
 def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the event table and its sidecar, by the end of their names; empty if no triggers were noted.
+    """Return the event table and its sidecar, by the end of their names; empty if there is none.
 
     Parameters
     ----------
@@ -47,19 +48,19 @@ def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any])
         "events.tsv": its text; "events.json": its content.
     """
     noted = [event for event in events if event["event"] == "note" and event.get("kind") == "triggers"]
-    if not noted:
-        return {}
     rows = list(_rows(events, float(events[0]["design"].get("picture_s", 0.0))))
+    if not (noted or rows):
+        return {}
     levels = dict.fromkeys(key for row in rows for key in row if key not in COLUMNS)
     lines = ["\t".join((*COLUMNS, *levels))]
     lines += ["\t".join(cell(row.get(name)) for name in (*COLUMNS, *levels)) for row in rows]
-    codes = Codes.recorded(noted[-1])
+    codes = Codes.recorded(noted[-1]) if noted else Codes()
     names = dict.fromkeys(row["trial_type"] for row in rows)
     known = {name: codes.markers[name] for name in names if name in codes.markers}
     about = {
         "StimulusPresentation": dict(screen),
         "onset": {"Description": "When it was on the screen; later sittings follow by the wall clock.", "Units": "s"},
-        "duration": {"Description": "How long the design shows a picture; n/a of other events.", "Units": "s"},
+        "duration": {"Description": "How long the design shows a picture, or a browser showed it.", "Units": "s"},
         "trial_type": {
             "Description": "Name of the event.",
             "Levels": {name: known[name].about if name in known else "An event without a code." for name in names},
@@ -79,9 +80,13 @@ def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any])
 
 def _rows(events: Sequence[Mapping[str, Any]], picture_s: float) -> Iterator[dict[str, Any]]:
     codes: Codes | None = None
+    frames: Mapping[str, Any] = {}
     for sitting, offset, event in timed(events):
+        if event["event"] == "trial" and "condition" in frames:
+            yield from _shown_rows(sitting, offset + event["onset"], frames)
         if event["event"] != "note":
             continue
+        frames = event if event.get("kind") == "frames" else {}
         if event.get("kind") == "triggers":
             codes = Codes.recorded(event)
         if codes is None or event.get("kind") not in ("events", "void") or "first" not in event:
@@ -96,6 +101,14 @@ def _rows(events: Sequence[Mapping[str, Any]], picture_s: float) -> Iterator[dic
                 "sitting": sitting,
                 **{key: _plain(level) for key, level in shown.items()},
             }
+
+
+def _shown_rows(sitting: int, onset: float, frames: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    """Yield the rows of what a browser showed in a trial, from the time stamps of its frames."""
+    condition = {key: _plain(level) for key, level in frames["condition"].items()}
+    for shown, (name, seconds) in zip(frames["shown"], times_of_events(onset, frames), strict=True):
+        lasted = (shown["stamps"][-1] - shown["stamps"][0]) / 1e3
+        yield {"onset": seconds, "duration": lasted, "trial_type": name, "sitting": sitting, **condition}
 
 
 def _plain(level: Any) -> Any:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Hashable
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from itertools import product
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
+from focalgradient.design.adaptive import Quest, answers_of
 from focalgradient.design.draws import Draws
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 
@@ -41,6 +42,31 @@ class BlurTrial(Trial):
     def condition(self) -> tuple[Hashable, ...]:
         """Scene, and interval with the added level."""
         return (self.scene, self.interval)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class LevelTrial(BlurTrial):
+    """Trial to be shown, with its level."""
+
+    level: float
+
+
+_QUESTS: dict[tuple[tuple[float, ...], tuple[tuple[float, bool], ...]], tuple[float, Quest]] = {}
+"""Procedures by levels and answers, with the level that they choose: each learns one more answer."""
+
+MOST_QUESTS = 200
+"""Maximum size of `_QUESTS`: more than the participants that one server has at once."""
+
+
+def _next_level(levels: tuple[float, ...], answered: tuple[tuple[float, bool], ...]) -> float:
+    """Return the level that QUEST+ chooses after these answers."""
+    key = (levels, answered)
+    if key not in _QUESTS:
+        _, quest = _QUESTS.pop((levels, answered[:-1]), (0.0, Quest(levels)))
+        while len(_QUESTS) >= MOST_QUESTS:
+            _QUESTS.pop(next(iter(_QUESTS)))
+        _QUESTS[key] = quest.level(answered), quest
+    return _QUESTS[key][0]
 
 
 class BlurThresholdDesign(Plan):
@@ -118,6 +144,13 @@ class BlurThresholdDesign(Plan):
     def is_level(self, level: float) -> bool:
         """Return whether a number is one of the levels."""
         return any(math.isclose(level, one, rel_tol=LEVEL_TOLERANCE) for one in self.levels)
+
+    def adapted(self, trial: BlurTrial, recorded: Sequence[Mapping[str, Any]]) -> LevelTrial:
+        """Return a trial at the level that the answers so far give: the largest in practice and catch trials."""
+        level = self.levels[-1]
+        if trial.phase == "main" and not trial.catch:
+            level = _next_level(self.levels, tuple(answers_of(recorded)))
+        return LevelTrial(**asdict(trial), level=level)
 
     @property
     def shown_s(self) -> float:

@@ -11,7 +11,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, g
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
 
 from focalgradient.design.also import Also, check_also
-from focalgradient.design.draws import Draws
+from focalgradient.design.draws import Draws, digest
 from focalgradient.design.given_list import PARTICIPANT, listed_rows, numbered, trial_row, trials_of
 from focalgradient.design.order import Place, check_label, in_order, scatter
 from focalgradient.design.words import LANGUAGES
@@ -299,6 +299,15 @@ class Plan(Table):
         if session is not None:
             check_label("the session", session)
         return Draws(self.task, self.seed, session or "", self.place(participant).stream, purpose)
+
+    def noise_seed(self, participant: str, trial: Trial, session: str | None = None) -> int:
+        """Return the seed (32 bits) of a trial's noise: it differs between participants, sessions, phases and trials.
+
+        >>> plan = Plan(task="depthrating")
+        >>> plan.noise_seed("01", Trial(phase="main", trial=1)), plan.noise_seed("01", Trial(phase="practice", trial=1))
+        (2761262980, 2785432514)
+        """
+        return digest(self.task, self.seed, session or "", participant, trial.phase, trial.trial, "noise") % 2**32
 
     def listed(
         self,

@@ -9,18 +9,15 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign, DepthTrial
 from focalgradient.design.rating_pages import standard_text
 from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import Given, ask
-from focalgradient.scales import Scale
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 
-__all__ = ["DEPTH_RATING", "ask_confidence", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
+__all__ = ["DEPTH_RATING", "ask_depth", "gaze_fields", "show_picture", "show_standard"]
 
 Shown = tuple[str, str, str]
 
@@ -45,7 +42,7 @@ class _Part(NamedTuple):
     file: str | None
 
 
-def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
+def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str], seed: tuple[int, int]) -> _Part:
     """Load a picture with its mark and mask; a drawing has no file, and the standard's mark."""
     scene, aperture, fixation = shown
     if scene in DRAWINGS:
@@ -53,16 +50,13 @@ def _prepared(sitting: Sitting, shown: Shown, factors: dict[str, str]) -> _Part:
         image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
-    mask = _noise(sitting, (int(image.size[1]), int(image.size[0]))) if sitting.design.mask == "noise" else None
+    mask = None
+    if sitting.design.mask == "noise":
+        wide, high = map(int, image.size)
+        noise = noise_mask((high, wide), sitting.screen.display.pixels_per_degree, seed)
+        mask = sitting.screen.picture(noise, recorded=False)
     file = None if scene in DRAWINGS else picture.png
     return _Part(image, sitting.mark(picture), sitting.place(picture), mask, file)
-
-
-def _noise(sitting: Sitting, shape: tuple[int, int]) -> Any:
-    """Return a mask of random grey squares with sides of 0.1 degrees."""
-    side = max(1, round(0.1 * sitting.screen.display.pixels_per_degree))
-    small = np.random.default_rng().integers(0, 256, [length // side + 1 for length in shape], dtype=np.uint8)
-    return sitting.screen.picture(small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]], recorded=False)
 
 
 def _interval(sitting: Sitting, part: _Part, seconds: float, event: str) -> float:
@@ -104,8 +98,9 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
     ready: dict[str, _Part] = {}
 
     def prepare() -> None:
-        for event, which, _ in shown:
-            ready[event] = part = _prepared(sitting, which, dict(trial.factors))
+        for number, (event, which, _) in enumerate(shown):
+            seed = sitting.noise_seed(trial), number
+            ready[event] = part = _prepared(sitting, which, dict(trial.factors), seed)
             sitting.screen.warm(*(one for one in (part.image, part.mark, part.mask) if one is not None))
 
     sitting.screen.empty(design.pause_s, "pause", prepare)
@@ -126,15 +121,6 @@ def ask_depth(sitting: Sitting, trial: DepthTrial) -> Given:
     return replace(given, value=scale.answer_in(given.value, trial.interval))
 
 
-def ask_confidence(sitting: Sitting) -> float | None:
-    """Ask for confidence from 0 to 1; return None if the design does not ask for it."""
-    if not sitting.design.confidence:
-        return None
-    words = sitting.words
-    ends = (words("scale.not_sure"), words("scale.quite_sure"))
-    return ask(sitting.screen, Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends), "confidence").value
-
-
 def gaze_fields(sitting: Sitting) -> dict[str, Any]:
     """Return the fields `gaze_away` (degrees) and `gaze_left` of an answer; empty if gaze was not recorded."""
     taken = sitting.taken
@@ -153,7 +139,6 @@ def _trial(sitting: Sitting, trial: DepthTrial) -> Rated:
         onset=onset,
         rating=answer.value,
         response_time=answer.seconds,
-        confidence=ask_confidence(sitting),
         stimulus=file,
         start=answer.start,
         **gaze_fields(sitting),

@@ -14,6 +14,7 @@ from focalgradient.dataset import Answer, Noted
 from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
 from focalgradient.stimuli import Picture, StimulusSet
+from focalgradient.tasks.noted import noted_start
 
 if TYPE_CHECKING:
     from focalgradient.design.words import Words
@@ -98,6 +99,8 @@ class Sitting:
         Set of pictures, if the experiment uses one.
     start
         Start of the sitting, in s on the screen's clock.
+    session
+        Label of the session, if it has one.
     next
         Next trial.
     events
@@ -113,7 +116,7 @@ class Sitting:
     recorded
         Trials recorded so far with their answers, including those of earlier sittings.
     procedure
-        Adaptive procedure that chooses the level of the next trial, if the experiment is adaptive.
+        Adaptive procedure of a program that chooses the levels itself.
     recorder
         Gaze recorder, if the design records gaze.
     taken
@@ -129,6 +132,7 @@ class Sitting:
     participant: str
     stimuli: StimulusSet | None = None
     start: float = 0.0
+    session: str | None = None
     next: Any = None
     events: list[tuple[str, float, float]] = field(default_factory=list)
     shown: Mapping[str, Any] | None = None
@@ -152,6 +156,10 @@ class Sitting:
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 
+    def noise_seed(self, trial: Any) -> int:
+        """Return the seed of a trial's noise, which no other trial has."""
+        return int(self.design.noise_seed(self.participant, trial, self.session))
+
     def event(self, name: str) -> None:
         """Send a custom event marker now; its code is looked up in the file given with ``--codes``."""
         self.screen.on_event(name, self.screen.now())
@@ -164,7 +172,7 @@ class Sitting:
         name
             Column name: letters, digits and _, starting with a letter.
         value
-            A number, a text or a boolean; or the result of `ask`, whose value is recorded.
+            A number, a text or a boolean; or the result of `ask`, whose value and `start` are recorded.
         unit
             Unit in BIDS notation, such as "s".
         description
@@ -177,7 +185,10 @@ class Sitting:
         """
         from focalgradient.lab.questions import Given
 
-        self.noted[name] = Noted(value.value if isinstance(value, Given) else value, unit, description)
+        if isinstance(value, Given):
+            self.noted |= noted_start(value.start, name)
+            value = value.value
+        self.noted[name] = Noted(value, unit, description)
 
     def since_start(self, time: float) -> float:
         """Convert a time on the screen's clock to s from the start of the sitting."""

@@ -26,6 +26,7 @@ from focalgradient.lab.questions import Given, ask
 from focalgradient.lab.sound import tone
 from focalgradient.scales import Scale
 from focalgradient.stimuli import StimulusSet
+from focalgradient.tasks.noted import noted_start
 
 __all__ = [
     "PINHOLE",
@@ -170,7 +171,8 @@ def _trial(sitting: Sitting, trial: PinholeTrial) -> Rated:
         else show_picture(sitting, trial.viewing, trial.scene)
     )
     answer = ask_depth(sitting)
-    return Rated(onset=onset, rating=answer.value, response_time=answer.seconds, stimulus=shown)
+    start = noted_start(answer.start)
+    return Rated(onset=onset, rating=answer.value, response_time=answer.seconds, stimulus=shown, extra=start)
 
 
 PINHOLE = Experiment(

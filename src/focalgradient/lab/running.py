@@ -34,7 +34,7 @@ from focalgradient.lab.questions import ask, explain
 from focalgradient.lab.stereoscope import align
 from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
-from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, with_noted
 from focalgradient.termination import exit_code, terminable
 
 if TYPE_CHECKING:
@@ -190,6 +190,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     consent = ready.consent
     agreed = None if consent is None else consent.stated(_uninterrupted(lambda: agree(window, consent)))
     about = _uninterrupted(lambda: ask_participant(sitting, options))
+    sitting.session = options.session
     if window.eyes is not None:
         _uninterrupted(lambda: align(window, options.stereoscope))
     with _opened(ready, sitting, about) as session:
@@ -458,8 +459,9 @@ def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[
         sitting.noted[SHOWN] = Noted(" ".join(shown), description=SHOWN_ABOUT)
     task = task_named(experiment.task)
     for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
-        sitting.noted[name] = replace(about, value=ask(sitting.screen, control).value)
-    return replace(answer, dropped_frames=sitting.screen.dropped, extra={**sitting.noted, **answer.extra})
+        event = name if name == "confidence" else "question"
+        sitting.note(name, ask(sitting.screen, control, event), unit=about.unit, description=about.description)
+    return replace(with_noted(answer, sitting.noted), dropped_frames=sitting.screen.dropped)
 
 
 def _apparatus(ready: Prepared, window: Screen) -> Apparatus:

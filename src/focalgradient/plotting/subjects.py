@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy import stats
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
@@ -73,13 +73,11 @@ def _sides(count: int) -> list[float]:
 
 def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw Fig. 3: perceived depth relative to the pinhole, by aperture, for both fixations."""
-    with style():
-        figure = new_figure(120, 90, layout="constrained")
+    with laid_out(120, 90) as figure:
         ax = draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
         subjects, scenes = len(result.participants), len(result.scenes)
         who = "simulated observer" if simulated else "subject"
         ax.set_title(f"{_count(subjects, who)}, {_count(scenes, 'scene')}")
-        _freeze_layout(figure)
     return figure
 
 
@@ -95,8 +93,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
     simulated
         Whether the observers were simulated.
     """
-    with style():
-        figure = new_figure(120, 90, layout="constrained")
+    with laid_out(120, 90) as figure:
         ax = figure.add_subplot()
         names = {mean.aperture_mm: mean.aperture for mean in result.subject_means}
         labels = []
@@ -118,18 +115,15 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
         _labels(ax, labels, 0.15)
         if simulated:
             _label_simulated(ax)
-        _freeze_layout(figure)
     return figure
 
 
 def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw the ratios to the pinhole by scene: curves of all scenes, and each scene's depth effect."""
-    with style():
-        figure = new_figure(180, 90, layout="constrained")
+    with laid_out(180, 90) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
         draw_scenes(left, result, simulated=simulated)
         draw_scene_rises(right, result)
-        _freeze_layout(figure)
     return figure
 
 
@@ -137,8 +131,7 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw ordinal responses: proportions by aperture for each fixation, and the latent scale with its thresholds."""
     shown = result.ordinal.fixations if isinstance(result.ordinal, OrdinalResult) else ()
     looks = fixation_looks(shown)
-    with style():
-        figure = new_figure(180 + 45 * max(len(looks) - 2, 0), 80, layout="constrained")
+    with laid_out(180 + 45 * max(len(looks) - 2, 0), 80) as figure:
         axes = figure.subplots(1, len(looks) + 1, width_ratios=(*[1] * len(looks), 1.2))
         if isinstance(result.ordinal, OrdinalResult):
             for ax, fixation in zip(axes, looks, strict=False):
@@ -148,19 +141,16 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
             low, high = axes[-1].get_ylim()
             axes[-1].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
             _label_simulated(axes[-1])
-        _freeze_layout(figure)
     return figure
 
 
 def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
     """Draw the percepts of the rotating cube by focal gradient: proportions of time, and durations."""
-    with style():
-        figure = new_figure(180, 82, layout="constrained")
+    with laid_out(180, 82) as figure:
         left, middle, right = figure.subplots(1, 3)
         draw_nonrigid_share(left, result, simulated=simulated)
         draw_shares(middle, result)
         draw_durations(right, result)
-        _freeze_layout(figure)
     return figure
 
 
@@ -170,25 +160,43 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     Without pinhole trials, the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
     those of each subject.
     """
-    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
-    place, apart = {mm: mm for mm, _ in sizes}, _apart(sizes)
     ratio = any(mean.ratio is not None for mean in result.subject_means)
-    labels = []
-    looks = fixation_looks(mean.fixation for mean in result.subject_means)
+    subjects = [
+        (mean.fixation, mean.participant_id, mean.aperture_mm, mean.aperture, mean.ratio if ratio else mean.rating)
+        for mean in result.subject_means
+    ]
+    strength = 0.35 if len(result.participants) > 8 else 0.55
+    return _draw_ratings(ax, result, subjects, ratio=ratio, strength=strength, simulated=simulated)
+
+
+def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
+    """Draw each scene's ratios to the pinhole, averaged over subjects (thin), and the mean of all scenes (bold)."""
+    scenes = [
+        (mean.fixation, mean.scene, mean.aperture_mm, mean.aperture, mean.ratio.estimate) for mean in result.scene_means
+    ]
+    return _draw_ratings(ax, result, scenes, ratio=True, strength=0.6, simulated=simulated)
+
+
+def _draw_ratings(
+    ax: Axes,
+    result: DepthRatingResult,
+    curves: Sequence[tuple[str, str, float, str, float | None]],
+    *,
+    ratio: bool,
+    strength: float,
+    simulated: bool,
+) -> Axes:
+    """Draw thin curves of subjects or scenes: fixation, name, aperture (mm, name) and height; and the means (bold)."""
+    sizes = sorted({(mm, aperture) for _, _, mm, aperture, _ in curves})
+    apart, labels = _apart(sizes), []
+    looks = fixation_looks(fixation for fixation, *_ in curves)
     for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
-        alpha = 0.35 if len(result.participants) > 8 else 0.55
-        for participant in result.participants:
-            own = [
-                (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
-                for mean in result.subject_means
-                if (mean.participant_id, mean.fixation) == (participant, fixation)
-            ]
-            points = [(x, y) for x, y in own if y is not None]
-            ax.plot(
-                *zip(*points, strict=True) if points else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1
-            )
+        points = [(name, mm + side * apart, y) for end, name, mm, _, y in curves if end == fixation and y is not None]
+        for curve in dict.fromkeys(name for name, _, _ in points):
+            places = [(x, y) for name, x, y in points if name == curve]
+            ax.plot(*zip(*places, strict=True), color=colour, linewidth=0.5, alpha=strength, zorder=1)
         intervals = (
-            (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
+            (mean.aperture_mm + side * apart, mean.ratio if ratio else mean.rating)
             for mean in result.means
             if mean.fixation == fixation
         )
@@ -196,10 +204,8 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         if means:
             _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
-        elif heights := [
-            mean.ratio if ratio else mean.rating for mean in result.subject_means if mean.fixation == fixation
-        ]:
-            labels.append((next(filter(None, reversed(heights)), 1.0), label, colour))
+        elif points:
+            labels.append((points[-1][2], label, colour))
     ax.margins(y=0.04)
     _apertures(ax, sizes)
     if ratio:
@@ -208,42 +214,6 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         ratio_axis(ax, "y")
     else:
         ax.set_ylabel("rating (geometric mean)")
-    _labels(ax, labels, 0.15)
-    if simulated:
-        _label_simulated(ax)
-    return ax
-
-
-def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
-    """Draw each scene's ratios to the pinhole, averaged over subjects (thin), and the mean of all scenes (bold)."""
-    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
-    place = {mm: mm for mm, _ in sizes}
-    apart = _apart(sizes)
-    labels = []
-    looks = fixation_looks(mean.fixation for mean in result.scene_means)
-    for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
-        for scene in result.scenes:
-            own = [each for each in result.scene_means if (each.scene, each.fixation) == (scene, fixation)]
-            heights = [each.ratio.estimate for each in own]
-            ax.plot(
-                [place[each.aperture_mm] + side * apart for each in own],
-                heights,
-                color=colour,
-                linewidth=0.6,
-                alpha=0.6,
-            )
-        means = [
-            (place[mean.aperture_mm] + side * apart, mean.ratio)
-            for mean in result.means
-            if mean.fixation == fixation and isinstance(mean.ratio, Interval)
-        ]
-        if means:
-            _means(ax, means, colour, marker)
-            labels.append((means[-1][1].estimate, label, colour))
-    ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-    ax.set_ylabel("perceived depth (ratio to the pinhole)")
-    ratio_axis(ax, "y")
-    _apertures(ax, sizes)
     _labels(ax, labels, 0.15)
     if simulated:
         _label_simulated(ax)
@@ -453,12 +423,6 @@ def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> Non
 
 def _count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
-
-
-def _freeze_layout(figure: Figure) -> None:
-    """Compute the layout once, for all file formats."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
 
 
 def _label_simulated(ax: Axes) -> None:

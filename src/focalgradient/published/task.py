@@ -119,12 +119,12 @@ class PublishedTask(Task):
         """Return the pages with the instructions of the experiment's question."""
         return _AskedPages(self, words, design.asked)
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Any:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None) -> Any:
         """Return the replicas of a trial, one per interval, with a new texture in each trial."""
-        drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, trial.trial)
+        drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, seed)
         return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
 
-    def control(self, words: Any, trial: Any) -> Control:
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         """Return the response control of the experiment's question."""
         asked: Asked = ASKED[trial.experiment]
         return asked.control(partial(self.text, words))
@@ -134,7 +134,7 @@ class PublishedTask(Task):
         return PublishedAnswer(answer=design.asked.value(trial.condition_name, trial.place, value), **times)
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
-        """Return the answer of a simulated observer who looks at the same pictures."""
+        """Return the answer of a simulated observer who looks at such pictures."""
         asked: Asked = design.asked
         drawn = asked.drawn(trial.condition_name, trial.place, asked.pixels_per_degree, trial.trial)
         given = asked.simulate(observer, drawn, trial.condition_name, trial.place, chance)

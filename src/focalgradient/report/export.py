@@ -22,7 +22,7 @@ from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD,
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
-__all__ = ["r_script", "reader", "report_files", "safe_csv", "trial_files"]
+__all__ = ["r_script", "reader", "report_files", "safe_csv", "trial_files", "trials_of"]
 
 MEANING = {
     "participant_id": "participant",
@@ -203,6 +203,12 @@ def report_files(
         wide = pd.Series(odds, dtype=float).unstack().rename_axis("participant_id").reset_index()
         files["necker_wide.csv"] = safe_csv(wide)
     return files | ({"necker_headline.R": (r_script("necker_headline") + found).encode()} if found else {})
+
+
+def trials_of(name: str, table: pd.DataFrame) -> dict[str, bytes]:
+    """Return all trials of a section as CSV, and an R script that reads them."""
+    file = f"{name}_trials.csv"
+    return {file: safe_csv(table), f"read_{name}_trials.R": reader(file, table)}
 
 
 def reader(file: str, table: pd.DataFrame) -> bytes:

@@ -77,7 +77,7 @@ class Scale:
     def form(self) -> dict[str, Any]:
         """Return the description of the control for the browser's page."""
         return {
-            "kind": "slider",
+            "kind": self.how,
             "question": self.question,
             "below": self.below,
             "ends": list(self.ends),

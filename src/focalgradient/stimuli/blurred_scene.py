@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,9 @@ from numpy.typing import NDArray
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.optics import Lens
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.sets import StimulusSet
+
+if TYPE_CHECKING:
+    from focalgradient.stimuli.sets import StimulusSet
 
 __all__ = ["blurred_scene"]
 

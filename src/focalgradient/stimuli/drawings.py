@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.errors import InputError
 
-__all__ = ["DRAWINGS", "example_picture"]
+__all__ = ["DRAWINGS", "example_picture", "noise_mask"]
 
 DRAWINGS = tuple(EXAMPLES.values())
 """Names of the drawings, used as scene names."""
@@ -55,6 +55,22 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
     wall = depth >= CORRIDOR_LENGTH
     tiles = np.where(wall, _tiles(3 * x * depth, 3 * y * depth), _tiles(2 * depth, 3 * across + 0.5))
     return np.asarray(tiles * (END_ILLUMINATION + (1 - END_ILLUMINATION) / depth**0.7), np.uint8)
+
+
+MASK_DEG = 0.1
+"""Side of the squares of a mask, in degrees."""
+
+
+def noise_mask(shape: tuple[int, int], pixels_per_degree: float, seed: int | tuple[int, ...]) -> NDArray[np.uint8]:
+    """Draw a mask of random grey squares with sides of `MASK_DEG`: 8-bit values, H x W.
+
+    >>> noise_mask((6, 8), 20.0, seed=1)[0]
+    array([255, 255, 228, 228,  34,  34, 121, 121], dtype=uint8)
+    """
+    side = max(1, round(MASK_DEG * pixels_per_degree))
+    squares = [length // side + 1 for length in shape]
+    small = np.random.default_rng(seed).integers(0, 256, squares, dtype=np.uint8)
+    return small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]]
 
 
 def _tiles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:

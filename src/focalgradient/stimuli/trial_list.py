@@ -84,7 +84,8 @@ def trial_list(
     task, rows, drawn = task_named(design.task), [], dict[str, bytes]()
     for trial in design.trials(participant, session):
         row = trial_row(trial)
-        for column, shown in task.pictures(design, trial, stimuli, pixels_per_degree).items():
+        seed = design.noise_seed(participant, trial, session)
+        for column, shown in task.pictures(design, trial, stimuli, pixels_per_degree, seed).items():
             if isinstance(shown, str):
                 row[column] = shown
             elif pixels_per_degree is not None:

@@ -3,25 +3,26 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 import math
-import types
 import typing
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, ClassVar, Literal, Union
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_fields
-from focalgradient.files.columns import Column, Form
+from focalgradient.files.columns import Column
 from focalgradient.scales import Control
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
-from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
+from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
+from focalgradient.tasks.steps import Interval, Step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -72,13 +73,6 @@ class Response(metaclass=OpenRecord):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
-
-
-ENTRIES = ("about", "units", "levels", "least", "most", "above")
-"""Metadata of fields of trials and answers: entries of the sidecar, and limits."""
-
-Interval = tuple[NDArray[np.uint8], float]
-"""Picture (H x W x 3, 8 bits) and its duration in seconds."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -168,9 +162,9 @@ class Task(ABC):
             If a field of the answer has the name of a trial's field, which it would overwrite; only tasks that adapt or
             adjust set such a field.
         """
-        answered = [*_own_columns(self.answer, "Answer.")]
+        answered = [*added_columns(self.answer, "Answer.")]
         chosen = {column.name for column in answered}
-        shown = [*_own_columns(self.trial, "Condition of the trial.")]
+        shown = [*added_columns(self.trial, "Condition of the trial.")]
         both = [one.name for one in shown if one.name in chosen]
         if both and not (self.adapts or self.adjusts):
             raise InputError(
@@ -222,11 +216,16 @@ class Task(ABC):
         """
         return trial
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Sequence[Interval]:
+    def shown(
+        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+    ) -> Interval | Step | Sequence[Interval | Step]:
         """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
-        Trials with several intervals return a list, one pair per interval. Together with `control` this describes a
-        trial as data, which the window and the browser both show.
+        Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
+        own. Together with `control` this describes a trial as data, which the window and the browser both show, after
+        `pause_s` of the design and with `blank_s` after each picture. A method with the parameter `seed` receives the
+        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; one
+        with `stimuli` the set of pictures (`needed`).
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
@@ -237,13 +236,33 @@ class Task(ABC):
         """
         raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
 
-    def intervals(self, design: Any, trial: Any, pixels_per_degree: float) -> list[Interval]:
-        """Return the pictures and durations of a trial's intervals, as a list also for a single interval."""
-        shown: Any = self.shown(design, trial, pixels_per_degree)
-        return [shown] if isinstance(shown, tuple) and not isinstance(shown[0], tuple) else [*shown]
+    def intervals(
+        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
+    ) -> list[Interval | Step]:
+        """Return what `shown` gives for a trial, as a list also for a single interval."""
+        known = inspect.signature(self.shown).parameters
+        given = {name: one for name, one in (("seed", seed), ("stimuli", stimuli)) if name in known}
+        shown: Any = self.shown(design, trial, pixels_per_degree, **given)
+        single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
+        return [shown] if single else [*shown]
+
+    def steps(
+        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
+    ) -> list[Step]:
+        """Return the steps of a trial."""
+        shown = self.intervals(design, trial, pixels_per_degree, seed, stimuli)
+        return [one if isinstance(one, Step) else Step(*one) for one in shown]
+
+    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+        """Return the pictures of a set that a design requires: scene, aperture, fixation, levels of its factors."""
+        return ()
+
+    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
+        """Return whether a practice answer is correct; None if it has no correct answer."""
+        return None
 
     def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
     ) -> dict[str, str | NDArray[np.uint8]]:
         """Return the pictures of a trial for other programs, by column: a file of the picture set, or pixels.
 
@@ -255,6 +274,8 @@ class Task(ABC):
             The set of pictures; None if none was given.
         pixels_per_degree
             Angular resolution of the screen; None: return no pixels.
+        seed
+            Seed of the trial's noise.
 
         Returns
         -------
@@ -263,12 +284,17 @@ class Task(ABC):
         """
         if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
             return {}
-        shown = self.intervals(design, trial, pixels_per_degree)
-        return {f"picture_{n}" if n > 1 else "picture": pixels for n, (pixels, _) in enumerate(shown, start=1)}
+        shown = self.steps(design, trial, pixels_per_degree, seed)
+        return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
-    def control(self, words: Any, trial: Any) -> Control:
-        """Return the description of a trial's response control."""
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        """Return the description of a trial's response control; a method with the parameter `design` receives it."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def asked(self, design: Any, words: Any, trial: Any) -> Control:
+        """Return the control on which a trial is answered."""
+        given = {"design": design} if "design" in inspect.signature(self.control).parameters else {}
+        return self.control(words, trial, **given)
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.
@@ -288,13 +314,18 @@ class Task(ABC):
             Value set on the control; 1 or 2 for a binary choice.
         times
             `onset`, `response_time` and `dropped_frames` of `Response`; for an adjustment also `start`, the initial
-            value of the knob.
+            value of the knob; for a task with pictures of a set also `stimulus`, the file of the trial's picture.
         """
-        name, *more = (column.name for column in _own_columns(self.answer, ""))
+        name, *more = (column.name for column in added_columns(self.answer, ""))
         if more:
             raise InputError(f"an answer of the task {self.name!r} has more than one field: define answered.")
         kind = typing.get_type_hints(self.answer)[name]
         return self.answer(**{name: int(value) if kind is int else value}, **times)
+
+    def stimulus(self, design: Any, trial: Any, stimuli: Any) -> dict[str, str]:
+        """Return the keyword `stimulus` of `answered`: the file of the trial's picture; empty without a set."""
+        file = None if stimuli is None else self.pictures(design, trial, stimuli, None).get("picture")
+        return {"stimulus": file} if isinstance(file, str) else {}
 
     @property
     def described(self) -> bool:
@@ -312,8 +343,8 @@ class Task(ABC):
         """Fields that a procedure sets by earlier answers: those of trial and answer both, if the task adapts."""
         if not self.adapts:
             return ()
-        answered = {column.name for column in _own_columns(self.answer, "")}
-        return tuple(column.name for column in _own_columns(self.trial, "") if column.name in answered)
+        answered = {column.name for column in added_columns(self.answer, "")}
+        return tuple(column.name for column in added_columns(self.trial, "") if column.name in answered)
 
     @property
     def adjusts(self) -> bool:
@@ -374,7 +405,7 @@ class Task(ABC):
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
         main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
-        names = [name for column in _own_columns(self.trial, "") if (name := column.name) not in self.adapted_fields]
+        names = [name for column in added_columns(self.trial, "") if (name := column.name) not in self.adapted_fields]
         levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
         return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
 
@@ -384,7 +415,7 @@ class Task(ABC):
         Not among them are the levels that a procedure sets, as they are not answers.
         """
         columns = [one for one in self.columns(settings) if one.form != "text"]
-        names = {one.name for one in _own_columns(self.answer, "")} - {*self.adapted_fields}
+        names = {one.name for one in added_columns(self.answer, "")} - {*self.adapted_fields}
         return {one.name: one.units or ("share" if one.form == "bool" else "") for one in columns if one.name in names}
 
     def planned(self, design: Any) -> tuple[Any, ...]:
@@ -452,40 +483,6 @@ def _order(value: Any) -> tuple[str, Any]:
 def paper_settings(name: str) -> str:
     """Return the text of a settings file that comes with the package."""
     return (files("focalgradient.design") / "files" / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def _own_columns(record: type[Any], about: str) -> Iterator[Column]:
-    """Yield columns of the fields that a record adds to the base class of all trials or answers."""
-    hints = typing.get_type_hints(record)
-    base = next(each for each in reversed(record.__mro__[:-1]) if dataclasses.is_dataclass(each))
-    shared = {one.name for one in dataclasses.fields(base)}
-    for one in dataclasses.fields(record):
-        if one.name not in shared:
-            form, levels, optional = _form(hints[one.name], one.name)
-            told = dict(one.metadata)
-            if wrong := [key for key in told if key not in ENTRIES]:
-                raise InputError(
-                    f"{one.name} is a field with the metadata {wrong[0]!r}, but may have {', '.join(ENTRIES)}: correct "
-                    "it."
-                )
-            levels = told.pop("levels", levels)
-            yield Column(one.name, told.pop("about", about), form, levels=levels, optional=optional, **told)
-
-
-def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
-    """Return a column's form, levels and optionality, derived from the type of its field."""
-    parts = typing.get_args(hint)
-    if typing.get_origin(hint) in (Union, types.UnionType) and type(None) in parts:
-        form, levels, _ = _form(next(part for part in parts if part is not type(None)), name)
-        return form, levels, True
-    if typing.get_origin(hint) is Literal and all(type(part) is int for part in parts):
-        return "integer", {}, False
-    if typing.get_origin(hint) is Literal:
-        return "text", {str(part): str(part) for part in parts}, False
-    forms: dict[Any, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
-    if hint not in forms:
-        raise InputError(f"{name} is a field of type {hint}, but must be bool, int, float, str or Literal.")
-    return forms[hint], {}, False
 
 
 def _toml(value: Any) -> str:

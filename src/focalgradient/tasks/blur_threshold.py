@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.files.columns import Column
+from focalgradient.scales import Control, Ways
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL
+from focalgradient.tasks.steps import Step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -41,7 +43,12 @@ COLUMNS: tuple[Column, ...] = (
 
 
 class BlurThreshold(Task):
-    """Choose the interval with more blur (or depth), at levels set by an adaptive procedure."""
+    """Adaptive blur threshold: the blur that is just noticed, or that just makes a picture look deeper.
+
+    Each trial shows one scene twice, with added blur in one of two intervals (2IFC), and asks in which. QUEST+ chooses
+    the blur from all answers so far; the pictures are blurred during the grey pause before the trial. Requires the
+    extra `thresholds`.
+    """
 
     name: ClassVar[str] = "blurthreshold"
     title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
@@ -61,7 +68,7 @@ class BlurThreshold(Task):
         return Chosen
 
     def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
     ) -> dict[str, str | NDArray[np.uint8]]:
         return {} if stimuli is None else {"picture": stimuli.picture(trial.scene, "pinhole", design.fixation).png}
 
@@ -76,10 +83,32 @@ class BlurThreshold(Task):
 
         return ThresholdPages(design, words, participant, browser)
 
-    def experiment(self) -> Any:
-        from focalgradient.lab.blur_threshold import BLUR_THRESHOLD
+    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+        return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
 
-        return BLUR_THRESHOLD
+    def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
+        return design.adapted(trial, recorded)
+
+    def shown(
+        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+    ) -> list[Step]:
+        place = stimuli.scene(trial.scene).target(design.fixation).position_px
+        steps = []
+        for number, mark_s in ((1, design.mark_s), (2, 0.0)):
+            event, added = ("picture", trial.level) if number == trial.interval else ("reference", 0.0)
+            picture = stimuli.blurred(design, trial.scene, design.pedestal + added)
+            steps.append(Step(picture, design.picture_s, event, place if mark_s else None, mark_s))
+        return steps
+
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        return Ways(words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
+
+    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+        chosen = int(value)
+        return self.answer(level=trial.level, answer=chosen, correct=chosen == trial.interval, **times)
+
+    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
+        return bool(answer.correct)
 
     def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
         from focalgradient.observers.intervals import seen_intervals

@@ -18,6 +18,7 @@ from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import NAME, Noted
 from focalgradient.tasks.registry import task_named
+from focalgradient.tasks.steps import Step
 
 __all__ = ["PIXELS_PER_DEGREE", "called", "check_task"]
 
@@ -45,6 +46,7 @@ def check_task(
     *,
     pixels_per_degree: float = PIXELS_PER_DEGREE,
     room: tuple[int, int] | None = None,
+    stimuli: Any = None,
 ) -> None:
     """Check that the task of a design can be shown and answered.
 
@@ -63,6 +65,8 @@ def check_task(
         Resolution of the screen.
     room
         Width and height in pixels that pictures may have; None: not checked.
+    stimuli
+        Set of pictures; None: trials of a task that uses one are not drawn.
 
     Raises
     ------
@@ -87,7 +91,9 @@ def check_task(
         for trial in (main[0], *(one for one in trials if one is not main[0])):
             shown = checked.call("adapted", checked.task.adapted, design, trial, ())
             if checked.task.described and not checked.task.adjusts:
-                checked.pictures(shown, pixels_per_degree, room)
+                seed = design.noise_seed(participant, trial)
+                if stimuli is not None or not checked.task.needed(design):
+                    checked.pictures(shown, seed, pixels_per_degree, room, stimuli)
                 checked.answers(shown)
             if trial is main[0]:
                 checked.further(shown)
@@ -185,19 +191,25 @@ class _Checked:
             if time.monotonic() > until:
                 return
 
-    def pictures(self, trial: Any, pixels_per_degree: float, room: tuple[int, int] | None) -> None:
+    def pictures(
+        self, trial: Any, seed: int, pixels_per_degree: float, room: tuple[int, int] | None, stimuli: Any
+    ) -> None:
         """Check the pictures of a trial, and their durations."""
         intervals, again = (
-            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree) for _ in range(2)
+            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree, seed, stimuli)
+            for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
         for interval in intervals:
             self.interval(interval, room)
-        same = all(np.array_equal(one[0], other[0]) for one, other in zip(intervals, again, strict=True))
-        self.need(same, "shown draws another picture the second time: draw from a seed, such as trial.trial")
+        drawn = [[one.picture if isinstance(one, Step) else one[0] for one in shown] for shown in (intervals, again)]
+        same = all(np.array_equal(one, other) for one, other in zip(*drawn, strict=True))
+        self.need(same, "shown draws another picture the second time: draw from the parameter seed")
 
     def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
         """Check a picture and its duration."""
+        if isinstance(interval, Step):
+            interval = interval.picture, interval.seconds
         self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
         pixels, seconds = interval
         whole = isinstance(pixels, np.ndarray) and pixels.dtype == np.uint8
@@ -235,7 +247,7 @@ class _Checked:
 
     def answers(self, trial: Any) -> None:
         """Check that the control's ends give answers within the limits of their columns."""
-        control = self.control("control", self.call("control", self.task.control, self.words, trial))
+        control = self.control("control", self.call("control", self.task.asked, self.design, self.words, trial))
         for value in (control.reached()[0], control.reached()[-1]):
             times = {"onset": 0.0, "response_time": 1.0, "dropped_frames": 0}
             answer = self.call("answered", self.task.answered, self.design, trial, value, **times)
@@ -249,7 +261,8 @@ class _Checked:
 
     def further(self, trial: Any) -> None:
         """Check the additional questions: their names, controls and notes."""
-        taken = {column.name for column in self.task.columns(self.design.model_dump(mode="json"))}
+        columns = self.task.columns(self.design.model_dump(mode="json"))
+        taken = {column.name for column in columns if not column.optional}
         for name, one in self.call("further", self.task.further, self.design, self.words, trial).items():
             self.need(
                 isinstance(name, str) and NAME.fullmatch(name) and name not in taken,

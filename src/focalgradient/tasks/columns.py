@@ -2,9 +2,22 @@
 
 from __future__ import annotations
 
-from focalgradient.files.columns import Column
+import dataclasses
+import types
+import typing
+from collections.abc import Iterator, Mapping
+from typing import Any, Literal, Union
 
-__all__ = ["DROPPED", "REPETITION", "RESERVED", "SCENE", "SITTING", "STIMULUS", "TIMES", "TRIAL", "judged"]
+from focalgradient.errors import InputError
+from focalgradient.files.columns import Column, Form
+
+__all__ = [
+    *("DROPPED", "REPETITION", "RESERVED", "SCENE", "SITTING", "STIMULUS", "TIMES", "TRIAL"),
+    *("added_columns", "judged"),
+]
+
+ENTRIES = ("about", "units", "levels", "least", "most", "above")
+"""Metadata of fields of trials and answers: entries of the sidecar, and limits."""
 
 TRIAL = Column("trial", "Number of the trial, in the order shown.", "integer", least=1)
 REPETITION = Column(
@@ -56,3 +69,37 @@ RESERVED = frozenset(
     }
 )
 """Names reserved for columns of all tables, fields of events and keys of sidecars."""
+
+
+def added_columns(record: type[Any], about: str) -> Iterator[Column]:
+    """Yield columns of the fields that a record adds to the base class of all trials or answers."""
+    hints = typing.get_type_hints(record)
+    base = next(each for each in reversed(record.__mro__[:-1]) if dataclasses.is_dataclass(each))
+    shared = {one.name for one in dataclasses.fields(base)}
+    for one in dataclasses.fields(record):
+        if one.name not in shared:
+            form, levels, optional = _form(hints[one.name], one.name)
+            told = dict(one.metadata)
+            if wrong := [key for key in told if key not in ENTRIES]:
+                raise InputError(
+                    f"{one.name} is a field with the metadata {wrong[0]!r}, but may have {', '.join(ENTRIES)}: correct "
+                    "it."
+                )
+            levels = told.pop("levels", levels)
+            yield Column(one.name, told.pop("about", about), form, levels=levels, optional=optional, **told)
+
+
+def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:
+    """Return a column's form, levels and optionality, derived from the type of its field."""
+    parts = typing.get_args(hint)
+    if typing.get_origin(hint) in (Union, types.UnionType) and type(None) in parts:
+        form, levels, _ = _form(next(part for part in parts if part is not type(None)), name)
+        return form, levels, True
+    if typing.get_origin(hint) is Literal and all(type(part) is int for part in parts):
+        return "integer", {}, False
+    if typing.get_origin(hint) is Literal:
+        return "text", {str(part): str(part) for part in parts}, False
+    forms: dict[Any, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
+    if hint not in forms:
+        raise InputError(f"{name} is a field of type {hint}, but must be bool, int, float, str or Literal.")
+    return forms[hint], {}, False

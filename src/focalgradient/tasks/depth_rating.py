@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.files.columns import Column
-from focalgradient.scales import AnswerColumn, scale_of
+from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
+from focalgradient.tasks.noted import START_ABOUT, Noted
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -39,12 +40,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 STANDARD_BEFORE = Column("standard_before", "Whether the standard was shown before the trial.", "bool")
-START = Column(
-    "start",
-    "Random initial position of the marker on the scale; n/a if no key moved it.",
-    "number",
-    optional=True,
-)
+START = Column("start", START_ABOUT, "number", optional=True)
 INTERVAL = Column(
     "interval",
     "Number of the interval that showed the picture; the other one showed the reference.",
@@ -122,7 +118,7 @@ class DepthRating(Task):
         return Rated
 
     def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
     ) -> dict[str, str | NDArray[np.uint8]]:
         if stimuli is None:
             return {}
@@ -151,6 +147,19 @@ class DepthRating(Task):
         scale = scale_of(settings)
         gaze = settings.get("gaze", "none") != "none"
         return _depth_columns(scale.column, scale.intervals, json.dumps(levels), json.dumps(names), gaze)
+
+    def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
+        """Return the question of confidence, if the design asks it, and those of the design's `also`."""
+        asked = super().further(design, words, trial)
+        if not design.confidence:
+            return asked
+        ends = (words("scale.not_sure"), words("scale.quite_sure"))
+        sure = Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends)
+        return {"confidence": (sure, Noted(None)), **asked}
+
+    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
+        found: bool | None = design.right(trial, answer.rating)
+        return found
 
     def settings(self) -> str:
         return paper_settings("depth_rating")

@@ -18,12 +18,16 @@ __all__ = [
     "EXTRA",
     "SHOWN",
     "SHOWN_ABOUT",
+    "START",
+    "START_ABOUT",
     "Noted",
     "OpenRecord",
     "check_noted",
     "is_noted",
     "noted_columns",
+    "noted_start",
     "plain",
+    "with_noted",
 ]
 
 EXTRA = "extra"
@@ -36,6 +40,11 @@ SHOWN_ABOUT = (
     "SHA-256 of the pixels of each picture shown, in order: 8-bit values, row by row, three per pixel in colour; after "
     "a comma the changes applied when it was drawn, such as contrast=0.5."
 )
+
+START = "start"
+"""Column of the random initial position of a marker; of a further question, with its name and _ before."""
+
+START_ABOUT = "Random initial position of the marker on the scale; n/a if no key moved it."
 
 AGAIN = "interruptions"
 """Column of the number of restarts of a trial, in sessions with restarted trials."""
@@ -140,6 +149,24 @@ class OpenRecord(type):
                     f"{name!r} cannot be the name of a column: use letters (a to z), digits and _, a letter first."
                 )
         return super().__call__(*values, **named, **{EXTRA: {name: Noted.of(one) for name, one in extra.items()}})
+
+
+def noted_start(start: float | None, name: str = "") -> dict[str, Noted]:
+    """Return the note of a marker's initial position, for the question `name`; empty if no key moved it.
+
+    >>> noted_start(0.5, "interest")["interest_start"].value, noted_start(None)
+    (0.5, {})
+    """
+    column = f"{name}_{START}" if name else START
+    return {} if start is None else {column: Noted(start, description=START_ABOUT)}
+
+
+def with_noted(answer: Any, noted: Mapping[str, Noted]) -> Any:
+    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`."""
+    fields = {one.name for one in dataclasses.fields(answer)}
+    own = {name: one.value for name, one in noted.items() if name in fields and getattr(answer, name) is None}
+    extra = {name: one for name, one in noted.items() if name not in own}
+    return dataclasses.replace(answer, **own, extra={**extra, **answer.extra})
 
 
 def noted_columns(trials: Iterable[Mapping[str, Any]]) -> tuple[Column, ...]:

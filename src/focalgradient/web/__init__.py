@@ -7,7 +7,7 @@ asks for responses. No other subpackage imports the server's libraries (extra `w
 from focalgradient.design.consent import Consent
 from focalgradient.web.application import application, check_page, run
 from focalgradient.web.collect import Collected, LeftOut, collect
-from focalgradient.web.export import export, labels_of
+from focalgradient.web.export import REVEALS, export, labels_of
 from focalgradient.web.guard import Limits
 from focalgradient.web.lists import Lists
 from focalgradient.web.opening import browser_design, open_shared_study, open_study
@@ -15,6 +15,7 @@ from focalgradient.web.people import People
 from focalgradient.web.study import Study
 
 __all__ = [
+    "REVEALS",
     "Collected",
     "Consent",
     "LeftOut",

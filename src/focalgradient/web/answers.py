@@ -13,15 +13,16 @@ from pydantic import BaseModel, ValidationError
 from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event, percepts
 from focalgradient.dataset.times import times_of_events
 from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.design.given_list import trial_row
 from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, ResponseScale, Scale, Ways
 from focalgradient.stimuli import StimulusSet
-from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT
+from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
-from focalgradient.web.pictures import depth_events, picture_file, shown_pixels
+from focalgradient.web.pictures import depth_events, drawn, picture_file
 from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
@@ -98,28 +99,30 @@ def read_answer(
             presses=sorted(Press(*press) for press in read.presses),
             trial_duration=read.trial_duration,
             dropped_frames=read.dropped_frames,
-            extra=extra,
         )
-        return watched, frames
+        return with_noted(watched, extra), frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
     if not isinstance(trial, DepthTrial):
         task = session.task
         if task.adjusts:
             check_frames(frames["shown"], read.response_time + 1.0)
             given = task.answered(design, trial, _value(read), start=read.start, **times)
-            return replace(given, extra={**extra, **given.extra}), frames
+            return with_noted(given, extra), frames
         if task.adapts:
             trial = task.adapted(design, trial, session.recorded)
-        control = task.control(words, trial)
+        control = task.asked(design, words, trial)
         value = _value(read)
         if isinstance(control, Ways) and read.chosen is None:
             value = 2.0 - value
         _check_reached("rating", value, control)
-        given = task.answered(design, trial, value, **times)
-        shown, seconds = shown_pixels(task, design, trial, Display())
-        check_frames(frames["shown"], seconds)
-        extra[SHOWN] = Noted(shown, description=SHOWN_ABOUT)
-        return replace(given, extra={**extra, **given.extra}), frames
+        extra |= _started(read.start, control)
+        display = Display() if pictures is None else pictures.display
+        shown = drawn(task, design, trial, design.noise_seed(session.files.participant, trial), display, pictures)
+        check_frames(frames["shown"], shown.seconds)
+        _name_pictures(frames, shown.events)
+        extra[SHOWN] = Noted(shown.sha256, description=SHOWN_ABOUT)
+        given = task.answered(design, trial, value, **times, **task.stimulus(design, trial, pictures))
+        return with_noted(given, extra), frames
     assert pictures is not None
     check_frames(frames["shown"], design.least_s(trial))
     rated = Rated(
@@ -127,9 +130,8 @@ def read_answer(
         **times,
         stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
         start=read.start,
-        extra=extra,
     )
-    return rated, frames
+    return with_noted(rated, extra), frames
 
 
 def _value(read: Depth) -> float:
@@ -186,8 +188,8 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
             held = sum(part.end - part.onset for part in seen if part.percept == trial.shape) / answer.trial_duration
             share = round(100 * held)
             right = None if trial.shape == "ambiguous" else held >= LEAST_HELD
-        elif isinstance(trial, DepthTrial):
-            right = design.right(trial, answer.rating)
+        else:
+            right = session.task.right(design, trial, answer)
         known += [] if right is None else [right]
     passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
     again = not passed and given.round < getattr(design, "practice_rounds", 1)
@@ -213,14 +215,25 @@ def _check_begun(onset: float, frames: Mapping[str, Any]) -> None:
 def _further(session: Session, trial: Trial, words: Words, given: Mapping[str, float]) -> dict[str, Noted]:
     """Parse the responses to a trial's additional questions; exactly those asked must be present."""
     asked = session.task.further(session.design, words, trial)
-    if wrong := sorted({*asked} ^ {*given}):
+    starts = {f"{name}_{START}" for name, (control, _) in asked.items() if not isinstance(control, Ways)}
+    if wrong := sorted({*asked} ^ ({*given} - starts)):
         raise InputError(
             f"{wrong[0][:40]} is {'not asked' if wrong[0] in given else 'missing'}: send exactly the responses asked "
             "for."
         )
     for name, (control, _) in asked.items():
         _check_reached(name, given[name], control)
-    return {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
+    noted = {name: replace(about, value=given[name]) for name, (_, about) in asked.items()}
+    for name, (control, _) in asked.items():
+        noted |= _started(given.get(f"{name}_{START}"), control, name)
+    return noted
+
+
+def _started(start: float | None, control: Control, name: str = "") -> dict[str, Noted]:
+    """Return the note of a marker's initial position, which must lie on its scale."""
+    if start is not None:
+        _check_reached(f"{name}_{START}" if name else START, start, control)
+    return noted_start(start, name)
 
 
 def record(
@@ -262,7 +275,8 @@ def record(
             content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
-    notes.append(("frames", {"phase": given.phase, "trial": given.trial, **frames}))
+    about = {"phase": given.phase, "trial": given.trial, "condition": trial_row(trial)}
+    notes.append(("frames", about | frames))
     came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
     session.record(trial, answer, notes=notes, attempt=given.attempt, **came)
     return frames

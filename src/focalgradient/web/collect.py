@@ -26,7 +26,6 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import task_named
-from focalgradient.web import texts
 from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
 from focalgradient.web.lists import digest_of
 from focalgradient.web.messages import Answered, Begun, Exposed, Record, Resumed
@@ -99,7 +98,6 @@ class _Study:
         self.manifest: Manifest | None = None
         self.pictures: StimulusSet | None = None
         if isinstance(self.design, DepthRatingDesign):
-            texts.check(self.design)
             if stimuli is None:
                 raise InputError(
                     "stimuli is missing, but depth rating shows pictures: give the folder of the study's pictures."

@@ -135,7 +135,7 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
         entries = lists.shown(label, trials)
         for entry, trial in zip(entries, trials, strict=True):
             for number, part in enumerate(parts(entry)):
-                part["url"] = _write_picture(bundle, shown, lists.content(trial, number))
+                part["url"] = _write_picture(bundle, shown, lists.content(label, trial, number))
             for step in (*entry["first"], *entry["before"], *entry["lead"]):
                 if interval := step.get("standard"):
                     interval["url"] = _write_picture(bundle, shown, lists.standard())

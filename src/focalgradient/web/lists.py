@@ -69,24 +69,23 @@ class Lists:
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
-        if isinstance(design, DepthRatingDesign):
-            if stimuli is None:
-                raise InputError("stimuli is missing: depth rating shows pictures; give the folder of a set of them.")
-            texts.check(design)
-            self.manifest = check_stimuli(stimuli)
-            self.pictures = read_set(stimuli)
-            self.pictures.check(design.pictures(), design.picture_factors)
-        elif not (isinstance(design, NeckerDesign) or task_named(design.task).described):
+        if not (isinstance(design, DepthRatingDesign | NeckerDesign) or self._task.described):
             raise InputError(
                 f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
                 "during the session): run it in the laboratory with focalgradient run."
             )
-        elif self._task.adapts and self._task.adjusts:
+        if self._task.adapts and self._task.adjusts:
             raise InputError(
                 f"{design.task} adapts its adjustments to the responses, which a browser cannot do: run it in the "
                 "laboratory with "
                 "focalgradient run."
             )
+        if needed := design.pictures() if isinstance(design, DepthRatingDesign) else self._task.needed(design):
+            if stimuli is None:
+                raise InputError(f"stimuli is missing: {design.task} shows pictures; give the folder of a set of them.")
+            self.manifest = check_stimuli(stimuli)
+            self.pictures = read_set(stimuli)
+            self.pictures.check(needed, getattr(design, "picture_factors", ()))
         if getattr(design, "practice_required", False):
             raise InputError("practice_required is for the laboratory, but a browser goes on: leave it out.")
         if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
@@ -95,10 +94,12 @@ class Lists:
                 "it out."
             )
         self._display = self.pictures.display if self.pictures else Display()
-        self._own = lru_cache(16)(lambda trial: own_trial(self._task, design, trial, self.words, self._display))
+        self._own = lru_cache(16)(
+            lambda trial, seed: own_trial(self._task, design, trial, seed, self.words, self._display, self.pictures)
+        )
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
-        check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree)
+        check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree, stimuli=self.pictures)
 
     def opening(self) -> dict[str, Any]:
         """Return what the page needs before a session begins: texts, consent, form fields, required measurements."""
@@ -117,7 +118,8 @@ class Lists:
     def _is_told(self, name: str) -> bool:
         """Return whether a text is needed by every page; texts of tasks and debriefings come with their pages."""
         labels = [f"necker.{key}" for key in ("rigid", "nonrigid")] if isinstance(self.design, NeckerDesign) else []
-        return name.startswith("web.") or name in ("common.decimal", "session.rest_wait", "session.thanks", *labels)
+        named = ("common.decimal", "scale.typed_wrong", "session.rest_wait", "session.thanks", *labels)
+        return name.startswith(("web.", "form.")) or name in named
 
     def session(self, participant: str) -> dict[str, Any]:
         """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
@@ -128,7 +130,7 @@ class Lists:
         elif isinstance(design, NeckerDesign):
             content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
         else:
-            content = own_session()
+            content = own_session(design, self._display)
         pages = self._pages(participant)
         again = pages.again()
         opening = [self._step(page) for page in pages.opening()]
@@ -175,7 +177,7 @@ class Lists:
         entries = []
         for turn, first, before in breaks(self.design, self.words, self._pages(participant), trials, began)[asked]:
             trial = turn.trial
-            entry = {"phase": trial.phase, "trial": trial.trial, **self._stimuli(trial, recorded)}
+            entry = {"phase": trial.phase, "trial": trial.trial, **self._stimuli(participant, trial, recorded)}
             for number, part in enumerate(parts(entry)):
                 part.pop(CONTENT)
                 part["url"] = f"/pictures/{trial.phase}/{trial.trial}/{number}"
@@ -185,9 +187,11 @@ class Lists:
             entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries
 
-    def content(self, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()) -> bytes | None:
+    def content(
+        self, participant: str, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()
+    ) -> bytes | None:
         """Return the file of a trial's picture; None if it has fewer."""
-        shown = parts(self._stimuli(trial, recorded))
+        shown = parts(self._stimuli(participant, trial, recorded))
         return _read(shown[number][CONTENT]) if 0 <= number < len(shown) else None
 
     def standard(self) -> bytes | None:
@@ -209,15 +213,15 @@ class Lists:
     def _task(self) -> Task:
         return task_named(self.design.task)
 
-    def _stimuli(self, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    def _stimuli(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             assert self.pictures is not None
-            return depth_trial(design, self.pictures, trial)
+            return depth_trial(design, self.pictures, trial, design.noise_seed(participant, trial))
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
         shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial
-        return deepcopy(self._own(shown))
+        return deepcopy(self._own(shown, design.noise_seed(participant, trial)))
 
 
 def _read(content: bytes | Path) -> bytes:

@@ -101,7 +101,7 @@ class Shown(Message):
 class Frames(Message):
     """Frame times of a trial, and disturbances of its display."""
 
-    shown: Annotated[list[Shown], Field(max_length=10)]
+    shown: Annotated[list[Shown], Field(max_length=60)]
     hidden: Count = 0
     left_full_screen: Count = 0
     zoomed: Count = 0

@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
@@ -33,6 +33,7 @@ __all__ = [
     "depth_session",
     "depth_trial",
     "drawing_png",
+    "drawn",
     "own_session",
     "own_trial",
     "parts",
@@ -88,8 +89,8 @@ def _interval(
     return {CONTENT: content, "seconds": seconds, "event": event, **mark}
 
 
-def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial) -> dict[str, Any]:
-    """Return the stimuli of a depth-rating trial."""
+def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial, seed: int) -> dict[str, Any]:
+    """Return the stimuli of a depth-rating trial; `seed` is that of its masks."""
     levels = trial.factors
     shown = (trial.scene, trial.aperture, trial.fixation)
     picture = _interval(design, stimuli, shown, levels, design.picture_s)
@@ -100,7 +101,17 @@ def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTri
         intervals = [picture, other] if trial.interval == 1 else [other, picture]
     elif design.reference == "same-scene":
         intervals = [_interval(design, stimuli, compared, levels, design.reference_s), picture]
-    return {"intervals": intervals}
+    if design.mask == "none" or not design.mask_s:
+        return {"intervals": intervals}
+    masks = [_mask(design, stimuli, (seed, number)) for number in range(len(intervals))]
+    return {"intervals": [part for pair in zip(intervals, masks, strict=True) for part in pair]}
+
+
+def _mask(design: DepthRatingDesign, stimuli: StimulusSet, seed: tuple[int, int]) -> dict[str, Any]:
+    """Return the interval that shows a mask of noise, without a gap after a picture."""
+    height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
+    content = png(noise_mask((height, width), stimuli.display.pixels_per_degree, seed))
+    return {CONTENT: content, "seconds": design.mask_s, "event": "mask", "follows": True, "mark_seconds": 0.0}
 
 
 def depth_events(design: DepthRatingDesign, trial: DepthTrial) -> list[str]:
@@ -130,40 +141,53 @@ def refocusing() -> bytes:
     return f"{page_script()}\nexport {{ FocusView }};\nexport const SHADERS = {json.dumps(page_shaders())};\n".encode()
 
 
-def own_session() -> dict[str, Any]:
-    """Return the settings that all trials of a user-defined task share."""
-    return {"blank_s": BLANK_S, "pause_s": 0.0, "mark_radius_px": 0.0}
+def own_session(design: Any, display: Display) -> dict[str, Any]:
+    """Return the settings that all trials of a described task share."""
+    radius = MARK_DEG * display.pixels_per_degree
+    pauses = {"blank_s": getattr(design, "blank_s", BLANK_S), "pause_s": getattr(design, "pause_s", 0.0)}
+    return {**pauses, "mark_radius_px": radius}
 
 
-HASHES: dict[tuple[str, str, Any], tuple[str, float]] = {}
-"""Cache of `shown_pixels`, by task, design and trial."""
+class Drawn(NamedTuple):
+    """SHA-256 of each picture of a described trial, separated by spaces; its duration in s; names of its pictures."""
 
-MOST_HASHES = 20_000
-"""Maximum size of `HASHES`: ten times the maximum number of trials per participant."""
-
-
-def shown_pixels(task: Task, design: Any, trial: Any, display: Display) -> tuple[str, float]:
-    """Return the SHA-256 of each picture of a user-defined task's trial, separated by spaces; total duration in s."""
-    key = (task.name, design.model_dump_json(), trial)
-    if key not in HASHES:
-        shown = task.intervals(design, trial, display.pixels_per_degree)
-        while len(HASHES) >= MOST_HASHES:
-            HASHES.pop(next(iter(HASHES)))
-        digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels, _ in shown]
-        HASHES[key] = " ".join(dict.fromkeys(digests)), sum(seconds for _, seconds in shown)
-    return HASHES[key]
+    sha256: str
+    seconds: float
+    events: tuple[str, ...]
 
 
-def own_trial(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
-    """Return the stimuli of a user-defined task's trial."""
+DRAWN: dict[tuple[str, str, Any, int], Drawn] = {}
+"""Cache of `drawn`, by task, design, trial and seed."""
+
+MOST_DRAWN = 20_000
+"""Maximum size of `DRAWN`: ten times the maximum number of trials per participant."""
+
+
+def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stimuli: Any = None) -> Drawn:
+    """Return what a described trial has shown."""
+    key = (task.name, design.model_dump_json(), trial, seed)
+    if key not in DRAWN:
+        steps = task.steps(design, trial, display.pixels_per_degree, seed, stimuli)
+        while len(DRAWN) >= MOST_DRAWN:
+            DRAWN.pop(next(iter(DRAWN)))
+        digests = [hashlib.sha256(np.ascontiguousarray(step.picture).tobytes()).hexdigest() for step in steps]
+        seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
+        DRAWN[key] = Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
+    return DRAWN[key]
+
+
+def own_trial(
+    task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display, stimuli: Any = None
+) -> dict[str, Any]:
+    """Return the stimuli of a described task's trial; the page calls all pictures alike."""
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
-    mark = {"mark": {"x": 0.0, "y": 0.0}, "mark_seconds": 0.0, "mark_kept": False}
-    intervals = [
-        {CONTENT: png(pixels), "seconds": seconds, "event": "picture", **mark}
-        for pixels, seconds in task.intervals(design, trial, display.pixels_per_degree)
-    ]
-    return {"intervals": intervals, "scale": task.control(words, trial).form()}
+    intervals = []
+    for step in task.steps(design, trial, display.pixels_per_degree, seed, stimuli):
+        x, y = step.mark or (0.0, 0.0)
+        mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": False}
+        intervals.append({CONTENT: png(step.picture), "seconds": step.seconds, "event": "picture", **mark})
+    return {"intervals": intervals, "scale": task.asked(design, words, trial).form()}
 
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:

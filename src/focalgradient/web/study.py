@@ -307,7 +307,9 @@ class Study:
                 # Only practice is shown again.
                 shown = [one for n, one in enumerate(known) if n >= done or one.phase == "practice"]
                 named = next((one for one in shown if (one.phase, one.trial) == (phase, trial)), None)
-                content = None if named is None else self.lists.content(named, number, session.recorded)
+                content = (
+                    None if named is None else self.lists.content(place.participant, named, number, session.recorded)
+                )
         if content is None:
             raise Refused(404, "There is no such picture.")
         return content

@@ -8,28 +8,8 @@ from typing import Any
 from focalgradient.design import DepthRatingDesign
 from focalgradient.design.sequence import Page, Standard
 from focalgradient.design.words import Words
-from focalgradient.errors import InputError
 
-__all__ = ["check", "scale", "step"]
-
-
-def check(design: DepthRatingDesign) -> None:
-    """Raise `InputError` for settings that the page does not support.
-
-    Raises
-    ------
-    InputError
-        At the first such setting.
-    """
-    for name, allowed in (
-        ("answer", "slider"),
-        ("confidence", False),
-        ("mask", "none"),
-    ):
-        if getattr(design, name) != allowed:
-            raise InputError(
-                f"{name} is {getattr(design, name)!r}, which the browser page does not support: leave it out."
-            )
+__all__ = ["scale", "step"]
 
 
 def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dict[str, Any]:

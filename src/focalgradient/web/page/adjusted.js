@@ -93,11 +93,11 @@ export default class AdjustedPlugin {
 }
 
 // Timeline node of an adjustment; its response is passed to `keep`.
-export function adjustedNode(knob, { escaped, done, frame, keep }) {
+export function adjustedNode(knob, { escaped, practice, done, frame, keep }) {
   return {
     type: AdjustedPlugin,
     knob,
-    question: `<h2>${escaped(knob.question)}</h2>`,
+    question: `${practice}<h2>${escaped(knob.question)}</h2>`,
     button_label: done,
     frame,
     on_finish: ({ value, start, rt, shown, dropped_frames, lost }) =>

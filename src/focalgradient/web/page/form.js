@@ -6,6 +6,7 @@ import { escaped } from "./texts.js";
 const LONGEST = 20; // maximum number of characters, as in the laboratory
 const CHARACTERS = /^[\p{L}\p{M}\p{N}_ ./-]*$/u;
 const OLDEST = 130; // maximum age in years
+const CHOICES = { sex: ["female", "male", "other"], handedness: ["left", "right", "ambidextrous"] };
 
 export default class FormPlugin {
   static info = {
@@ -23,9 +24,14 @@ export default class FormPlugin {
   }
 
   trial(element, { ask, words }) {
+    const option = (value) => `<option value="${value}">${value && escaped(words(`form.${value}`))}</option>`;
+    const entry = (name) => {
+      const how = `id="form-${name}" name="${name}" aria-describedby="hint-${name}"`;
+      if (name in CHOICES) return `<select ${how}>${["", ...CHOICES[name]].map(option).join("")}</select>`;
+      return `<input ${how} maxlength="${LONGEST}" autocomplete="off" autocapitalize="none" ${name === "age" ? 'inputmode="numeric"' : ""}>`;
+    };
     const field = (name) => `<p class="field"><label for="form-${name}">${escaped(words(`form.${name}`))}</label>
-      <input id="form-${name}" name="${name}" maxlength="${LONGEST}" autocomplete="off" autocapitalize="none"
-        aria-describedby="hint-${name}" ${name === "age" ? 'inputmode="numeric"' : ""}>
+      ${entry(name)}
       <small id="hint-${name}">${escaped(words(`form.${name}_hint`))}</small></p>`;
     element.innerHTML = `<form class="page" novalidate><h1>${escaped(words("web.about"))}</h1>${ask.map(field).join("")}
       <p class="wrong"></p><button type="submit">${escaped(words("web.go_on"))}</button></form>`;

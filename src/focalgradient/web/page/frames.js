@@ -45,12 +45,11 @@ export class Watch {
   }
 }
 
-// Animate with `draw(seconds)` for a duration, or until `stopped(onset)`; return the time stamps of all frames from
-// onset
-// to offset.
-export async function play(draw, seconds, frame, stopped = () => false) {
+// Animate with `draw(seconds)` for a duration, or until `stopped(onset)`, from the next frame or the present one, `from`;
+// return the time stamps of all frames from onset to offset.
+export async function play(draw, seconds, frame, stopped = () => false, from = null) {
   const stamps = [];
-  const begin = await nextFrame();
+  const begin = from ?? (await nextFrame());
   stamps.push(begin);
   draw(0);
   for (;;) {

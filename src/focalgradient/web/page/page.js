@@ -28,6 +28,7 @@ import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
 
 const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
+const AWAY_MS = 600_000; // after which a reloaded page measures screen and distance again
 const SOON = 2; // trials that are requested in advance
 
 class Page {
@@ -73,7 +74,8 @@ class Page {
 
   // Consent: the text is read page by page, and agreed to on the last page.
   async agreed() {
-    const pages = this.consented ? [] : (this.state.consent?.pages ?? []);
+    const { consent } = this.state;
+    const pages = this.consented || this.remembered().consent === consent?.sha256 ? [] : consent.pages;
     for (const [number, text] of pages.entries()) {
       this.shown.push(["consent", text]);
       const last = number === pages.length - 1;
@@ -84,6 +86,19 @@ class Page {
     }
     this.consented = true;
     return true;
+  }
+
+  // What this tab remembers of its session, so that a reloaded page does not ask again; a measurement of the screen only
+  // for a short time, in which nobody has moved.
+  remembered() {
+    const { token, at, measured, ...kept } = JSON.parse(sessionStorage.getItem("session") ?? "{}");
+    if (token !== this.token || !token) return {};
+    return Math.abs(Date.now() - at) < AWAY_MS ? { ...kept, measured } : kept;
+  }
+
+  remember(values) {
+    const kept = { ...this.remembered(), ...values, token: this.token, at: Date.now() };
+    sessionStorage.setItem("session", JSON.stringify(kept));
   }
 
   words(name, values) {
@@ -123,10 +138,14 @@ class Page {
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
     if (!(await this.agreed())) return;
+    if (this.state.consent) this.remember({ consent: this.state.consent.sha256 });
     // Responses that an earlier page could not send belong to its sitting and clock: they are sent before the next
     // sitting.
     if (this.state.status === "begun") await this.outbox.send();
-    this.beat = setInterval(() => this.ask("/api/here").catch((error) => this.lost(error)), BEAT_MS);
+    this.beat = setInterval(() => {
+      this.remember({});
+      this.ask("/api/here").catch((error) => this.lost(error));
+    }, BEAT_MS);
     addEventListener("pagehide", () => this.study.leave({ token: this.token, tab: this.tab }));
     await this.experiment();
     if (this.over) return;
@@ -167,6 +186,7 @@ class Page {
           if (error.status !== 404) throw error; // otherwise they were removed, but the acknowledgement was lost
         });
         await this.outbox.clear();
+        sessionStorage.removeItem("session");
         this.study.forget(this.token);
       } else {
         await this.outbox.send();
@@ -252,20 +272,27 @@ class Page {
       button_label: this.words("web.go_on"),
     });
     const untouched = onlyTouch() ? touching() : () => {};
-    timeline.push(measurement(about, words, html));
+    const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
     const matches = [];
-    if (this.state.gamma) timeline.push(gammaMatches(matches, words, html));
+    const { measured } = this.remembered();
+    const isSame = measured?.pixel_ratio === devicePixelRatio && String(measured?.screen_px) === String(pixels);
+    if (!isSame) timeline.push(measurement(about, words, html));
+    if (!isSame && this.state.gamma) timeline.push(gammaMatches(matches, words, html));
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
     untouched();
-    const pixels = [screen.width, screen.height].map((side) => Math.round(side * devicePixelRatio));
-    this.beginning = {
-      consent: this.state.consent ? this.state.consent.sha256 : null,
+    const now = () => ({
       screen_px: pixels,
+      pixel_ratio: devicePixelRatio,
       card_px: about.card_px,
       blind_spot_px: about.pressed.map((place) => Math.round(10 * place) / 10),
       gamma_matches: matches,
-      pixel_ratio: devicePixelRatio,
+    });
+    const measurements = isSame ? measured : now();
+    this.remember({ measured: measurements });
+    this.beginning = {
+      ...measurements,
+      consent: this.state.consent ? this.state.consent.sha256 : null,
       refresh_hz: this.frame && 1000 / this.frame,
       browser: navigator.userAgent,
       now_ms: performance.now(),
@@ -382,16 +409,7 @@ class Page {
         kept.dropped_frames = data.dropped_frames;
       },
     };
-    let asked = null;
-    const question = this.question(trial, (answer) => {
-      kept.frames.shown.push({ event: "question", stamps: ends([asked, asked + 1000 * answer.response_time]) });
-      Object.assign(kept, answer);
-    });
-    const { on_load } = question;
-    question.on_load = () => {
-      asked = performance.now();
-      on_load?.();
-    };
+    const question = this.question(trial, kept, (answer) => Object.assign(kept, answer));
     return [this.exposing(trial), picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
@@ -399,7 +417,7 @@ class Page {
     const kept = {};
     const keep = ({ onset_ms, ...answer }) => Object.assign(kept, answer, { onset: (onset_ms - this.session.start_ms) / 1000 });
     const on_start = () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]);
-    const adjusted = adjustedNode(trial.knob, { escaped, done: this.words("web.done"), frame: this.frame, keep });
+    const adjusted = adjustedNode(trial.knob, { escaped, practice: this.practised(trial), done: this.words("web.done"), frame: this.frame, keep });
     return [this.exposing(trial), { ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
@@ -407,7 +425,10 @@ class Page {
   further(trial, kept) {
     return (trial.also ?? []).map(({ name, scale }) => {
       const value = ({ rating, chosen }) => chosen ?? rating;
-      return this.question({ scale }, (answer) => (kept.also = { ...kept.also, [name]: value(answer) }));
+      return this.question({ ...trial, scale }, kept, (answer) => {
+        const start = (answer.start ?? null) === null ? {} : { [`${name}_start`]: answer.start };
+        kept.also = { ...kept.also, [name]: value(answer), ...start };
+      }, name === "confidence" ? name : "question");
     });
   }
 
@@ -429,9 +450,31 @@ class Page {
     for (const { url } of knob?.views ?? intervals) await this.network.until(() => loading(url));
   }
 
-  question(trial, keep) {
-    const how = { number: (value) => this.number(value), escaped, done: this.words("web.done"), keep };
-    return question(trial.scale ?? this.session.scale, how); // user-defined tasks have a scale per trial
+  // A question after a trial; its time is kept with the frames, its response by `keep`.
+  question(trial, kept, keep, event = "question") {
+    let asked = null;
+    const node = question(trial.scale ?? this.session.scale, {
+      number: (value) => this.number(value),
+      escaped,
+      head: ({ question, below = "" }) => `<div class="ask">${this.practised(trial)}<h2>${escaped(question)}</h2><p>${escaped(below)}</p></div>`,
+      done: this.words("web.done"),
+      wrong: (ends) => this.words("scale.typed_wrong", ends),
+      keep: (answer) => {
+        kept.frames.shown.push({ event, stamps: ends([asked, asked + 1000 * answer.response_time]) });
+        keep(answer);
+      },
+    });
+    const { on_load } = node;
+    node.on_load = () => {
+      asked = performance.now();
+      on_load?.();
+    };
+    return node;
+  }
+
+  // Marks practice beside its question.
+  practised({ phase }) {
+    return phase === "practice" ? `<p class="practice">${escaped(this.words("web.practice"))}</p>` : "";
   }
 
   // Labels of the response keys, below the cube and before it.

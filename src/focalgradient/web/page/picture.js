@@ -54,7 +54,7 @@ export default class PicturePlugin {
     name: "focalgradient-picture",
     version: "1.0.0",
     parameters: {
-      // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event.
+      // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event; whether it follows without a gap.
       intervals: { type: ParameterType.COMPLEX, array: true, default: [] },
       mark_radius: { type: ParameterType.FLOAT, default: 10 },
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
@@ -82,6 +82,7 @@ export default class PicturePlugin {
     if (trial.foot) element.append(Object.assign(document.createElement("div"), { className: "foot", innerHTML: trial.foot }));
     const shown = [];
     let dropped = 0;
+    let last = null; // frame in which a picture ended
     const empty = (context) => context.clearRect(0, 0, canvas.width, canvas.height);
     for (const [number, one] of trial.intervals.entries()) {
       const image = await load(one.url);
@@ -99,9 +100,11 @@ export default class PicturePlugin {
         context.drawImage(image, 0, 0);
         if (one.mark_kept) drawMark(context, one.mark, trial.mark_radius);
       };
-      const stamps = await play(draw, one.seconds, trial.frame, trial.stopped);
+      const stamps = await play(draw, one.seconds, trial.frame, trial.stopped, one.follows ? last : null);
+      last = stamps.at(-1);
       dropped += late(stamps, trial.frame);
       shown.push({ event: one.event, stamps: rounded(stamps) });
+      if (trial.intervals[number + 1]?.follows) continue;
       empty(context);
       if (trial.blank_seconds) await pause(trial.blank_seconds);
     }

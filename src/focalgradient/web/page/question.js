@@ -1,15 +1,17 @@
-// The question after a trial: a choice, rating steps or a slider.
+// The question after a trial: a choice, rating steps, a typed number or a slider.
 
 import Buttons from "@jspsych/plugin-html-button-response";
 import { sliderQuestion } from "./slider.js";
 import { stepsQuestion } from "./steps.js";
+import { typedQuestion } from "./typed.js";
 
 // Choice between two alternatives, by the arrow keys or by buttons.
-function choiceQuestion({ question, ways }, { escaped, keep }) {
+function choiceQuestion(control, { escaped, head, keep }) {
+  const { question, ways } = control;
   let listen;
   return {
     type: Buttons,
-    stimulus: `<div class="ask"><h2>${escaped(question)}</h2></div>`,
+    stimulus: head(control),
     choices: [`&larr; ${escaped(ways[0])}`, `${escaped(ways[1])} &rarr;`],
     button_html: (choice) => `<button class="way">${choice}</button>`,
     on_load: () => {
@@ -32,6 +34,7 @@ function choiceQuestion({ question, ways }, { escaped, keep }) {
 
 export function question(scale, how) {
   if (scale.kind === "choice") return choiceQuestion(scale, how);
+  if (scale.kind === "typed") return typedQuestion(scale, how);
   if (scale.kind === "steps") return stepsQuestion(scale, how);
   return sliderQuestion(scale, how);
 }

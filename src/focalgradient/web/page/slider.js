@@ -1,27 +1,27 @@
 // A slider in equal ratios or equal differences. It shows no marker until it is first moved, which places the marker at
-// a
-// random position, so that no response is suggested.
+// a random position, so that no response is suggested.
 
 import Slider from "@jspsych/plugin-html-slider-response";
 import { valueAt } from "./numbers.js";
 
 const STEPS = 1000;
 
-// `number` and `escaped` format numbers and texts, `done` is the button's label, `keep` receives the response.
-export function sliderQuestion(scale, { number, escaped, done, keep }) {
+// `number` and `escaped` format numbers and texts, `head` the question, `done` is the button's label, `keep` receives the
+// response.
+export function sliderQuestion(scale, { number, escaped, head, done, keep }) {
   const value = (place) => valueAt(scale, place / STEPS);
   const start = Math.floor(Math.random() * (STEPS + 1));
   let moved = false;
+  let keyed = false; // the first key shows the marker at its start
+  const ends = scale.ends.map((end) => `<span>${escaped(end)}</span>`);
   return {
     type: Slider,
-    stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
+    stimulus: `${head(scale)}<p class="ends">${ends[0]}<output></output>${ends[1]}</p>`,
     labels: scale.ticks.map(number),
-    prompt: `<p class="ends ask"><span>${escaped(scale.ends[0])}</span><output></output><span>${escaped(scale.ends[1])}</span></p>`,
     min: 0,
     max: STEPS,
     step: 1,
     slider_start: start,
-    slider_width: 640,
     require_movement: true,
     button_label: done,
     on_load: () => {
@@ -40,7 +40,7 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
       slider.addEventListener("keydown", (event) => {
         if (event.key === "Enter") document.querySelector("#jspsych-html-slider-response-next").click();
         else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
-          moved = true;
+          moved = keyed = true;
           event.preventDefault();
           slider.dispatchEvent(new Event("input"));
           slider.dispatchEvent(new Event("change"));
@@ -48,6 +48,6 @@ export function sliderQuestion(scale, { number, escaped, done, keep }) {
       });
       slider.addEventListener("pointerdown", () => (moved = true));
     },
-    on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: value(start) }),
+    on_finish: ({ response, rt }) => keep({ rating: value(response), response_time: rt / 1000, start: keyed ? value(start) : null }),
   };
 }

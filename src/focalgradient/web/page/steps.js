@@ -1,10 +1,9 @@
 // A scale of rating steps, answered as in the laboratory: arrow keys or a digit select a step, the first arrow key a
-// random
-// one, and ENTER confirms it; a click confirms immediately.
+// random one, and ENTER confirms it; a click confirms immediately.
 
 import Buttons from "@jspsych/plugin-html-button-response";
 
-export function stepsQuestion(scale, { number, escaped, keep }) {
+export function stepsQuestion(scale, { number, escaped, head, keep }) {
   const values = scale.steps.map(({ value }) => value);
   const bipolar = values[0] < 0;
   const signed = (value) => `${bipolar && value > 0 ? "+" : ""}${number(value)}`.replace("-", "\u2212");
@@ -12,7 +11,7 @@ export function stepsQuestion(scale, { number, escaped, keep }) {
   let listen;
   return {
     type: Buttons,
-    stimulus: `<div class="ask"><h2>${escaped(scale.question)}</h2><p>${escaped(scale.below)}</p></div>`,
+    stimulus: head(scale),
     choices: scale.steps.map(({ value, label }) => `${signed(value)}${label ? `<br><small>${escaped(label)}</small>` : ""}`),
     button_html: (choice) => `<button class="step">${choice}</button>`,
     on_load: () => {
