@@ -12,7 +12,7 @@ from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
-from focalgradient.report.export import trials_of
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import answer_tables, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules
@@ -113,7 +113,7 @@ class ConditionPart(Part):
         )
 
     def exports(self) -> Mapping[str, bytes]:
-        return trials_of(self.name, self.own.table)
+        return table_files(f"{self.name}_trials", self.own.table)
 
 
 def _sentence(test: ConditionTest, effect: Effect) -> str:

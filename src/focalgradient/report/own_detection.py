@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.choices import DETECTION
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import r_script, trials_of
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -210,7 +210,7 @@ class DetectionPart(Part):
             )
 
     def exports(self) -> Mapping[str, bytes]:
-        return trials_of(self.name, self.own.table) | {"detection.R": r_script("detection").encode()}
+        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection").encode()}
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

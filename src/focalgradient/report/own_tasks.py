@@ -19,7 +19,7 @@ from focalgradient.plotting.traces import trace_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import trials_of
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
@@ -140,7 +140,7 @@ class OwnTask(Part):
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
-        return trials_of(self.name, self.table)
+        return table_files(f"{self.name}_trials", self.table)
 
 
 def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:

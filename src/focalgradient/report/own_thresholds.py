@@ -10,7 +10,7 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import trials_of
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables, decimals, freedom, many, number
@@ -159,7 +159,7 @@ class OwnThresholdPart(Part):
         )
 
     def exports(self) -> Mapping[str, bytes]:
-        return trials_of(self.name, self.own.table)
+        return table_files(f"{self.name}_trials", self.own.table)
 
 
 def _level(value: float, unit: str) -> str:

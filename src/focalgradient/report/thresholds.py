@@ -15,7 +15,7 @@ from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT
-from focalgradient.report.export import trials_of
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -109,7 +109,7 @@ class Thresholds(Part):
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
-        return trials_of(self.name, self.table)
+        return table_files(f"{self.name}_trials", self.table)
 
 
 def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
