@@ -41,8 +41,9 @@ from focalgradient.statistics import Rules, read_detection, read_ratings, read_r
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_detection import holds_detection
+from focalgradient.statistics.own_files import Paths, UserTable, read_table
 from focalgradient.statistics.own_reports import holds_reports
-from focalgradient.statistics.own_tables import Paths, UserTable, Where, read_table
+from focalgradient.statistics.own_tables import Where
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.questions import Answers
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
@@ -110,7 +111,7 @@ def make_report(
     ----------
     root
         Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant, or
-        what `focalgradient.statistics.own_tables.read_table` read of them), which is analysed by its columns by
+        what `focalgradient.statistics.own_files.read_table` read of them), which is analysed by its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
         answers) or `read_detection` (signals and answers).
     bound
