@@ -20,6 +20,8 @@ from focalgradient.report import make_report
 from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.own_conditions import read_conditions
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 HEAD = ("participant", "scene", "aperture", "fixation", "rating")
 ROWS = [
     (f"p{who}", scene, aperture, fixation, f"{1 + 0.1 * who * (aperture != 'pinhole') + 0.03 * (scene == 'hall'):.2f}")

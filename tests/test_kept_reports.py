@@ -33,6 +33,8 @@ from focalgradient.report.meta import combined_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 KEPT = Path(__file__).parent / "kept_reports"
 
 DIGITS, RELATIVE = 5, 2e-3

@@ -132,6 +132,7 @@ def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, ratings, 
             assert ("simulated observers" in texts) == simulated
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_people_are_not_called_simulated(tmp_path):
     text = page(make_report(record_ratings(tmp_path / "data", 2, kind="human")))
     assert "imulated" not in text.split("<h2>Provenance")[0]
@@ -237,6 +238,7 @@ def visible(page: str) -> str:
     return html.unescape(re.sub(r"<[^>]*>", "", body))
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tmp_path: Path) -> None:
     report = make_report(record_ratings(tmp_path / "data", 12, Model(effect=1.6)))
     shown = visible(report.files["report.html"].decode())
@@ -331,6 +333,7 @@ def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(cube)
     assert sentences[-1] == "The other gradients are secondary, one family by Holm’s method."
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     lines = [
         f"{who},1,{onset},{lasts},{percept},20,none"
