@@ -209,6 +209,8 @@ class _Checked:
     def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
         """Check a picture and its duration."""
         if isinstance(interval, Step):
+            if not isinstance(interval.picture, np.ndarray):
+                return
             interval = interval.picture, interval.seconds
         self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
         pixels, seconds = interval
