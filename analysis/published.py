@@ -25,7 +25,7 @@ from focalgradient.published import (
     kruger1993,
     predicted_beside_published,
 )
-from focalgradient.published.accommodation import PAIRS as ALL_PAIRS
+from focalgradient.published.following import PAIRS as ALL_PAIRS
 
 COLOURS = {AGREES: "black", DIFFERS: ORANGE, UNDECIDED: BLUE, CANNOT_BE_ASKED: GREY}
 PLACES = {

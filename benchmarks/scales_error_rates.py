@@ -239,7 +239,7 @@ def in_steps(task: tuple[int, Cell, int]) -> tuple[float, float, float, float]:
     (one,) = answered(rng_of(seed, cell, number), cell, 1)
     rows = as_rows(one, cell.scale)
     found = ordinal_rating(rows, [])
-    if not found.these_scenes:
+    if isinstance(found.rises[0], NotComputed):
         return np.nan, np.nan, np.nan, np.nan
     category = np.unique(rows["rating"], return_inverse=True)[1]
     amounts = rows["aperture_mm"].to_numpy()[:, None] / MM[-1]
@@ -256,8 +256,10 @@ def compare(seed: int) -> None:
         mine = comparisons(seed, cell, 2)
         one = answered(rng_of(seed, cell), cell, 2)[1]
         found = compare_pictures(as_rows(one, scale), scale)
-        both = found.scenes_random
-        slope, fixed, largest = both.slopes[0], found.these_scenes.slopes[0], both.against_reference[0]
+        random, here = (", subjects and scenes", "") if scale == "choice" else ("", ", these scenes")
+        slopes, at_largest = "slope on aperture", "largest aperture against identical pictures"
+        names = (slopes + random, slopes + here, at_largest + random)
+        slope, fixed, largest = (next(iter(found.answers.to(name).values())) for name in names)
         assert isinstance(slope, Effect) and isinstance(fixed, Effect) and isinstance(largest, Effect)  # noqa: PT018
         np.testing.assert_allclose((mine.p[1], mine.p_these[1]), (slope.p, fixed.p), rtol=1e-9)
         true = truth(scale, "normal", SCENE_SD[1], 0.0)[1]

@@ -13,6 +13,7 @@ from pydantic import Field
 
 from focalgradient.dataset import Response
 from focalgradient.design import Plan, Trial
+from focalgradient.lab.described import described_experiment
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.lenses import open_lens
 from focalgradient.lab.questions import ask_which
@@ -78,7 +79,7 @@ class Accommodation(Task):
 
     def experiment(self) -> Experiment:
         """Check before the window opens that the lens responds."""
-        return replace(super().experiment(), check=lambda design, display, room: check(design))
+        return replace(described_experiment(self), check=lambda design, display, room: check(design))
 
     def run(self, sitting: Sitting, trial: FocusTrial) -> FocusAnswer:
         """Set the lens, wait until it has settled, show the letter, and ask."""

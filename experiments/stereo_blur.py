@@ -17,7 +17,7 @@ from focalgradient.binocular import stereo
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial
 from focalgradient.display import Display
-from focalgradient.lab import ask
+from focalgradient.lab import ask, show_described
 from focalgradient.scales import Scale
 from focalgradient.tasks import Task, register
 
@@ -97,7 +97,7 @@ class StereoBlur(Task):
     def run(self, sitting, trial):
         screen = sitting.screen
         if screen.eyes is None:
-            return super().run(sitting, trial)
+            return show_described(self, sitting, trial)
         views = self.views(sitting.design, trial, screen.display.pixels_per_degree, sitting.noise_seed(trial))
         pair = screen.pair(*views)
         onset = screen.play(lambda since: pair.draw(), sitting.design.picture_s, "picture")

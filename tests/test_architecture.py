@@ -27,7 +27,7 @@ ROOMS = {
     "progress": set(),
     "quantities": {"errors"},
     "plausibility": {"errors"},
-    "optics": {"errors", "plausibility"},
+    "optics": {"errors", "plausibility", "quantities"},
     "paper": {"errors", "optics"},
     "psf": {"errors"},
     "view": {"errors", "optics", "plausibility"},
@@ -38,7 +38,7 @@ ROOMS = {
         *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities"),
         *("render", "scenes", "view"),
     },
-    "retina": {"errors", "eye", "files", "progress", "render", "view"},
+    "retina": {"errors", "eye", "files", "progress", "quantities", "render", "view"},
     "binocular": {"errors", "files", "optics", "progress", "render", "scenes", "view"},
     "srgb": set(),
     "live": {"display", "errors", "eye", "files", "memory", "optics", "progress", "render", "srgb"},
@@ -49,8 +49,8 @@ ROOMS = {
         *("plotting", "progress", "psf", "quantities", "render", "scenes", "tables", "tasks", "video"),
     },
     "tables": {"errors", "files"},
-    "scales": {"errors"},
-    "tasks": {"errors", "scales"},
+    "scales": {"errors", "files"},
+    "tasks": {"errors", "files", "scales"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
     "dataset": {"design", "errors", "files", "parallel", "scales", "tasks"},
     "observers": {
@@ -122,11 +122,11 @@ ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when 
 ROOMS["__main__"] = {"cli"}
 
 # What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the tables and the statistics, which know scales; a task names its parts
-# in the rooms that show, record and simulate it.
+# the check of a scale passes answers through the statistics, which know scales; a task names its parts in the rooms
+# that show, record and simulate it.
 WHEN_CALLED = {
     "depth": {"plotting"},
-    "scales": {"dataset", "design", "statistics", "tasks"},
+    "scales": {"design", "statistics"},
     "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics"},
     "power": {"observers"},
     "published": {"statistics"},
@@ -237,7 +237,7 @@ def test_arrows_run_one_way() -> None:
 
 
 def test_no_circle_of_files() -> None:
-    """Imports inside functions count, but those by which a room that may only call another names it (WHEN_CALLED)."""
+    """Imports inside functions count."""
     files = {}
     for file in PACKAGE.rglob("*.py"):
         parts = file.relative_to(ROOT / "src").with_suffix("").parts
@@ -250,8 +250,7 @@ def test_no_circle_of_files() -> None:
                 node.body = [ast.Pass()]
         package = name if file.name == "__init__.py" else name.rpartition(".")[0]
         found = {one if one in files else one.rpartition(".")[0] for one in imports(tree, package)}
-        called = WHEN_CALLED.get(room_of(file), set())
-        reached[name] = {one for one in found & files.keys() - {name} if (*one.split("."), "")[1] not in called}
+        reached[name] = found & files.keys() - {name}
     while ends := [name for name, others in reached.items() if not others]:  # what imports nothing is in no circle
         for name in ends:
             del reached[name]

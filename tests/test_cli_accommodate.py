@@ -76,7 +76,7 @@ def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
         (["--accommodate", "sine:2,1,50"], "has 50 Hz"),  # would look like a target at rest
         (["--accommodate", ""], "is empty"),
         (["--accommodate", "missing.csv"], "missing.csv"),
-        (["--accommodate", "words.csv"], "row 2: cell 2 is .near., but must be a number of dioptres"),
+        (["--accommodate", "words.csv"], "row 2: dioptres is .near., but must be a number of dioptres"),
         (["--accommodate", "back.csv"], "sort its lines by time"),
         (["--accommodate", "long.csv"], "must end by 120 s"),
     ],
@@ -84,7 +84,7 @@ def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
 def test_bad_input_is_refused_in_one_sentence(args, said):
     Path("words.csv").write_text("time,dioptres\n0,near\n1,far\n", encoding="utf-8")
     Path("back.csv").write_text("1,1\n0,1\n", encoding="utf-8")
-    Path("long.csv").write_text("0,1\n9999,1\n", encoding="utf-8")
+    Path("long.csv").write_text("0,1\n150,1\n", encoding="utf-8")
     result = run(*args, "--out", "out")
     assert result.exit_code == 2
     assert re.search(said, result.stderr)

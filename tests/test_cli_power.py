@@ -27,7 +27,6 @@ from focalgradient.power import (
     Study,
     ThresholdModel,
     ThresholdStudy,
-    experiment,
     run,
     run_here,
     simulated_ratings,
@@ -122,7 +121,7 @@ def test_numbers_do_not_depend_on_workers_or_order(tmp_path):
 
 def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
     """Ctrl-C in the midst, and a line cut short: the same as a run in one go, and nothing is done twice."""
-    study, calls = Study(Model(), SMALL), []
+    study, calls, experiment = Study(Model(), SMALL), [], Study.experiment
 
     def counted(*args):
         calls.append(args[1:])
@@ -130,7 +129,7 @@ def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
             raise KeyboardInterrupt
         return experiment(*args)
 
-    monkeypatch.setattr(power.ratings, "experiment", counted)
+    monkeypatch.setattr(Study, "experiment", counted)
     file = tmp_path / "file.jsonl"
     with pytest.raises(KeyboardInterrupt):
         run(study, [3], 5, file)
@@ -167,7 +166,7 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
     def interrupted(*args):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(power.ratings, "experiment", interrupted)
+    monkeypatch.setattr(Study, "experiment", interrupted)
     result = call("--subjects", "3", "--experiments", 2, "--out", tmp_path / "power", *small)
     assert result.exit_code == 130
     assert "is kept; the same command continues" in result.stderr

@@ -26,7 +26,7 @@ def test_the_report_is_written(data, tmp_path):
     result = run(data, "--out", tmp_path / "new" / "report", "--bound", "1.3")
     assert result.exit_code == 0, result.output
     names = set(os.listdir(tmp_path / "new" / "report"))
-    assert {"report.html", "report.md", "depth_rating.png", "depth_rating.pdf", "depth_rating_rises.csv"} <= names
+    assert {"report.html", "report.md", "depth_rating.png", "depth_rating.pdf", "results.csv"} <= names
     assert not any(name.startswith("necker") for name in names)
     assert "factor of 1.3" in (tmp_path / "new" / "report" / "report.md").read_text(encoding="utf-8")
     assert result.stdout.splitlines()[-1].startswith("Done: open ")

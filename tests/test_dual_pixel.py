@@ -76,6 +76,7 @@ def test_only_an_asymmetry_that_varies_makes_blur_vary_over_the_field() -> None:
 @pytest.mark.parametrize("vergence", [0.3, 0.9, 1.2, 1.7])
 def test_depth_and_its_side_come_from_one_shot(vergence: float) -> None:
     depth = recover_depth(views(halves(vergence), DualPixel.pair(LENS, 0.35)))
+    assert depth.details["method"] == "dual-pixels"
     assert depth.valid.mean() > 0.95
     error = (depth.vergence - vergence)[depth.valid]
     assert abs(np.median(error)) < 0.02
@@ -125,7 +126,7 @@ def test_exchanged_halves_and_sheets_in_focus_are_refused() -> None:
         calibrate_dual_pixel(views(halves(1.06), (left, right)), 0.94)
     with pytest.raises(InputError, match="a left and a right view"):
         calibrate_dual_pixel(views(halves(1.6), (left, left)), 1 / 1.6)
-    for wrong, words in (({"asymmetry": 2.0}, "between -1 and 1"), ({"field": (1.0,)}, "five finite numbers")):
+    for wrong, words in (({"asymmetry": 2.0}, "from -1 to 1"), ({"field": (1.0,)}, "five finite numbers")):
         with pytest.raises(InputError, match=words):
             DualPixel(LENS, **wrong)
 
@@ -142,3 +143,9 @@ def test_settings_files_name_halves(tmp_path: Path) -> None:
     assert [view.optics.asymmetry for view in seen] == [0.35, -0.35]
     depth = recover_depth(seen)
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.6, abs=0.02)
+
+
+def test_the_method_of_dual_pixels_takes_nothing_else() -> None:
+    left, right = views(halves(0.6), DualPixel.pair(LENS, 0.35))
+    with pytest.raises(InputError, match="the left and the right view of one lens"):
+        recover_depth([left, View(right.image, LENS, ANGLE)], method="dual-pixels")

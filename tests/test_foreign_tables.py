@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -12,10 +13,11 @@ from click.testing import CliRunner
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.eye import read_zernike
+from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import parse_table
 from focalgradient.luminance import parse_luminance
 from focalgradient.report import make_report
-from focalgradient.statistics import read_ratings
+from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.own_conditions import read_conditions
 
 HEAD = ("participant", "scene", "aperture", "fixation", "rating")
@@ -57,6 +59,11 @@ READ: dict[str, tuple[str | bytes, dict[str, str]]] = {
     "cells kept as text": ("\n".join(",".join(f'="{cell}"' for cell in row) for row in (HEAD, *ROWS)), {}),
     "a letter for the f-number": (written().replace("f/5.6", "ƒ/5.6"), {}),
     "parts of an answer": (jspsych(lambda rating: {"slider": float(rating), "sure": 3}), {"rating": "response.slider"}),
+    "print of R": ("".join(f"{at or ' ':>3}  {'  '.join(row)}\n" for at, row in enumerate((HEAD, *ROWS))), {}),
+    "lists one behind the other": (
+        "".join(json.dumps([trial for trial in TRIALS if trial["participant"] == f"p{who}"]) for who in range(1, 5)),
+        {},
+    ),
     "a loop of practice": (
         written(head=(*HEAD, "practice.thisN")) + "p1,demo,pinhole,near,9,0\np2,demo,pinhole,far,9,1\n",
         {},
@@ -92,6 +99,119 @@ REFUSED = {
     "a formula without its value": written().replace("1.00", "=1+0/100", 1),
     "dates of them": written().replace("f/5.6", "46178").replace("pinhole", "0"),
 }
+
+
+FILES: dict[str, Callable[[int, str], tuple[str, str]]] = {
+    "names in another case": lambda who, text: (f"{who}.csv", text.replace("rating", "Rating") if who == 2 else text),
+    "other delimiters and decimal marks": lambda who, text: (
+        f"{who}.csv",
+        text.replace(",", ";").replace(".", ",").replace("f/5,6", "f/5.6") if who == 2 else text,
+    ),
+    "one name in folders of their own": lambda who, text: (f"study_result_{who}/data.txt", text),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_files_of_one_participant_each_are_read_as_one_table(tmp_path: Path, name: str) -> None:
+    head, *rows = written().splitlines()
+    paths = []
+    for who in range(1, 5):
+        text = "\n".join([head, *(row for row in rows if row.startswith(f"p{who},"))])
+        file, text = FILES[name](who, text)
+        paths.append(tmp_path / file)
+        paths[-1].parent.mkdir(exist_ok=True)
+        paths[-1].write_text(text)
+    assert read_ratings(paths).table["rating"].tolist() == [float(row[-1]) for row in ROWS]
+    nameless = [re.sub("(?m)^[^,;]*[,;]", "", path.read_text()) for path in paths]
+    for path, text in zip(paths, nameless, strict=True):
+        path.write_text(text)
+    assert read_ratings(paths).table["participant_id"].nunique() == 4
+
+
+def test_a_file_with_another_unit_stops_the_others(tmp_path: Path) -> None:
+    for name, heading in (("a.csv", "rating"), ("b.csv", "rating (%)")):
+        (tmp_path / name).write_text(written(head=(*HEAD[:4], heading)).replace("p1", name[0]))
+    with pytest.raises(InputError, match=r"b.csv has no column rating, which other files have"):
+        read_ratings([tmp_path / "a.csv", tmp_path / "b.csv"])
+
+
+@pytest.mark.parametrize("code", ["65535", "-32768", "9999.9", "3.4028235e+38"])
+def test_codes_of_missing_values_are_named_in_every_kind_of_table(tmp_path: Path, code: str) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text(written().replace("1.10", code, 1))
+    own = read_ratings(path)
+    assert len(own.table) == len(ROWS) - 1
+    assert f"{code} in the column of ratings was taken for a missing value" in " ".join(own.notices)
+    path.write_text(f"subject,blur_D,rating\nA,0,1\nA,1,1.2\nA,{code},1.3\n")
+    assert dict(read_conditions(path, by=["blur_D"]).conditions) == {"blur_D": [0, 1]}
+    path.write_text(f"subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,2,sharp,rigid,{code}\n")
+    with pytest.raises(InputError, match=r"row 3: duration is .* which marks a missing value"):
+        read_reports(path)
+    path.write_text(f"time,dioptres\n0,1\n1,{code}\n2,3\n")
+    with pytest.raises(InputError, match=r"row 3: dioptres is .* which marks a missing value"):
+        TargetMotion.read(path)
+    if not code.startswith("-"):
+        rows = "".join(f"{level},{code if level == 102 else level / 2.55}\n" for level in range(0, 256, 51))
+        with pytest.raises(InputError, match=r"row 4: grey is .* which marks a missing value"):
+            parse_luminance("level,grey\n" + rows, "table")
+
+
+@pytest.mark.parametrize("head", ["dioptres,time", "frame,dioptres", "time,frame", "D,s"])
+def test_a_course_of_other_columns_is_refused(tmp_path: Path, head: str) -> None:
+    path = tmp_path / "course.csv"
+    path.write_text(f"{head}\n0,1\n1,3\n")
+    with pytest.raises(InputError, match="the heading"):
+        TargetMotion.read(path)
+    path.write_text("0,0 1,0\n1,0 3,5\n")
+    assert TargetMotion.read(path).at(1.0) == 3.5
+
+
+def test_levels_that_a_spreadsheet_damaged_are_no_names(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    text = "subject,blur,rating\n" + "".join(f"{who},{blur},1.{who}\n" for who in (1, 2) for blur in ("0", "X", "2"))
+    path.write_text(text.replace("X", "1. Jun"))
+    with pytest.raises(InputError, match=r"blur is '1. Jun', but must be a number.*a spreadsheet program"):
+        read_conditions(path, by=["blur"])
+    path.write_text(text.replace("X", "1 D"))
+    assert "The levels of blur are not all numbers (0, 1 D, 2)" in " ".join(read_conditions(path, by=["blur"]).notices)
+    assert not read_conditions(path, by=["blur=factor"]).notices
+
+
+def test_four_alternatives_of_a_staircase_are_asked_for(tmp_path: Path) -> None:
+    """A staircase shows each level once or twice, so that no level by itself contradicts two alternatives."""
+    path = tmp_path / "own.csv"
+    rows = [f"A,{0.1 + at / 200:.3f},{int(at % 4 == 0 or at > 40)}" for at in range(80)]
+    path.write_text("\n".join(["subject,level,correct", *rows]))
+    with pytest.raises(InputError, match=r"up to level 0.195 5 of 20 answers are right"):
+        read_thresholds(path)
+
+
+WORDS = {"1": "strongly disagree", "2": "disagree", "3": "none", "4": "agree, mostly"}
+
+
+@pytest.mark.parametrize("by", [[], ["--by", "aperture"]])
+def test_answers_in_words_need_their_order(tmp_path: Path, by: list[str]) -> None:
+    path = tmp_path / "own.csv"
+    rows = [(*row[:4], WORDS[str(1 + at % 4)]) for at, row in enumerate(ROWS)]
+    path.write_text("\n".join("\t".join(row) for row in (HEAD, *rows)))
+    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by])
+    assert "rating is 'strongly disagree', but must be a number" in shown.output
+    assert "state the order of answers in words, from the least, with --order WORD,WORD" in shown.output
+    order = [word for step in WORDS.values() for word in ("--order", step)]
+    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by, *order])
+    assert "Steps of ratings: strongly disagree = 1, disagree = 2, none = 3, agree, mostly = 4." in shown.output
+    own = read_conditions(path, by=["aperture"], order=[*WORDS.values()])
+    assert own.table["rating"].tolist() == [1 + at % 4 for at in range(len(ROWS))]
+    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by, "--order", "disagree,none"])
+    assert "which is not among the steps in order (disagree, none)" in shown.output
+
+
+def test_confidence_in_words_needs_its_order(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    path.write_text("subject,signal,response,confidence\nA,1,yes,sure\nA,0,no,unsure\nB,0,no,sure\n")
+    with pytest.raises(InputError, match="state the order"):
+        read_detection(path)
+    assert read_detection(path, order=["unsure", "sure"]).table["confidence"].tolist() == [2, 1, 2]
 
 
 @pytest.mark.parametrize("words", REFUSED)

@@ -22,7 +22,7 @@ from PIL import Image
 
 from focalgradient import Lens
 from focalgradient.depth.ratio import focal_disparity
-from focalgradient.eye import Eye, Oscillation, band_difference
+from focalgradient.eye import Eye, Oscillation, band_light
 from focalgradient.paper import paper_distance
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
@@ -227,7 +227,8 @@ def test_the_eye_is_focused_as_the_package_has_it(chromium: browser.Browser) -> 
     for focus, sphere in ((across, "-2.00"), (upright, "-2.75")):
         eye = Eye(refraction=sphere, response=0.5, pupil_diameter=0.004)
         assert focus + shift == pytest.approx(eye.focus_vergence, abs=0.002)
-    assert s - across == pytest.approx(band_difference("D65"), abs=1e-3)
+    apart = [band_light(band, "D65").difference() for band in ("L+M", "S")]
+    assert s - across == pytest.approx(apart[0] - apart[1], abs=1e-3)
     times = [0.0, 0.1, 0.125, 0.3]
     assert [chromium.js(f"oscillation(0.25, {t})") for t in times] == pytest.approx(Oscillation().at(times).tolist())
 

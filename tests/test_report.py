@@ -4,6 +4,7 @@ import dataclasses
 import hashlib
 import html
 import io
+import itertools
 import math
 import re
 import shutil
@@ -22,16 +23,14 @@ from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
-from focalgradient.report.exclusions import sensitivity
+from focalgradient.report.exclusions import both_results, exclusions_table, main_results
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed
-from focalgradient.report.scales import comparison_sheets
-from focalgradient.report.tables import Sheet, interval, probability, rating_sheets
+from focalgradient.report.tables import CHECKS, Sheet, answer_tables, interval, probability
 from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, Effect, compare_pictures, depth_rating
-from focalgradient.statistics.exclusions import Exclusion
-from focalgradient.statistics.questions import COLUMNS
+from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, compare_pictures, depth_rating
+from focalgradient.statistics.questions import COLUMNS, stated
 from focalgradient.statistics.residuals import rating_residuals
 
 
@@ -59,30 +58,26 @@ def page(made) -> str:
 def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
     assert not any("observers" in name for name in made.files)  # on demand
     result = analyse_ratings(data, bound=1.25).result
-    rises = table(made, "depth_rating_rises.csv").set_index(["fixation", "generalises_over"])
-    near = result.fixations[0].rise
-    assert rises.loc[("nearest", "subjects and scenes"), "estimate"] == near.estimate
+    results = table(made, "results.csv").drop_duplicates(["name", "level"]).set_index(["name", "level"])
+    near, far = (each.rise for each in result.fixations)
     assert near.p_holm is None
-    assert pd.isna(rises.loc[("nearest", "subjects and scenes"), "p_holm"])
-    far = result.fixations[1].rise
-    assert rises.loc[("farthest", "subjects and scenes"), "p_holm"] == far.p_holm > far.p
-    assert rises.loc[("nearest", "subjects and scenes"), "dz_low"] == near.dz_interval.low
-    means = table(made, "depth_rating_means.csv")
-    assert list(means["ratio.estimate"]) == [mean.ratio.estimate for mean in result.means]
-    assert table(made, "depth_rating_equivalence.csv")["bound"].iloc[0] == pytest.approx(np.log(1.25))
+    assert pd.isna(results.loc[("depth effect", "nearest"), "p_corrected"])
+    assert results.loc[("depth effect", "farthest"), "p_corrected"] == far.p_holm > far.p
+    assert results.loc[("depth effect", "nearest"), "effect_low"] == near.dz_interval.low
+    for mean in result.means:
+        assert results.loc[("mean rating", f"{mean.fixation}, {mean.aperture}"), "estimate"] == mean.rating.estimate
+    assert "bound 0.223144, 90 %" in results.loc[("equivalence to zero", "nearest"), "method"]
     assert len(table(made, "depth_rating_subjects.csv")) == 6 * 8
     cube = analyse_necker(data).result
-    effects = table(made, "necker_effects.csv")
-    assert list(effects["odds_of_time.p"]) == [effect.odds_of_time.p for effect in cube.effects]
+    odds = table(made, "results.csv").query("name == 'log odds of the nonrigid reading'")
+    assert odds["p"].tolist() == [effect.odds_of_time.p for effect in cube.effects]
     assert len(table(made, "necker_durations.csv")) == 6
     assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
     said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
     others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary", "wide")}
     others |= {
-        "results.csv",
         "robustness.csv",
-        "depth_rating_sensitivity.csv",
         "depth_rating_exclusions_effect.csv",
         "necker_exclusions_effect.csv",
         "necker_subjects.csv",
@@ -281,7 +276,7 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
     assert (sensitivity["p"] < 0.05).all()
 
 
-def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings(data: Path) -> None:
+def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings() -> None:
     """The primary p is not corrected, that of the far effect is."""
     skewed = 0.5 - 0.2 * np.random.default_rng(3).exponential(size=10)
     rows = [
@@ -293,10 +288,10 @@ def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_find
     ]
     table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
     result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
-    found = dataclasses.replace(analyse_ratings(data).quality, exclusions=(Exclusion("sub-01", "lapses", True, 32),))
-    sheet = sensitivity("depth_rating", found, result, result)[0]
+    both = both_results([*result.answers, *result.answers.variant("without exclusions")], excludes=True)
+    rows = exclusions_table(both, "depth_rating").rows
     tests = [*(each.rise for each in result.fixations)]
-    for row, told, test in zip(sheet.table.rows[::2], sheet.digits.to_dict("records"), tests, strict=False):
+    for row, told, test in zip(rows[::2], main_results(both), tests, strict=False):
         assert isinstance(test, Effect)
         assert row[4] == interval(test.ratio.low, test.ratio.high)
         assert row[6] == probability(test.corrected_p)
@@ -311,19 +306,24 @@ def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
     assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in sentence
 
 
-def test_depth_effects_are_tabled_as_ratios_to_the_pinhole() -> None:
+def test_effects_are_tabled_as_ratios_with_what_was_not_tested_in_notes() -> None:
     result = rated(0.7, 0.0)
-    table = next(sheet.table for sheet in rating_sheets(result) if sheet.file == "depth_rating_rises.csv")
-    assert table is not None
-    tests = [each.rise_these_scenes for each in result.fixations] + [result.interaction_these_scenes]
-    assert [row[0] for row in table.rows] == ["nearest", "farthest", "nearest / farthest"]
-    for row, test in zip(table.rows, tests, strict=True):
-        assert isinstance(test, Effect)
-        assert row[2:4] == [
-            f"{test.ratio.estimate:.2f}",
-            f"[{test.ratio.low:.2f},\N{NO-BREAK SPACE}{test.ratio.high:.2f}]",
-        ]
-    assert float(table.rows[0][2]) == pytest.approx(np.exp(0.7), rel=0.05)
+    (table,) = answer_tables(result.answers, "Checks", CHECKS)
+    assert list(table.header)[:6] == ["result", "of", "unit", "holds for other", "estimate", "95 %"]
+    rows = {(row[0], row[1]): row for row in table.rows}
+    for fixation in result.fixations:
+        ratio = fixation.rise_these_scenes.ratio
+        row = rows["depth effect, these scenes", fixation.fixation]
+        ends = f"[{ratio.low:.2f},\N{NO-BREAK SPACE}{ratio.high:.2f}]"
+        assert row[2:6] == ["ratio", "subjects", f"{ratio.estimate:.2f}", ends]
+    assert float(rows["depth effect, these scenes", "nearest"][4]) == pytest.approx(np.exp(0.7), rel=0.05)
+    one, gone = stated("a", "b", Interval(1.0, 0.5, 2.0), "check", "s"), stated("a", "c", NotComputed("gone."), "check")
+    (table,) = answer_tables([one, gone], "Own", CHECKS)
+    assert (table.rows, table.notes) == (
+        [["a", "b", "s", "1.00", "[0.500,\N{NO-BREAK SPACE}2.00]"], ["a", "c", "", "–", "–"]],
+        ("–: gone.",),
+    )
+    assert answer_tables([one], "Own") == []
 
 
 def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: Path) -> None:
@@ -374,8 +374,8 @@ def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     made = make_report(tmp_path / "own.csv")
     assert "No trial had a gradient of blur: nothing was compared." in made.files["report.md"].decode()
     assert "with its lines sharp. The data are a table" in made.files["report.md"].decode()
-    shares = pd.read_csv(io.BytesIO(made.files["necker_shares.csv"])).set_index("percept")
-    assert shares.loc["rigid", "time.estimate"] == pytest.approx(9.5 / 20)
+    shares = table(made, "results.csv").query("name == 'share of the time'").set_index("level")
+    assert shares.loc["none gradient, 0 mm, rigid", "estimate"] == pytest.approx(9.5 / 20)
 
 
 def test_a_cube_shown_without_gradients_is_described_so(tmp_path):
@@ -435,8 +435,8 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
         assert page(made).count(sentence) == 1
     assert page(made).count("The two slopes ") == 1
     assert "odds ratio of a higher answer at the largest aperture" in page(made)
-    assert {"depth_rating_ordinal.csv", "depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
-    assert "depth_rating_means.csv" not in made.files
+    assert {"depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
+    assert "mean rating" not in set(table(made, "results.csv")["name"])
     conditions = [f"{focus} {aperture}" for focus in ("nearest", "farthest") for aperture in RATING.apertures]
     wide, rows = table(made, "depth_rating_wide.csv"), table(made, "depth_rating_trials.csv")
     assert list(wide) == ["participant_id", *conditions]
@@ -444,14 +444,8 @@ def test_ordinal_answers_have_their_own_tables(tmp_path):
     assert wide.set_index("participant_id").loc["sub-01", "farthest f/11"] == pytest.approx(first["rating"].mean())
 
 
-@pytest.mark.parametrize(
-    ("fixations", "differences"),
-    [
-        (("nearest", "farthest"), ["difference of the slopes"]),
-        (("a", "b", "c"), [f"difference of the slopes, {pair}" for pair in ("a less b", "a less c", "b less c")]),
-    ],
-)
-def test_differences_of_slopes_are_tabled_by_pair(fixations: tuple[str, ...], differences: list[str]) -> None:
+@pytest.mark.parametrize("fixations", [("nearest", "farthest"), ("a", "b", "c")])
+def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) -> None:
     rows = [
         (f"{who}", fixation, "f/2" if mm else "pinhole", mm, "room", mm * (1 + who % 2 + number))
         for who in range(4)
@@ -459,11 +453,10 @@ def test_differences_of_slopes_are_tabled_by_pair(fixations: tuple[str, ...], di
         for mm in (0.0, 1.0)
     ]
     table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
-    found = compare_pictures(table.assign(trial=range(len(table)), catch=False), "bipolar")
-    tests = [*comparison_sheets(found)][1].digits
-    named = tests[tests["holds for other"].str.startswith("subjects;")]["what"].tolist()
-    assert [name for name in named if name.startswith("difference")] == differences
-    assert [name for name in named if name.startswith("slope")] == [f"slope, {name} in focus" for name in fixations]
+    found = compare_pictures(table.assign(trial=range(len(table)), catch=False), "bipolar").answers
+    pairs = [f"{one} less {other}" for one, other in itertools.combinations(fixations, 2)]
+    assert list(found.to("difference of the slopes, these scenes")) == pairs
+    assert list(found.to("slope on aperture, these scenes")) == list(fixations)
 
 
 def test_a_table_of_ones_own_is_described_without_its_catch_trials(data: Path) -> None:
@@ -485,12 +478,8 @@ def test_documents_escape_what_they_are_given():
 def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
     results = pd.read_csv(io.BytesIO(made.files["results.csv"]))
     assert list(results) == list(COLUMNS)
-    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"])).set_index(["fixation", "generalises_over"])
     effects = results[results["name"] == "depth effect"].drop_duplicates("level").set_index("level")
-    for fixation, role in (("nearest", "primary"), ("farthest", "secondary")):
-        assert effects.loc[fixation, "role"] == role
-        for column in ("estimate", "low", "high", "p", "df"):
-            assert effects.loc[fixation, column] == rises.loc[(fixation, "subjects and scenes"), column]
+    assert effects.loc[["nearest", "farthest"], "role"].tolist() == ["primary", "secondary"]
     assert math.isnan(effects.loc["nearest", "p_corrected"])
     assert effects.loc["farthest", "p_corrected"] >= effects.loc["farthest", "p"]
     assert {"difference of the depth effects", "slope on aperture", "log odds of the nonrigid reading"} <= set(

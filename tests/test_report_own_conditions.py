@@ -74,7 +74,7 @@ def test_the_number_of_alternatives_is_asked_for_where_the_lowest_level_is_below
     rows = [f"A,{level},{int(trial < right)}" for level, right in ((0.1, 7), (0.4, 18)) for trial in range(20)]
     path = tmp_path / "four.csv"
     path.write_text("\n".join(["subject,level,correct", *rows]))
-    with pytest.raises(InputError, match=r"at level 0\.1 7 of 20 answers are right"):
+    with pytest.raises(InputError, match=r"up to level 0\.1 7 of 20 answers are right"):
         read_thresholds(path)
     assert read_thresholds(path, guess=0.25).guess == 0.25
 

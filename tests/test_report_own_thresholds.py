@@ -15,6 +15,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import draw_functions
 from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
+from focalgradient.report.exclusions import main_results
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output
 from focalgradient.statistics import (
@@ -77,8 +78,9 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
     each = pd.read_csv(tmp_path / "out" / "thresholds.csv")
     assert len(each) == 8
     assert each["threshold"].map(lambda value: len(repr(value)) > 8).all()  # as computed, not as displayed
-    (ratio,) = pd.read_csv(tmp_path / "out" / "threshold_differences.csv").itertuples()
-    assert ratio.thresholds == "10 deg / fovea"
+    table = pd.read_csv(tmp_path / "out" / "results.csv")
+    (ratio,) = table[table["name"] == "log ratio of thresholds"].itertuples()
+    assert ratio.level == "10 deg over fovea"
     assert np.exp(ratio.estimate) == pytest.approx(found["10 deg"]["estimate"] / found["fovea"]["estimate"])
     assert ratio.low < np.log(2) < ratio.high
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
@@ -115,7 +117,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
     mean = Interval(0.2, 0.1, 0.3)
     part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, False)
-    assert part._means().digits["subjects"].tolist() == [2]
+    assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
 def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

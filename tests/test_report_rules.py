@@ -15,7 +15,7 @@ from scipy import stats
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.design import NeckerDesign
-from focalgradient.power import CubeModel, CubeStudy, Model, cube_experiment, quick_cube_power
+from focalgradient.power import CubeModel, CubeStudy, Model, quick_cube_power
 from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
@@ -124,8 +124,7 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
 def test_the_wide_tables_hold_what_was_tested(own: Path, tmp_path: Path) -> None:
     made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
     wide = pd.read_csv(io.BytesIO(made.files["depth_rating_wide.csv"]))
-    rises = pd.read_csv(io.BytesIO(made.files["depth_rating_rises.csv"]))
-    near = rises[rises["fixation"] == "nearest"].iloc[0]
+    near = pd.read_csv(io.BytesIO(made.files["results.csv"])).iloc[0]
     assert len(wide) == 5 * 12
     assert wide["nearest"].mean() == pytest.approx(near["estimate"])
     assert wide["difference"].to_numpy() == pytest.approx((wide["nearest"] - wide["farthest"]).to_numpy())
@@ -207,7 +206,7 @@ def test_a_preregistration_of_the_cube(tmp_path: Path) -> None:
 def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     """40 experiments through the whole chain know a power near one half to .08, one standard error."""
     study = CubeStudy(CubeModel(effect=2.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
-    whole = [cube_experiment(study, 8, number) for number in range(40)]
+    whole = [study.experiment(8, number) for number in range(40)]
     quick = quick_cube_power(study, [8], people=300)[8]
     for test in study.tests:
         assert quick[test] == pytest.approx(np.mean([each[test] for each in whole]), abs=0.25)
@@ -246,7 +245,7 @@ def test_the_report_says_where_the_sensitivity_analysis_disagrees(tmp_path: Path
     table = pd.DataFrame(rows, columns=["participant_id", "scene", "aperture", "fixation", "rating"])
     table.to_csv(tmp_path / "own.csv", index=False)
     files = make_report(tmp_path / "own.csv", focal_length_mm=50).files
-    near = pd.read_csv(io.BytesIO(files["depth_rating_rises.csv"])).iloc[0]
+    near = pd.read_csv(io.BytesIO(files["results.csv"])).iloc[0]
     text = files["report.md"].decode().replace("\u202f", " ").replace("\u00a0", " ")
     finding = next(line for line in text.splitlines() if line.startswith("Primary outcome"))
     assert near["p"] < 0.05  # the primary test decides either way

@@ -185,9 +185,13 @@ def _rows(block: str) -> list[str]:
 
 def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
     """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
-    both, here = result.scenes_random, result.these_scenes
-    tests = [[*both.slopes, both.interaction], [*here.slopes, here.interaction]]
-    tests += [both.against_reference, here.against_reference]
+    ends = (", subjects and scenes", "") if result.analysis.binary else ("", ", these scenes")
+    questions = {"slope on aperture": "difference of the slopes", "largest aperture against identical pictures": ""}
+    tests = [
+        [*result.answers.to(name + end).values(), *(result.answers.to(apart + end).values() if apart else ())]
+        for name, apart in questions.items()
+        for end in ends
+    ]
     for rows, wanted in zip(_shown(said), tests, strict=True):
         done = [test for test in wanted if isinstance(test, Effect)]
         assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]

@@ -154,10 +154,10 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
     files = make_report(tmp_path / "data").files
     assert {"dots.png", "dots.pdf", "dots_dots.png", "dots_dots.pdf"} <= set(files)
     assert "dots_side.png" not in files
-    tests, means = (pd.read_csv(io.BytesIO(files[f"dots_{name}.csv"])) for name in ("tests", "means"))
+    tests, means = (pd.read_csv(io.BytesIO(files[name])) for name in ("results.csv", "dots_means.csv"))
     trials = pd.read_csv(io.BytesIO(files["dots_trials.csv"]))
     assert len(trials) == 5 * 12
-    assert list(tests["effect"][:2]) == ["guess, side right less left", "guess, dots 7 less 3"]
+    assert list(tests["name"][:2]) == ["guess, side right less left", "guess, dots 7 less 3"]
     levels = (("side", "right", "left"), ("dots", 7, 3))
     for row, (name, high, low) in zip(tests[:2].to_dict("records"), levels, strict=True):
         each = trials.groupby([name, "participant_id"])["guess"].mean()
@@ -166,7 +166,7 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
         assert (row["statistic"], row["df"], row["p"]) == pytest.approx((expected.statistic, 4, expected.pvalue))
         ends = expected.confidence_interval()
         assert (row["low"], row["high"]) == pytest.approx((ends.low, ends.high))
-    assert list(tests["p_holm"][:2]) == pytest.approx(list(multipletests(tests["p"][:2], method="holm")[1]))
+    assert list(tests["p_corrected"][:2]) == pytest.approx(list(multipletests(tests["p"][:2], method="holm")[1]))
     first = means.query("side == 'right' and dots == 3 and answer == 'guess'").iloc[0]
     own = trials.query("side == 'right' and dots == 3").groupby("participant_id")["guess"].mean()
     ends = stats.ttest_1samp(own, 0.0).confidence_interval()
@@ -263,7 +263,7 @@ def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: P
     assert "simulated observers with 75 trials" in text
     assert "slope of blur on sigma" in text
     assert (report / "edgeblur.png").read_bytes().startswith(b"\x89PNG")
-    tests = pd.read_csv(report / "edgeblur_tests.csv")
+    tests = pd.read_csv(report / "results.csv")
     slope = float(np.polyfit([1, 4, 16], [0, 4, 8], 1)[0])  # of the observers' rule
     assert tests["estimate"][0] == pytest.approx(slope, abs=0.05)
     design = tmp_path / "design.toml"

@@ -17,7 +17,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import check_display, check_screen_width, given_as
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
@@ -81,9 +81,7 @@ class Display:
                 f"size_px is {self.size_px!r}, but must be a display's positive width and height in pixels."
             )
         for name, unit in (("pixel_pitch", "metres"), ("distance", "metres"), ("white", "cd/m^2")):
-            value = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in {unit}.")
+            check_number(name, getattr(self, name), unit, positive=True)
         check_display(self.pixel_pitch, self.distance, self.size_px[0])
         guns = self.gamma if isinstance(self.gamma, tuple) and len(self.gamma) == 3 else (self.gamma,)
         if self.gamma != "sRGB" and not all(isinstance(gun, (int, float)) and 1 <= gun <= 4 for gun in guns):

@@ -11,14 +11,16 @@ import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial
 from types import UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, Union, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 __all__ = [
+    "Bounds",
     "FocalGradientWarning",
     "InputError",
+    "check_arguments",
     "check_fields",
     "check_finite",
     "check_installed",
@@ -111,10 +113,24 @@ def check_fields(record: object) -> None:
     Traceback (most recent call last):
     focalgradient.errors.InputError: point is ('0.1', 0.0, 0.5), but must be 3 numbers.
     """
-    for name, (matches, expected) in _expectations(type(record)).items():  # type: ignore[arg-type]  # mypy: no hash
-        value = getattr(record, name)
-        if not matches(value):
+    check_arguments(type(record), {one.name: getattr(record, one.name) for one in dataclasses.fields(record)})  # type: ignore[arg-type]
+
+
+def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> None:
+    """Validate the arguments `given` to a function by the types, and the bounds beside them, of its parameters."""
+    for name, (bounds, matches, expected) in _expectations(function).items():
+        value = given[name]
+        if bounds is not None and not (value is None and matches(None)):
+            bounds.check(name, value)
+        elif not matches(value):
             raise InputError(f"{name} is {described(value)}, but must be {expected}.")
+
+
+class Bounds(Protocol):
+    """Bounds beside a type, ``Annotated[float, bounds]``."""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless `value`, that of the parameter `name`, is within the bounds."""
 
 
 Expectation = tuple[Callable[[Any], bool], str]
@@ -122,19 +138,28 @@ Expectation = tuple[Callable[[Any], bool], str]
 
 
 @cache
-def _expectations(kind: Any) -> dict[str, Expectation]:
-    """Return the expected type of each field of a dataclass, except those whose annotations cannot be checked."""
+def _expectations(kind: Any) -> dict[str, tuple[Bounds | None, Callable[[Any], bool], str]]:
+    """Return bounds and expected type of each field or parameter, except those whose annotations cannot be checked."""
     names = vars(sys.modules[kind.__module__])
+    hints = {one.name: one.type for one in dataclasses.fields(kind)} if isinstance(kind, type) else kind.__annotations__
     found = {}
-    for field in dataclasses.fields(kind):
+    for name, written in hints.items():
         try:
-            hint = eval(field.type, names) if isinstance(field.type, str) else field.type
+            hint = eval(written, names) if isinstance(written, str) else written
         except NameError:  # imported only for type checking
             continue
         expectation = _expectation(hint)
-        if expectation is not None:
-            found[field.name] = expectation
+        if expectation is not None and name != "return":
+            found[name] = (_bounds(hint), *expectation)
     return found
+
+
+def _bounds(hint: Any) -> Bounds | None:
+    """Return the bounds beside a type, or beside one of its alternatives."""
+    if get_origin(hint) is Annotated:
+        return next((one for one in hint.__metadata__ if callable(getattr(one, "check", None))), None)
+    parts = get_args(hint) if get_origin(hint) in (Union, UnionType) else ()
+    return next(filter(None, map(_bounds, parts)), None)
 
 
 def _expectation(hint: Any) -> Expectation | None:
@@ -172,7 +197,7 @@ def _expectation(hint: Any) -> Expectation | None:
     }
     if hint in simple:
         return simple[hint]
-    if isinstance(hint, type) and not getattr(hint, "_is_protocol", False):
+    if isinstance(hint, type) and hint is not Any and not getattr(hint, "_is_protocol", False):
         return (lambda value: isinstance(value, hint)), f"of the class {hint.__name__}"
     return None
 
@@ -218,7 +243,8 @@ def nearest(given: Any, known: Iterable[str]) -> str | None:
     >>> nearest("depth-ratng", ["depth-rating", "necker"]), nearest(3, ["necker"])
     ('depth-rating', None)
     """
-    return next(iter(difflib.get_close_matches(str(given).lower(), list(known), 1)), None)
+    close = difflib.get_close_matches(given.lower(), list(known), 1) if isinstance(given, str) else []
+    return next(iter(close), None)
 
 
 def suggestion(given: Any, known: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
-from focalgradient.files.cells import as_number, name_and_unit
+from focalgradient.files.cells import name_and_unit
 from focalgradient.files.tables import TextTable, parse_table
 
 __all__ = [
@@ -171,20 +171,16 @@ def _fitted(table: TextTable) -> Luminance:
             raise InputError(f"{name} has the column {column} twice: remove one.")
         if unit and unit not in UNITS and column in ("level", *GUNS):
             raise InputError(f"{name}: {column} is in {unit}, but must be in cd/m2 (levels without unit): convert it.")
-    columns: dict[str, list[float]] = {column: [] for column in ("level", *GUNS)}
-    used = [names.index(column) for column in columns if column in names]
-    for number, row in zip(table.places, table.with_points(used).rows, strict=True):
-        for column, values in columns.items():
-            cell = row[names.index(column)].strip() if column in names else ""
-            if not cell and column != "level":
-                values.append(math.nan)
-                continue
-            value = as_number(cell)
-            if value is None or value < 0:
-                raise InputError(f"{name}, row {number}: {column} is {cell!r}, but must be a number of 0 or more.")
-            values.append(value)
+    used = [column for column in ("level", *GUNS) if column in names]
+    points = table.with_points([names.index(column) for column in used])
+    columns = {
+        column: np.array(
+            points.numbers(names.index(column), "a number of 0 or more", lowest=0, empty=column != "level")
+        )
+        for column in used
+    }
     try:
-        return fit_luminance(np.array(columns["level"]), {gun: np.array(columns[gun]) for gun in GUNS})
+        return fit_luminance(columns.pop("level"), columns)
     except InputError as error:
         raise InputError(f"{name}: {error}") from error
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from typing import Any
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number, described, is_number
 
 __all__ = [
     "APERTURE_RATIO",
@@ -27,6 +28,7 @@ __all__ = [
     "PIXELS",
     "POSITIVE",
     "Quantity",
+    "Range",
 ]
 
 
@@ -95,6 +97,30 @@ class Quantity:
                 f"{name} is {given:g}, but must be a number{unit} from {self.least:g} to {self.most:g}{self.hint}."
             )
         return given if self.scale == 1 else given / self.parts * self.scale
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """Range of a number in the unit `words`, from `least` to `most`: `errors.check_fields` checks it beside a type.
+
+    >>> Range("degrees", 0, 180).check("axis", 200)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: axis is 200, but must be from 0 to 180: give it in degrees.
+    """
+
+    words: str
+    least: float = -math.inf
+    most: float = math.inf
+    positive: bool = False
+    finite: bool = True
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless `value`, that of the parameter `name`, is a number within the range."""
+        if math.isinf(self.most) or not is_number(value):
+            check_number(name, value, self.words, least=self.least, positive=self.positive, finite=self.finite)
+        elif not self.least <= value <= self.most or (self.positive and value <= 0):
+            within = f"{'above 0 and at most' if self.positive else f'from {self.least:g} to'} {self.most:g}"
+            raise InputError(f"{name} is {described(value)}, but must be {within}: give it in {self.words}.")
 
 
 POSITIVE = Quantity()

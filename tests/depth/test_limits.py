@@ -14,7 +14,6 @@ from focalgradient import InputError, Lens
 from focalgradient.depth.limits import (
     comparison_bound,
     edge_bound,
-    image_power,
     natural_power,
     texture_bound,
     window_area,
@@ -152,16 +151,6 @@ def test_no_blur_to_tell_by_is_an_infinite_bound() -> None:
     assert bound.tolist() == [math.inf, math.inf]
 
 
-def test_image_power_finds_a_textures_power_under_noise() -> None:
-    random = np.random.default_rng(5)
-    frequency = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.rfftfreq(512))
-    amplitude = np.where(frequency > 0, 1 / np.maximum(frequency, 1e-9), 0)
-    field = np.fft.irfft2(np.fft.rfft2(random.standard_normal((512, 512))) * amplitude)  # of power 1 / f^2
-    found = image_power(field + random.standard_normal((512, 512)), noise=1.0)
-    place = np.linspace(0.03, 0.4, 30)
-    np.testing.assert_allclose(np.mean(found(place) * place**2), 1, atol=0.03)
-
-
 def test_window_area_is_that_of_a_gaussian_mean() -> None:
     x = np.arange(-60, 61)
     weight = np.exp(-(x[:, None] ** 2 + x**2) / (2 * 8.0**2))
@@ -198,8 +187,7 @@ def test_pictures_and_widths_that_are_none() -> None:
     for sigma in (-1.0, math.nan):
         with pytest.raises(InputError, match="sigma contains"):
             edge_bound(sigma, noise=0.01, contrast=0.5, length=16)
-    with pytest.raises(InputError, match=r"image has shape \(32, 32, 3\), but must be H x W"):
-        image_power(np.ones((32, 32, 3)))
+    with pytest.raises(InputError, match=r"sharp has shape \(32, 32, 3\), but must be H x W"):
+        texture_bound(np.ones((32, 32, 3)), [lens(16), WIDE], 0.8, PIXEL, noise=0.01, window=8)
     with pytest.raises(InputError, match="sharp contains NaN"):
         texture_bound(np.full((32, 32), np.nan), [lens(16), WIDE], 0.8, PIXEL, noise=0.01, window=8)
-    assert image_power(np.ones((32, 48)))(np.array([0.1, 0.4])) == pytest.approx(0)  # a blank one has no power

@@ -34,18 +34,11 @@ def blurred(one: float, other: float, *, noise: float = 0.01, slope: float = 1.0
     ]
 
 
-@pytest.mark.parametrize("fit", ["equalised", "paper"])
-def test_the_difference_of_what_shows_nothing_is_unknown(fit: str) -> None:
+def test_the_difference_of_what_shows_nothing_is_unknown() -> None:
     blank = [1 + 0.01 * np.random.default_rng(seed).standard_normal((96, 96)) for seed in (0, 1)]
-    difference, sd = spectral_difference(*blank, noise=0.01, fit=fit)  # type: ignore[arg-type]
+    difference, sd = spectral_difference(*blank, noise=0.01)
     assert np.isfinite(difference).all()
     assert np.median(sd) > 20
-
-
-def test_blur_larger_than_the_hypotheses_is_unknown() -> None:
-    sharp, wide = blurred(0.0, 12.0, noise=1e-3)
-    assert np.isinf(spectral_difference(sharp, wide, noise=1e-3)[1][INSIDE]).mean() > 0.95
-    assert np.isinf(spectral_difference(wide, sharp, noise=1e-3)[1][INSIDE]).mean() > 0.95
 
 
 def test_images_that_are_not_finite_are_refused() -> None:
@@ -95,23 +88,10 @@ def test_equal_images_differ_by_noise_alone() -> None:
 
 
 @pytest.mark.parametrize("ratio", [0.0, 0.5])
-@pytest.mark.parametrize("sigma", [1.0, 4.0])
-def test_no_bias_where_the_papers_patches_have_one(sigma: float, ratio: float) -> None:
-    """At 1 % noise: |bias| of sigma <= 2 %; the paper's regression reads large blurs too small."""
-    truth = sigma**2 * (1 - ratio**2)
-    images = blurred(ratio * sigma, sigma)
-    found, sd = (part[INSIDE] for part in spectral_difference(*images, window=9.0, noise=0.01))
-    assert abs(found.mean() / truth - 1) / 2 <= 0.02
-    assert 0.87 <= np.mean(np.abs(found - truth) <= 2 * sd) <= 0.995
-    if sigma == 4.0:
-        paper, _ = spectral_difference(*images, window=9.0, noise=0.01, fit="paper")
-        assert (paper[INSIDE].mean() / truth - 1) / 2 < -0.04
-
-
-@pytest.mark.parametrize("slope", [0.5, 1.5])
-def test_no_bias_in_textures_that_are_not_natural(slope: float) -> None:
-    found, _ = spectral_difference(*blurred(1.0, 2.0, noise=1e-3, slope=slope), noise=1e-3)
-    assert np.sqrt(1 + found[INSIDE].mean()) == pytest.approx(2.0, rel=0.01)
+def test_the_papers_patches_give_large_blurs_too_small(ratio: float) -> None:
+    truth = 4.0**2 * (1 - ratio**2)
+    found, _ = spectral_difference(*blurred(ratio * 4.0, 4.0), window=9.0, noise=0.01)
+    assert -0.3 < (found[INSIDE].mean() / truth - 1) / 2 < -0.04
 
 
 @settings(max_examples=4, deadline=None)
@@ -128,7 +108,6 @@ def test_exchanging_the_images_changes_the_sign(sigma: float, seed: int) -> None
         ({"second": np.ones((40, 41))}, r"shapes \(40, 40\) and \(40, 41\)"),
         ({"window": 1.0}, "window is 1.0"),
         ({"noise": -1.0}, "noise is -1.0"),
-        ({"fit": "best"}, "fit is 'best'"),
     ],
 )
 def test_bad_input(change: dict, said: str) -> None:

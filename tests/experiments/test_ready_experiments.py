@@ -66,7 +66,7 @@ def test_a_staircase_has_its_trace_drawn_and_its_level_not_tested(tmp_path: Path
     simulate(task.design(pedestals_arcmin=[0.0, 4.0], repetitions=6), tmp_path / "data", observers=2, seed=2)
     files = make_report(tmp_path / "data").files
     assert "blurdiscrimination_level_trace.png" in files
-    tests = files["blurdiscrimination_tests.csv"].decode()
+    tests = files["results.csv"].decode()
     assert "correct on pedestal" in tests or "correct, pedestal" in tests
     assert "level" not in tests
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.eye import band_image, band_light, cone_fundamentals, cone_images
+from focalgradient.eye import cone_fundamentals, cone_images
 
 
 def test_white_is_one_for_every_cone_class() -> None:
@@ -33,25 +33,6 @@ def test_displays_differ_and_red_is_for_l_cones() -> None:
         assert one[0] > one[1] > one[2]
 
 
-def test_l_and_m_together_lie_between_them() -> None:
-    cones = cone_images([[[0.9, 0.3, 0.1]]])
-    assert cones[0, 0, 1] < band_image(cones, "L+M")[0, 0] < cones[0, 0, 0]
-    # As in the band's own light, L cones count for more than half.
-    assert band_light("L+M", "D65").effective_wavelength_nm > 540
-
-
-def test_natural_colours_keep_textures_much_alike() -> None:
-    """Grey textures are seen alike by all; independent ones of three primaries are not."""
-    random = np.random.default_rng(1)
-    grey, own = random.standard_normal((64, 64, 1)), random.standard_normal((64, 64, 3))
-    alike = []
-    for colour in (0.0, 0.3, 1.0):
-        cones = cone_images(1 + 0.1 * (grey + colour * own))
-        alike.append(np.corrcoef(band_image(cones, "L+M").ravel(), band_image(cones, "S").ravel())[0, 1])
-    assert alike[0] == pytest.approx(1)
-    assert alike[0] > alike[1] > alike[2]
-
-
 @pytest.mark.parametrize(
     ("image", "asked", "said"),
     [
@@ -64,11 +45,6 @@ def test_natural_colours_keep_textures_much_alike() -> None:
 def test_bad_input_is_refused(image, asked, said) -> None:
     with pytest.raises(InputError, match=said):
         cone_images(image, **asked)
-
-
-def test_an_unknown_band_is_refused() -> None:
-    with pytest.raises(InputError, match="band is 'X'"):
-        band_image(np.ones((2, 2, 3)), "X")
 
 
 def test_cones_that_catch_nothing_of_a_light_see_nothing() -> None:

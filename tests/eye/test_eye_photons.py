@@ -43,7 +43,7 @@ def test_light_through_the_rim_counts_less() -> None:
 
 
 @pytest.mark.parametrize(
-    ("wrong", "said"), [({"luminance": 0}, "cd/m"), ({"luminance": 1, "efficiency": 2}, "share above 0")]
+    ("wrong", "said"), [({"luminance": 0}, "cd/m"), ({"luminance": 1, "efficiency": 2}, "above 0 and at most 1")]
 )
 def test_bad_light_is_refused(wrong: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):

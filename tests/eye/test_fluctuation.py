@@ -107,7 +107,7 @@ def test_moments_out_of_order(course: Oscillation | Microfluctuations) -> None:
     [
         ({"rms": -0.1}, "rms is -0.1, but must be a finite number of 0 or more: give it in dioptres"),
         ({"beta": np.nan}, "beta is nan"),
-        ({"high_share": 1.2}, "high_share is 1.2, but must be a share"),
+        ({"high_share": 1.2}, "high_share is 1.2, but must be from 0 to 1"),
         ({"lowest": 1.0}, r"lowest is 1\.0, but must be above 0 and below 1 Hz"),
         ({"seed": -1}, "seed is -1, but must be a whole number"),
         ({"seed": 1.5}, "seed is 1.5"),

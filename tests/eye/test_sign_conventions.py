@@ -13,8 +13,8 @@ from focalgradient.eye import (
     blur_transfer,
     chromatic_difference,
     point_spread,
-    zernike_defocus,
 )
+from focalgradient.eye.wavefront import defocus_term
 
 LIGHT = st.floats(380, 780)
 
@@ -74,7 +74,7 @@ def test_accommodation_brings_focus_nearer() -> None:
 
 def test_positive_defocus_is_a_positive_zernike_term() -> None:
     """Spherical aberration tells the two sides of focus apart, and so whether the term stands for the right one."""
-    assert zernike_defocus(0.5, pupil_diameter=0.004) > 0
+    assert defocus_term(0.5, 0.004) > 0
     angles = np.linspace(-1e-3, 1e-3, 9)
 
     def spread(accommodation: float, *terms: tuple[int, int, float]) -> np.ndarray:

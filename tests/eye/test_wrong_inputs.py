@@ -32,7 +32,6 @@ from focalgradient.eye import (
     natural_pupil,
     off_axis,
     optical_transfer,
-    push_up_amplitude,
     resized_zernike,
     typical_aberrations,
 )
@@ -109,7 +108,6 @@ def test_eye_refuses_what_does_not_go_together(options, said):
     ("wrong", "said"),
     [
         (lambda: accommodation_amplitude(500), "age is 500"),
-        (lambda: push_up_amplitude([30, -1]), "age is"),
         (lambda: lens_density(550, NAN), "age is nan"),
         (lambda: lens_density("green", 30), "wavelength_nm is 'green'"),
         (lambda: aged_light(band_light("S", "D65"), 1e300), "age is 1e"),
@@ -141,7 +139,6 @@ def test_eye_refuses_what_does_not_go_together(options, said):
         (lambda: Eye(refraction="-2", looking_at=NAN), "looking_at is nan"),
         (lambda: Eye(refraction="-2", response=-3.0), "response is -3"),
         (lambda: focus_of("-2", 0.0, CORRECTIONS["none"]), "refraction is '-2'"),
-        (lambda: Refraction.of_power_vector("1", 0.0, 0.0), "m is '1'"),
         (lambda: Refraction(1.0, NAN), "cylinder is nan"),
         (lambda: Eye(4, 1.0), "pupil_diameter is 4"),
         (lambda: Eye(0.004, 1.0, 2000), "380 and 780"),

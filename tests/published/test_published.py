@@ -21,12 +21,10 @@ from focalgradient.design.words import load_words
 from focalgradient.observers import OBSERVERS, Observer, blur_threshold
 from focalgradient.observers import simulate as observe
 from focalgradient.published import EXPERIMENTS, Finding, Prediction, Row, csv_of, markdown, simulate
-from focalgradient.published.accommodation import against_white
 from focalgradient.published.asked import ASKED
-from focalgradient.published.displays import blur_over_disparity, blur_weight_change
-from focalgradient.published.following import gain_of_mean, phase_of_mean, responses
+from focalgradient.published.following import against_white, gain_of_mean, phase_of_mean, responses
 from focalgradient.published.task import PublishedDesign
-from focalgradient.published.thresholds import detection, discrimination
+from focalgradient.published.thresholds import blur_over_disparity, blur_weight_change, detection, discrimination
 from focalgradient.stimuli import PAPERS
 from focalgradient.tasks import task_named
 

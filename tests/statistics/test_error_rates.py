@@ -103,8 +103,7 @@ def test_choices_are_decided_by_a_t_test_over_subjects_without_correction() -> N
     (answers,) = scales.answered(np.random.default_rng(1), scales.Cell("choice", "normal", 0.5, 1.0, 6), 1)
     found = compare_pictures(scales.as_rows(answers, "choice"), "choice")
     assert (found.slopes[0].df, found.slopes[0].p_holm) == (5, None)
-    assert found.slopes == found.these_scenes.slopes
-    assert "Satterthwaite" in found.scenes_random.slopes[0].method
+    assert "Satterthwaite" in found.answers.to("slope on aperture, subjects and scenes")["nearest"].method
 
 
 def test_choices_find_an_effect_as_often_as_a_t_test_over_subjects() -> None:
@@ -136,7 +135,10 @@ def test_steps_find_what_scenes_differ_by() -> None:
 def test_with_four_scenes_comparisons_hold_for_these_only(kind: str) -> None:
     (answers,) = scales.answered(np.random.default_rng(1), scales.Cell(kind, "normal", 0.5, 1.0, 8), 1)
     rows = scales.as_rows(answers, kind)
-    assert "Satterthwaite" in compare_pictures(rows, kind).scenes_random.slopes[0].method
+    end = ", subjects and scenes" if kind == "choice" else ", these scenes"
+    random = compare_pictures(rows, kind).answers.to("slope on aperture" + (end if kind == "choice" else ""))
+    assert "Satterthwaite" in random["nearest"].method
     few = compare_pictures(rows[rows["scene"] < "s4"], kind)
-    assert few.slopes == few.these_scenes.slopes
-    assert few.these_scenes.against_reference == (replace(few.against_reference[0], p_holm=None),)
+    assert few.answers.to(f"slope on aperture{end}") == {"nearest": few.slopes[0]}
+    largest = few.answers.to(f"largest aperture against identical pictures{end}")
+    assert largest == {"nearest": replace(few.against_reference[0], p_holm=None)}

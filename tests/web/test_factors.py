@@ -89,7 +89,7 @@ def test_each_level_shows_its_own_picture_and_the_report_compares_levels(tmp_pat
             assert someone.ask("finish").status_code == 200
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
     report = make_report(tmp_path / "data")
-    assert "weather" in report.files["factors.csv"].decode()
+    assert "weather" in report.files["results.csv"].decode()
 
 
 def test_a_block_of_a_factor_begins_with_its_page(tmp_path: Path) -> None:

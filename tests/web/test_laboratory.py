@@ -60,9 +60,7 @@ def test_places_are_a_factor_and_screens_have_errors(tmp_path: Path, task: str) 
         for file, content in files.items():
             Path(LOOK, file).write_bytes(content)
     name = {"depthrating": "depth_rating", "necker": "necker"}[task]
-    place = files[f"{name}_place.csv"].decode()
-    assert "browser − laboratory" in place
-    assert "answer" in place
+    assert "answer by place,browser less laboratory" in files["results.csv"].decode()
     screens = pd.read_csv(pd.io.common.BytesIO(files[f"{name}_screens.csv"]))
     browser = screens[screens["place"] == "browser"]
     assert (browser["distance_sd_cm"] / browser["distance_cm"]).between(0.07, 0.09).all()

@@ -155,8 +155,7 @@ def stereo(
     check_number("camera", camera, "distances between the eyes")
     zero = sum(one.focus_vergence for one in eyes) / 2 if vergence is None else vergence
     check_number("vergence", zero, "dioptres")
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     geometry = _Geometry(interocular, zero, pixel_angle)
     say = progress or (lambda share, words: None)
     if isinstance(scene, Scene):

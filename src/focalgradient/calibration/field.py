@@ -301,7 +301,7 @@ def apply_calibration(
     if method == "edges":  # each view is evaluated alone, and the most blurred one is the most accurate
         settings = [min(settings, key=lambda setting: setting[0])]
     vergence, sd = depth.vergence, depth.vergence_sd
-    if method == "equalise":
+    if method in ("equalise", "dual-pixels"):
         model, noise = _parts(depth, views)
         focus = float(np.mean([view.optics.focus_vergence for view in views]))
         vergence = camera.field.corrected(vergence, focus).astype(depth.vergence.dtype)
@@ -319,7 +319,7 @@ def apply_calibration(
     levels = np.linspace(float(optical.min()), float(optical.max()) + 1e-3, 64)
     own = camera.systematic_modes(settings, levels, shape, of="distance") * levels**2
     common = spread_over(optical, levels, own)
-    if method == "equalise" and any(camera.field.tilt):
+    if method in ("equalise", "dual-pixels") and any(camera.field.tilt):
         x, y = Field.coordinates(depth.shape)
         tilts = [slope * part + np.zeros(depth.shape) for slope, part in zip(camera.field.tilt, (x, y), strict=True)]
         common = np.concatenate([common, np.array(tilts, np.float32)])

@@ -132,6 +132,7 @@ def _measured_beside(
     from focalgradient.depth.equalise.likelihood import equalise
     from focalgradient.depth.noise import noise_from_residuals
     from focalgradient.depth.numerics import block_sum
+    from focalgradient.depth.read import parabola_minimum
     from focalgradient.depth.registration import RegisteredViews
     from focalgradient.depth.search import Search
 
@@ -158,13 +159,16 @@ def _measured_beside(
         inside = np.outer(rows == cell // CELLS, columns == cell % CELLS)
         cells[:, cell] = cost[:, inside].sum(axis=1)
     radius = search.radius(search.vergences)
-    best, least_cost = _least(radius, cells.sum(axis=1))
-    without = np.array([_least(radius, cells.sum(axis=1) - cell)[0] for cell in cells.T])
+    whole = cells.sum(axis=1)
+    # The first cost is of all cells, each other without one.
+    places, costs, _ = parabola_minimum(np.column_stack([whole, whole[:, None] - cells]))
+    places = np.interp(places, np.arange(radius.size), radius)
+    best, without = float(places[0]), places[1:]
     spread = math.sqrt((without.size - 1) / without.size * float(((without - without.mean()) ** 2).sum()))
     least, most = float(radius.min()), float(radius.max())
     if not least + 0.2 < best < most - 0.2:
         return None
-    return PairBlur(best, spread, least_cost, float(noise_sd[0]))
+    return PairBlur(best, spread, float(costs[0]), float(noise_sd[0]))
 
 
 def likeliest_shape(pairs: Sequence[tuple[Sequence[View], Sequence[float]]]) -> Psf:
@@ -253,13 +257,3 @@ def calibrate_pairs(
         covariance=change @ fitted.covariance @ change.T,
         informed=share,
     )
-
-
-def _least(radius: FloatArray, cost: FloatArray) -> tuple[float, float]:
-    """Return position and value of the minimum of the cost, interpolated by a parabola."""
-    at = int(np.clip(np.argmin(cost), 1, cost.size - 2))
-    before, here, after = cost[at - 1 : at + 2]
-    bend = before - 2 * here + after
-    part = float(np.clip((before - after) / (2 * bend), -1, 1)) if bend > 0 else 0.0
-    place = float(radius[at] + part * (radius[at + 1] - radius[at - 1]) / 2)
-    return place, float(here + part * ((after - before) / 2 + part * bend / 2))

@@ -47,7 +47,7 @@ FROM_EXIF = {
 POINT_OPTIONS = {"focus_tolerance, aperture_tolerance": "--focus-tolerance, --f-number-tolerance"}
 """Parameters named in messages on measured points, and the corresponding options."""
 
-SECONDS = {"equalise": 5.0, "spectra": 9.0, "ratio": 0.5, "edges": 10.0, "autofocus": 0.7}
+SECONDS = {"equalise": 5.0, "spectra": 9.0, "ratio": 0.5, "edges": 10.0, "autofocus": 0.7, "dual-pixels": 3.0}
 """Processor time of two views in s per megapixel, measured at 1280 x 960 pixels with two apertures and two foci."""
 
 OTHERS = dict.fromkeys((".csv", ".tsv", ".xlsx"), "report") | dict.fromkeys((".mp4", ".mov", ".mkv", ".avi"), "stream")
@@ -109,12 +109,13 @@ def depth(
 
     \b
     Methods and their uses:
-      equalise   two or more views of anything with texture. The default.
-      edges      one or more views: printed squares, cards and other hard edges on blank surfaces, where the default
-                 finds no texture. Depth along the edges only.
-      spectra    two or more views: the paper's regression on the spectra of patches, for comparison.
-      ratio      two apertures at one focus: fast, with errors of a few per cent. For video see 'stream'.
-      autofocus  three or more foci: the sharpest of a stack. The most accurate with ten or more images.
+      equalise     two or more views of anything with texture. The default.
+      edges        one or more views: printed squares, cards and other hard edges on blank surfaces, where the default
+                   finds no texture. Depth along the edges only.
+      spectra      two or more views: the paper's regression on the spectra of patches, for comparison.
+      ratio        two apertures at one focus: fast, with errors of a few per cent. For video see 'stream'.
+      autofocus    three or more foci: the sharpest of a stack. The most accurate with ten or more images.
+      dual-pixels  the two halves of dual pixels, for which it is the default.
 
     Several settings files, one per frame, each get a subfolder of DIR, named after the file, or after its folder if
     several files have the same name. The workers of a --scheduler must see the same files under the same paths.

@@ -76,6 +76,7 @@ def report(
     conditions: Annotated[tuple[str, ...], "YOURS=OURS,..."] = (),
     where: Annotated[tuple[str, ...], "NAME=VALUE"] = (),
     by: Annotated[tuple[str, ...], "COLUMN"] = (),
+    order: Annotated[tuple[str, ...], "WORD,WORD,..."] = (),
     explain: bool = False,
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
@@ -157,6 +158,9 @@ def report(
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
         blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers). Those that vary between
         participants are adjusted for one another. Repeatable.  [default: the apertures of a table without fixations]
+    order
+        Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal. Repeatable:
+        then each is one word, which may hold commas.
     explain
         Print how each column of a table is interpreted, and compute nothing.
     conditions
@@ -181,6 +185,7 @@ def report(
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
     chosen = _where(where)
+    steps = order[0].split(",") if len(order) == 1 else order
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
     stated = Stated(Rules()) if rules is None else load_rules(rules)
     if preregister and len(folders) > 1:
@@ -220,7 +225,7 @@ def report(
 
         with options_named({}):
             for group in _data_sets(folders, pairs):
-                for line in explained_table(group, pairs, meanings, chosen, by):
+                for line in explained_table(group, pairs, meanings, chosen, by, steps):
                     click.echo(entries_as_options(line))
         return
     if effect is not None or far_effect is not None:
@@ -257,6 +262,7 @@ def report(
                 guess_rate=guess_rate,
                 where=chosen,
                 by=by,
+                order=steps,
                 focal_length_mm=focal_length,
                 bayes=bayes,
                 observers=observers,

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.append import append
-from focalgradient.dataset.columns import NOTED, TIMES, Column, cell, columns_of
+from focalgradient.dataset.columns import NOTED, columns_of
 from focalgradient.dataset.conduct import failed_practice
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
@@ -29,7 +29,9 @@ from focalgradient.dataset.times import trials_with_times
 from focalgradient.design import check_label
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, read_tsv
+from focalgradient.files.columns import Column, cell
 from focalgradient.tasks import task_named
+from focalgradient.tasks.columns import TIMES
 from focalgradient.tasks.noted import EXTRA, noted_columns
 
 __all__ = [

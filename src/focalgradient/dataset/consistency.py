@@ -20,13 +20,13 @@ from focalgradient.dataset.alike import differences
 from focalgradient.dataset.answers import Chosen, Rated
 from focalgradient.dataset.arrival import too_early
 from focalgradient.dataset.bids import sidecar_of
-from focalgradient.dataset.columns import cell
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 from focalgradient.dataset.read import SessionTable
 from focalgradient.design import Design, Trial
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
+from focalgradient.files.columns import cell
 from focalgradient.tasks import Rows, task_named
 
 __all__ = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Mapping
 from datetime import datetime
@@ -10,7 +9,8 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from focalgradient.dataset.columns import APERTURE, Column, columns_of
+from focalgradient.dataset.columns import columns_of
+from focalgradient.files.columns import MOST, Column, cell_test
 from focalgradient.tasks import is_task, task_named
 from focalgradient.tasks.noted import EXTRA, is_noted
 
@@ -24,9 +24,6 @@ Tests = tuple[tuple[str, Callable[[Any], bool], str], ...]
 
 LABEL = re.compile(r"[A-Za-z0-9]+")
 SHA256 = re.compile(r"[0-9a-f]{64}")
-
-MOST = 1e9
-"""Upper limit of any number in a session: 30 years in s, and more frames or trials than occur."""
 
 FOCUS = "gazefocus"
 """Task name of gaze-contingent focus, whose sessions have neither design nor trials."""
@@ -167,34 +164,6 @@ def _cells(every: tuple[Column, ...]) -> Tests:
         columns = [column for column in columns if column.name not in OF_PERCEPTS]
         columns.append(Column("onset", "", "number", least=0))
     return tuple((column.name, cell_test(column), column.expected) for column in columns)
-
-
-def cell_test(column: Column) -> Callable[[Any], bool]:
-    least = -math.inf if column.least is None else column.least
-    above = -math.inf if column.above is None else column.above
-    most = MOST if column.most is None else column.most
-    levels, optional = frozenset(column.levels), column.optional
-
-    def number(value: Any) -> bool:
-        if type(value) is float or type(value) is int:
-            return value >= least and value > above and value <= most and value < MOST
-        return value is None and optional
-
-    def integer(value: Any) -> bool:
-        return type(value) is int and number(value)
-
-    def text(value: Any) -> bool:
-        if value is None:
-            return optional
-        if type(value) is not str or not value:
-            return False
-        return value in levels if levels else column.name != "aperture" or bool(APERTURE.fullmatch(value))
-
-    def truth(value: Any) -> bool:
-        return type(value) is bool or (value is None and optional)
-
-    tests = {"number": number, "integer": integer, "text": text, "bool": truth}
-    return tests[column.form]
 
 
 def _wrong_presses(event: Event) -> str | None:

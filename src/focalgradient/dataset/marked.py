@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
-from focalgradient.dataset.columns import cell
 from focalgradient.dataset.markers import HED_VERSION, Codes
 from focalgradient.dataset.times import times_of_events
+from focalgradient.files.columns import cell
 from focalgradient.tasks.columns import SITTING
 
 __all__ = ["marked_files", "timed"]

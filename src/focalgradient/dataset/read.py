@@ -15,11 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, journals, read_description
-from focalgradient.dataset.columns import APERTURE, FORMULA, Column, columns_of, columns_stated
+from focalgradient.dataset.columns import columns_of, columns_stated
 from focalgradient.dataset.conduct import removals
 from focalgradient.design import Design, check_design
 from focalgradient.errors import InputError
 from focalgradient.files import read_json, read_tsv
+from focalgradient.files.columns import Column, converted
 from focalgradient.tasks import is_task, task_named
 
 if TYPE_CHECKING:
@@ -191,54 +192,6 @@ def _read_table(found: SessionTable) -> None:
                 found.problems.append(f"{path}, row {row}: its trial is also in a row above: remove one of them.")
                 break
             met.add(key)
-
-
-def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
-    """Convert a column's texts to values; also return the index of the first invalid one."""
-    absent = {"n/a"} if column.optional else set()
-    if column.form == "bool":
-        other = _first(texts, set(texts) - {"true", "false"} - absent)
-        if absent & {*texts}:
-            return np.array([{"true": 1.0, "false": 0.0}.get(text, np.nan) for text in texts]), other
-        return np.array([text == "true" for text in texts], bool), other
-    if column.form == "text":
-        kinds = set(texts) - absent
-        if column.name == "aperture":
-            wrong = {text for text in kinds if not APERTURE.fullmatch(text)}
-        else:
-            wrong = kinds - set(column.levels) if column.levels else kinds & {"", "n/a"}
-        means = {text: text[1:] if text.startswith("'") and text[1:].startswith(FORMULA) else text for text in kinds}
-        means |= dict.fromkeys(absent)  # type: ignore[arg-type]
-        return np.array([means[text] for text in texts], object), _first(texts, wrong)
-    numbers = np.array([_number(text) for text in texts], float)
-    with np.errstate(invalid="ignore"):
-        bad = ~np.isfinite(numbers)
-        if column.form == "integer":
-            bad |= (numbers % 1 != 0) | (np.abs(numbers) >= 2.0**63)
-        if column.least is not None:
-            bad |= numbers < column.least
-        if column.most is not None:
-            bad |= numbers > column.most
-        if column.above is not None:
-            bad |= numbers <= column.above
-    if absent:
-        bad &= np.array([text not in absent for text in texts], bool)
-    if bad.any():
-        return numbers, int(bad.argmax())
-    whole = column.form == "integer" and not (absent & {*texts})
-    return numbers.astype(np.int64) if whole else numbers, None
-
-
-def _number(text: str) -> float:
-    """Parse a number in the notation of JSON and tables; NaN for any other text."""
-    try:
-        return float(text) if "_" not in text else float("nan")
-    except ValueError:
-        return float("nan")
-
-
-def _first(texts: Sequence[str], wrong: Collection[str]) -> int | None:
-    return min(map(texts.index, wrong)) if wrong else None
 
 
 def read_dataset(

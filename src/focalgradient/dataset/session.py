@@ -23,27 +23,18 @@ from focalgradient.dataset.bids import (
     check_participant,
     make_table,
 )
-from focalgradient.dataset.columns import TIMES
 from focalgradient.dataset.conduct import EXPOSURE, exposures
-from focalgradient.dataset.events import Event, cell_test
+from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Trial, check_design
 from focalgradient.errors import InputError
+from focalgradient.files.columns import cell_test
 from focalgradient.tasks import task_named
+from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, Noted, check_noted
 
 __all__ = ["Session"]
-
-RESERVED = frozenset(
-    {
-        *("participant_id", "session", "simulated", "file", "row", "event", "phase", "presses", "received"),
-        *("TaskName", "TaskDescription", "Simulated", "Seed", "Design", "Keys", "StimuliSHA256", "Sittings"),
-        *("Participant", "Journal", "Repaired", "Noted"),
-        *(column.name for column in TIMES),
-    }
-)
-"""Names reserved for columns of all tables, fields of events and keys of sidecars."""
 
 ROOM = 1 << 20
 """Disk space in bytes that must be free before a session begins."""

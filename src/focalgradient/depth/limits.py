@@ -7,17 +7,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.scene_law import SCENE_SLOPE
-from focalgradient.depth.settings import OPTICS, blur_source
+from focalgradient.depth.search import view_blur
+from focalgradient.depth.settings import blur_source
 from focalgradient.errors import InputError, check_finite
-from focalgradient.optics import Optics, own_blur
-from focalgradient.psf import Disc, Psf
+from focalgradient.optics import Optics
+from focalgradient.psf import Psf
 
-__all__ = ["Power", "comparison_bound", "edge_bound", "image_power", "natural_power", "texture_bound", "window_area"]
+__all__ = ["Power", "comparison_bound", "edge_bound", "natural_power", "texture_bound", "window_area"]
 
 FloatArray = NDArray[np.float64]
 
@@ -92,8 +94,7 @@ def comparison_bound(
     pixel_angle
         Angle of a pixel in radians, the same in all views.
     power
-        Power of the texture as a sharp view records it (the pixels' own averaging included): see `natural_power` and
-        `image_power`.
+        Power of the texture as a sharp view records it (the pixels' own averaging included): see `natural_power`.
     noise
         Standard deviation of a pixel's noise, one for all or one for each view, in the unit of the texture.
     area
@@ -206,19 +207,11 @@ def _information(
     level = check_finite("vergence", vergence, "dioptres")[..., None]
     transfers, slope = [], []
     for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
-        scale = one.aperture_diameter / 2 / pixel_angle
-
-        def at(defocus: FloatArray, scale: float = scale, one: Optics = one) -> FloatArray:
-            own = own_blur(one) if isinstance(source, str) else None
-            if own is None or not (own.forms_views or source == OPTICS):
-                shape = source if isinstance(source, Psf) else Disc()
-                return shape.transfer(frequency, scale * np.abs(defocus))
-            return own.transfer(frequency / pixel_angle, one.focus_vergence - defocus)
-
-        defocus = one.focus_vergence - level
-        step = 1e-4 / max(scale, 1e-12)  # pixels of blur radius, for a central difference
-        transfers.append(at(defocus) / sd)
-        slope.append((at(defocus - step) - at(defocus + step)) / (2 * step * sd))
+        step = 1e-4 / max(one.aperture_diameter / 2 / pixel_angle, 1e-12)  # pixels of blur radius: a central difference
+        blur, pixel = view_blur(one, source, pixel_angle)
+        at = partial(blur.transfer, frequency / pixel)
+        transfers.append(at(level) / sd)
+        slope.append((at(level + step) - at(level - step)) / (2 * step * sd))
     total = sum(h**2 for h in transfers)
     along = sum(h * s for h, s in zip(transfers, slope, strict=True))
     change = sum(s**2 for s in slope)
@@ -248,45 +241,6 @@ def natural_power(contrast: float, side: int) -> Power:
 
     def power(frequency: FloatArray) -> FloatArray:
         return np.asarray(scale / np.maximum(frequency, 1e-9) ** SCENE_SLOPE)
-
-    return power
-
-
-def image_power(image: NDArray[np.floating], noise: float = 0.0) -> Power:
-    """Power of an image's texture at each radial frequency, without that of white `noise` (a standard deviation).
-
-    Measured under a Hann window in rings one sample wide; between them, and up to the corner, interpolated.
-
-    Parameters
-    ----------
-    image
-        H x W, sharp: what a pinhole view records.
-    noise
-        Standard deviation of the image's white noise.
-
-    Examples
-    --------
-    White noise has its variance at every frequency:
-
-    >>> power = image_power(np.random.default_rng(0).standard_normal((256, 256)))
-    >>> bool(abs(power(np.linspace(0.1, 0.5, 9)).mean() - 1) < 0.02)
-    True
-    """
-    image = _picture("image", image)
-    window = np.outer(*(np.hanning(n + 2)[1:-1] for n in image.shape))
-    level = np.sum(image * window) / window.sum()
-    spectrum = np.abs(np.fft.fft2((image - level) * window)) ** 2 / np.sum(window**2)
-    frequency = np.hypot(np.fft.fftfreq(image.shape[0])[:, None], np.fft.fftfreq(image.shape[1]))
-    ring = np.rint(frequency * min(image.shape)).astype(np.intp).ravel()
-    count = np.bincount(ring)
-    radial = np.bincount(ring, frequency.ravel()) / np.maximum(count, 1)
-    mean = np.bincount(ring, spectrum.ravel()) / np.maximum(count, 1)
-    filled = (count > 0) & (radial > 0)
-    level_of = np.log(np.maximum(mean[filled] - noise**2, max(1e-12 * mean.max(), np.finfo(float).tiny)))
-    place = np.log(radial[filled])
-
-    def power(frequency: FloatArray) -> FloatArray:
-        return np.exp(np.interp(np.log(np.maximum(frequency, 1e-9)), place, level_of))
 
     return power
 

@@ -24,7 +24,7 @@ from focalgradient.depth.settings import (
     RecoverySettings,
     blur_source,
 )
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
@@ -75,6 +75,8 @@ class Method:
     most: int | None = None
     needs: tuple[Capability, ...] | None = ()
     """What the method builds on; none: it takes any blur. None: it has no model of the blur."""
+    of_halves: bool = False
+    """Whether it takes the halves of dual pixels, whose blur no shape describes, and no other views."""
 
 
 def _loaded(method: str) -> Estimator:
@@ -89,6 +91,7 @@ METHODS: dict[MethodName, Method] = {
     "ratio": Method(partial(_loaded, "ratio"), most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
     "edges": Method(partial(_loaded, "edges"), least=1, needs=(Capability.EDGE_RESPONSE,)),
     "autofocus": Method(partial(_loaded, "autofocus"), least=3, needs=None),
+    "dual-pixels": Method(partial(_loaded, "dual_pixel"), of_halves=True),
 }
 
 
@@ -99,7 +102,7 @@ def methods_for(psf: BlurSource | str) -> list[MethodName]:
     (['equalise', 'spectra', 'ratio', 'edges', 'autofocus'], ['equalise', 'autofocus'])
     """
     given = _provided(blur_source(psf))
-    return [name for name, method in METHODS.items() if set(method.needs or ()) <= given]
+    return [name for name, method in METHODS.items() if not method.of_halves and set(method.needs or ()) <= given]
 
 
 def _provided(psf: BlurSource) -> frozenset[Capability]:
@@ -147,7 +150,7 @@ def recover_depth(
         first view's; exposures may differ by an unknown gain. Pixels outside a view's mask are left out; of a view
         without a mask, pixels at its highest value, where many share it, are taken for saturated. The left and right
         view of dual pixels (`focalgradient.optics.DualPixel`) are compared by what displaces them: signed depth from
-        one shot, by ``"equalise"`` only.
+        one shot, by ``"dual-pixels"``, which takes the place of ``"equalise"``.
     method
         How blur is measured.
 
@@ -155,7 +158,8 @@ def recover_depth(
         - ``"spectra"``: regression of the log ratio of patches' spectra (Eqs. 7-11);
         - ``"ratio"``: the real-time form, the ratio of Laplacian energies (section III); two views of one focus;
         - ``"edges"``: sharp edges, from one view (Eqs. 2-6): valid on contours only;
-        - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model.
+        - ``"autofocus"``: the best focus of a stack of three or more focus settings at one aperture; no blur model;
+        - ``"dual-pixels"``: the displacement of the left and right half of one lens; their default.
     near
         Nearest distance of the search, in metres.  [default: where blur is 16 pixels]
     far
@@ -247,36 +251,42 @@ def recover_depth(
     """
     views = checked_views(views)
     points = checked_points(known_points)
-    if method not in tuple(METHODS):
-        raise InputError(f"method is {method!r}, but must be one of {', '.join(METHODS)}.")
+    check_one_of("method", method, METHODS)
+    if method == "equalise" and halves_of(views) is not None:
+        method = "dual-pixels"
     say = progress or (lambda share, words: None)
     source = blur_source(psf, k)
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
-    settings.check(len(views))
-    check_usable(views, method, window)
+    problem = problem_of(views, settings)
     # Imported here, for `import focalgradient` to stay light.
     from focalgradient.depth.causes import likely_causes, shows_nothing
-    from focalgradient.depth.estimate import Problem
-    from focalgradient.depth.registration import RegisteredViews
-    from focalgradient.depth.search import Search
     from focalgradient.parallel import linear_algebra_on_one_thread
 
-    optics = [view.optics for view in views]
-    settings = settings.resolved(optics)
-    check_blur(method, settings.psf)
-    estimator = METHODS[method].load() if halves_of(views) is None else _loaded("dual_pixel")
-    estimator.check(views)
-    search = Search.over(optics, views[0].pixel_angle, near, far, settings.psf)
-    say(0.0, "registering the views")
-    problem = Problem(views, RegisteredViews.of(views, align), search, settings)
     with linear_algebra_on_one_thread:
-        estimate = estimator.estimate(problem)
+        estimate = METHODS[method].load().estimate(problem)
     causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
     found = with_known_points(_depth_map(problem, estimate, causes), points)
     return completed(found, views, window) if dense else found
+
+
+def problem_of(views: Sequence[View], settings: RecoverySettings) -> Problem:
+    """Return the checked and registered views with their search range, for the method of the settings."""
+    settings.check(len(views))
+    check_usable(views, settings.method, settings.window)
+    from focalgradient.depth.estimate import Problem
+    from focalgradient.depth.registration import RegisteredViews
+    from focalgradient.depth.search import Search
+
+    optics = [view.optics for view in views]
+    settings = settings.resolved(optics)
+    check_blur(settings.method, settings.psf)
+    METHODS[settings.method].load().check(views)
+    search = Search.over(optics, views[0].pixel_angle, settings.near, settings.far, settings.psf)
+    settings.progress(0.0, "registering the views")
+    return Problem(views, RegisteredViews.of(views, settings.align), search, settings)
 
 
 def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap:
@@ -391,6 +401,8 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
             f"{len(views)} view{'s' * (len(views) != 1)} given, but method {method!r} needs {least} or more: add a "
             "view."
         )
+    if METHODS[method].of_halves and halves_of(views) is None:
+        raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")
     if most is not None and len(views) > most:
         raise InputError(f"{len(views)} views given, but method {method!r} takes {most} at most: give fewer.")
     for number, view in enumerate(views, 1):
@@ -407,7 +419,7 @@ def check_usable(views: Sequence[View], method: MethodName, window: float) -> No
     optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
     stated = [capabilities(view.optics) for view in views]
     for view, one in zip(views, stated, strict=True):
-        if not one.uniform and halves_of(views) is None:
+        if not (one.uniform or METHODS[method].of_halves):
             raise InputError(
                 f"the blur of {type(view.optics).__name__} varies over the field (uniform = False), which no method "
                 "can use: crop the views to a part of the field, and give the optics of that part."

@@ -11,13 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, disc_pass, plane
-from focalgradient.depth.settings import BlurSource
+from focalgradient.depth.settings import OPTICS, BlurSource
 from focalgradient.errors import InputError
-from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities
+from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities, own_blur
 from focalgradient.plausibility import check_range
 from focalgradient.psf import Disc, Geometric, Psf
 
-__all__ = ["Blurs", "Search"]
+__all__ = ["Blurs", "Search", "view_blur"]
 
 LARGEST_BLUR = 16.0
 """Maximum blur radius in pixels of the widest view if the user sets no limit; limits the time. Chosen by hand."""
@@ -226,13 +226,7 @@ class Search:
             raise InputError(
                 f"psf is 'optics', but the views' optics ({names}) offer no blur of their own: give 'disc'."
             )
-        own = [stated.blur if isinstance(psf, str) else None for stated in self.stated]
-        shape = Disc() if isinstance(psf, str) else psf
-        # Each with a pixel in its unit of angle: geometric blur is counted in pixels.
-        formed = [
-            (blur, self.pixel_angle) if blur else (blur_of(Geometric(shape, 2 * pixels, focus)), 1.0)
-            for blur, pixels, focus in zip(own, self.pixels.tolist(), self.focus.tolist(), strict=True)
-        ]
+        formed = [view_blur(optics, psf, self.pixel_angle) for optics in self.optics]
         at = ROUND if all(blur.isotropic for blur, _ in formed) else plane(_finest(formed))
         transfer = np.stack([self._transfer(*one, at) for one in formed])
         if isinstance(psf, Psf):
@@ -262,6 +256,19 @@ class Search:
         if blur.isotropic:
             return blur.transfer(at.radius / pixel, self.vergences[:, None])
         return _kept(_through_focus, blur)(pixel, self.lowest, self.highest, self.levels, at)
+
+
+def view_blur(optics: Optics, psf: BlurSource, pixel_angle: float) -> tuple[OwnBlur, float]:
+    """Return the blur of a view: of the shape `psf`, or the optics' own; by default a disc's. With it a pixel's angle.
+
+    The angle is 1 for blur by a shape, which is counted in pixels. By ``"auto"`` optics that form views by rays blur by
+    a disc, too.
+    """
+    own = own_blur(optics) if isinstance(psf, str) else None
+    if own is not None and (own.forms_views or psf == OPTICS):
+        return own, pixel_angle
+    shape = Disc() if isinstance(psf, str) else psf
+    return blur_of(Geometric(shape, optics.aperture_diameter / pixel_angle, optics.focus_vergence)), 1.0
 
 
 def _finest(formed: Sequence[tuple[OwnBlur, float]]) -> float:

@@ -31,7 +31,7 @@ __all__ = [
 LEAST_SIDE, WINDOWS = 32, 4
 """Minimum side of a view in pixels, and in windows. Chosen by hand."""
 
-MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus"]
+MethodName = Literal["equalise", "spectra", "ratio", "edges", "autofocus", "dual-pixels"]
 
 
 AUTO, OPTICS = "auto", "optics"
@@ -89,15 +89,15 @@ class RecoverySettings:
     def resolved(self, optics: Sequence[Optics]) -> RecoverySettings:
         """Return the same, with `AUTO` decided: these `optics`' own blur where any offer it, else a disc.
 
-        Equalisation alone can use a blur of any form, and autofocus uses none. With other methods a disc must be asked
-        for where optics offer another blur.
+        Equalisation and dual pixels alone use the optics' own blur, and autofocus uses none. With other methods a disc
+        must be asked for where optics offer another blur.
         """
         own = [one for one in map(own_blur, optics) if one is not None and one.forms_views]
         if self.psf != AUTO:
             return self
         if not own:
             return replace(self, psf=Disc())
-        if self.method in ("equalise", "autofocus"):
+        if self.method in ("equalise", "autofocus", "dual-pixels"):
             return replace(self, psf=OPTICS)
         raise InputError(
             f"the optics ({own[0].name}) offer a blur of their own, which method {self.method!r} cannot use: take "

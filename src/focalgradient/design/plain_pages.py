@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from focalgradient.design.plan import Trial
 from focalgradient.design.sequence import Page, Standard
 from focalgradient.design.words import Words
-from focalgradient.tasks import Task
+
+if TYPE_CHECKING:
+    from focalgradient.tasks.base import Task
 
 __all__ = ["PlainPages"]
 

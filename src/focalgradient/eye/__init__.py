@@ -6,30 +6,24 @@ frequencies in cycles per radian; formulas for a pupil take cycles per degree, a
 name.
 """
 
-import warnings
-from importlib import import_module
-from typing import Any
-
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
 from focalgradient.eye.age import (
     accommodation_amplitude,
     aged_light,
     lens_density,
     natural_pupil,
-    push_up_amplitude,
 )
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
-from focalgradient.eye.colours import band_image, cone_images
+from focalgradient.eye.colours import cone_images
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.description import EyeDescription, read_eye
-from focalgradient.eye.diffraction import cutoff_cpd, lommel_point_spread, mean_eye_mtf, optical_transfer
+from focalgradient.eye.diffraction import cutoff_cpd, mean_eye_mtf, optical_transfer
 from focalgradient.eye.fluctuation import Microfluctuations, Oscillation, growth
 from focalgradient.eye.gaussian import GaussianFit, best_gaussian
 from focalgradient.eye.light import (
     Band,
     Light,
-    band_difference,
     band_light,
     cone_fundamentals,
     illuminant,
@@ -61,7 +55,7 @@ from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.typical import typical_aberrations
 from focalgradient.eye.viewing import EXTREMES_S, ViewingConditions, compared_views
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
-from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
+from focalgradient.eye.wavefront import Aberrations, zernike
 from focalgradient.eye.zones import ZonedLens
 
 __all__ = [
@@ -117,8 +111,6 @@ __all__ = [
     "accommodation_amplitude",
     "accommodation_views",
     "aged_light",
-    "band_difference",
-    "band_image",
     "band_light",
     "band_picture",
     "band_views",
@@ -143,7 +135,6 @@ __all__ = [
     "image_quality",
     "learn_chromatic_scale",
     "lens_density",
-    "lommel_point_spread",
     "luminosity",
     "mean_eye_mtf",
     "midget_density",
@@ -155,8 +146,6 @@ __all__ = [
     "parts_needed",
     "point_images",
     "point_spread",
-    "pupil_transfer",
-    "push_up_amplitude",
     "read_eye",
     "read_zernike",
     "recover_eye_depth",
@@ -168,19 +157,4 @@ __all__ = [
     "track",
     "typical_aberrations",
     "zernike",
-    "zernike_defocus",
 ]
-
-MOVED = (
-    *("ConeMosaic", "FixationalMovements", "SpectralImage", "TwoEyes", "cone_density", "cone_nyquist_cpd"),
-    *("read_isetbio", "retinal_spectra", "save_isetbio", "scene_spectra"),
-)
-"""Names that were here and are in `focalgradient.retina`."""
-
-
-def __getattr__(name: str) -> Any:
-    if name not in MOVED:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    text = f"{name} is now in focalgradient.retina; its name in focalgradient.eye goes in 0.3."
-    warnings.warn(text, DeprecationWarning, stacklevel=2)
-    return getattr(import_module("focalgradient.retina"), name)

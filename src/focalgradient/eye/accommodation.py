@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -30,6 +30,7 @@ from focalgradient.eye.target import Target
 from focalgradient.eye.track import NEAREST, Motion, Tracker
 from focalgradient.progress import Progress
 from focalgradient.psf import disc_transfer
+from focalgradient.quantities import Range
 from focalgradient.view import View
 
 __all__ = ["Accommodation", "Course", "Cue", "Rendering", "Stimulus", "accommodate", "target_course"]
@@ -78,20 +79,16 @@ class Stimulus:
     """
 
     target: Target = field(default_factory=Target)
-    light_nm: float | None = None
+    light_nm: Annotated[float, Range("nanometres")] | None = None
     illuminant: str = "D65"
-    chromatic_scale: float = 1.0
+    chromatic_scale: Annotated[float, Range("multiples of the eye's aberration")] = 1.0
     focus_flicker: Sequence[TimeCourse] = ()
     contrast_flicker: Sequence[TimeCourse] = ()
     rendering: Rendering = "none"
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_number("chromatic_scale", self.chromatic_scale, "multiples of the eye's aberration")
-        if self.rendering not in get_args(Rendering):
-            raise InputError(f"rendering is {self.rendering!r}, but must be one of {', '.join(get_args(Rendering))}.")
         if self.light_nm is not None:
-            check_number("light_nm", self.light_nm, "nanometres")
             chromatic_difference(self.light_nm)
 
 
@@ -136,23 +133,18 @@ class Accommodation:
     pulse: Pulse | None = field(default_factory=Pulse)
     fluctuation: TimeCourse | None = field(default_factory=Microfluctuations)
     motion: Motion = field(default_factory=Motion)
-    noise: float = 0.2
-    rate: float = 10.0
-    fixation: float = 0.5
-    horizon: float = 0.5
+    noise: Annotated[float, Range("shares of the mean", positive=True)] = 0.2
+    rate: Annotated[float, Range("hertz", positive=True)] = 10.0
+    fixation: Annotated[float, Range("seconds", positive=True)] = 0.5
+    horizon: Annotated[float, Range("seconds", 0)] = 0.5
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.cue not in get_args(Cue):
-            raise InputError(f"cue is {self.cue!r}, but must be one of {', '.join(get_args(Cue))}.")
         check_pupil(self.pupil_diameter)
         if not (self.fluctuation is None or callable(getattr(self.fluctuation, "at", None))):
             raise InputError(
                 f"fluctuation is {described(self.fluctuation)}, but must be a course in time: give Microfluctuations()."
             )
-        for name, unit in (("noise", "shares of the mean"), ("rate", "hertz"), ("fixation", "seconds")):
-            check_number(name, getattr(self, name), unit, positive=True)
-        check_number("horizon", self.horizon, "seconds", least=0)
 
     @property
     def bands(self) -> tuple[Band, ...]:

@@ -1,4 +1,4 @@
-"""Wave optics of a clear, round, defocused pupil: transfer function (Hopkins 1955) and point spread (Lommel).
+"""Wave optics of a clear, round, defocused pupil: its transfer function (Hopkins 1955).
 
 The pupil's wavefront departs from the sphere by the defocus x r^2 / 2. The transfer is the autocorrelation of the
 pupil: over the overlap of the pupil with its shifted copy, all but one integral are solved analytically. Frequencies
@@ -16,7 +16,7 @@ from focalgradient.errors import FocalGradientWarning, check_finite, check_numbe
 from focalgradient.eye.quadrature import RADIANS, panels
 from focalgradient.eye.ranges import check_pupil, wavelengths
 
-__all__ = ["clear_transfer", "cutoff_cpd", "lommel_point_spread", "mean_eye_mtf", "optical_transfer"]
+__all__ = ["clear_transfer", "cutoff_cpd", "mean_eye_mtf", "optical_transfer"]
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
@@ -143,78 +143,3 @@ def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[
     corner = 21.95 - 5.512 * mm + 0.3922 * mm**2
     diffraction = optical_transfer(frequency, pupil_diameter=pupil_diameter, wavelength_nm=555, defocus=0)
     return (1 + (frequency / corner) ** 2) ** -0.62 * np.sqrt(np.maximum(diffraction, 0))
-
-
-def lommel_point_spread(
-    angle: ArrayLike, *, pupil_diameter: float, wavelength_nm: float, defocus: float
-) -> NDArray[np.float64]:
-    """Return the point spread of a clear, round, defocused pupil by Lommel's functions, as in the paper's appendix.
-
-    With v = pi d angle / wavelength and u = pi D d^2 / (2 wavelength), the light relative to the centre of the spread
-    in focus is (2 / u)^2 (U1^2 + U2^2), where U_n(u, v) = sum over s of (-1)^s (u / v)^(n + 2s) J_(n + 2s)(v); for
-    v < u the same light is (2 / u)^2 [(V0 - cos w)^2 + (V1 - sin w)^2], with w = (u + v^2 / u) / 2 and V_n(u, v) =
-    sum over s of (-1)^s (v / u)^(n + 2s) J_(n + 2s)(v).
-
-    Parameters
-    ----------
-    angle
-        Radians from the centre, any shape.
-    pupil_diameter, wavelength_nm, defocus
-        As for `optical_transfer`.
-
-    Returns
-    -------
-    ndarray
-        Light per steradian, as a share of all the light: over the whole plane it sums to 1.
-
-    Raises
-    ------
-    InputError
-        If the pupil or the wavelength is not an eye's, or a number is not finite.
-
-    Examples
-    --------
-    The first dark ring, at 1.22 wavelengths / diameter, is lit by defocus.
-
-    >>> ring = 1.2197 * 555e-9 / 0.003
-    >>> eye = {"pupil_diameter": 0.003, "wavelength_nm": 555}
-    >>> [round(lommel_point_spread(ring, **eye, defocus=d).item() / 1e6, 2) for d in (0, 0.25)]
-    [0.0, 1.68]
-    """
-    check_pupil(pupil_diameter)
-    check_number("wavelength_nm", wavelength_nm, "nanometres")
-    check_number("defocus", defocus, "dioptres")
-    wavelength = 1e-9 * float(wavelengths(wavelength_nm))
-    radians = check_finite("angle", angle, "radians")
-    v = np.atleast_1d(np.pi * pupil_diameter * np.abs(radians) / wavelength)
-    u = np.pi * abs(defocus) * pupil_diameter**2 / (2 * wavelength)
-    light = np.empty_like(v)
-    middle = np.maximum(u, v) < 1e-2
-    # There the series divide nothing by nothing: the expansion to second order.
-    light[middle] = 1 - v[middle] ** 2 / 4 - u**2 / 48
-    outer, inner = ~middle & (v >= u), ~middle & (v < u)
-    if outer.any():
-        x = v[outer]
-        first, second = _lommel(1, u / x, x), u / x * _lommel(2, u / x, x)  # U1 v / u and U2 v / u: u may be 0
-        light[outer] = (2 / x) ** 2 * (first**2 + second**2)
-    if inner.any():
-        x = v[inner]
-        zeroth, first = _lommel(0, x / u, x), x / u * _lommel(1, x / u, x)  # V0 and V1
-        phase = (u + x**2 / u) / 2
-        light[inner] = (2 / u) ** 2 * ((zeroth - np.cos(phase)) ** 2 + (first - np.sin(phase)) ** 2)
-    peak = np.pi * pupil_diameter**2 / (4 * wavelength**2)
-    return (peak * light).reshape(radians.shape)
-
-
-def _lommel(order: int, ratio: NDArray[np.float64], x: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sum (-1)^s ratio^(2 s) J_(order + 2 s)(x) over s, for ratios up to 1."""
-    from scipy.special import jv  # deferred: slow to import
-
-    largest = float(x.max())
-    terms = 12 + int((largest + 12 * np.cbrt(largest)) / 2)  # Bessel functions vanish once their order exceeds x
-    power, total = np.ones_like(x), np.zeros_like(x)
-    for term in range(terms):
-        live = np.abs(power) > 1e-18
-        total[live] += power[live] * jv(order + 2 * term, x[live])
-        power *= -(ratio**2)
-    return total

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import check_pupil, ordered_times
+from focalgradient.quantities import Range
 
 __all__ = ["Microfluctuations", "Oscillation", "growth"]
 
@@ -83,16 +85,12 @@ class Oscillation:
     [0.25, -0.25]
     """
 
-    amplitude: float = 0.25
-    frequency: float = 2.0
-    phase: float = 0.0
+    amplitude: Annotated[float, Range("dioptres", 0)] = 0.25
+    frequency: Annotated[float, Range("hertz", positive=True)] = 2.0
+    phase: Annotated[float, Range("radians")] = 0.0
 
     def __post_init__(self) -> None:
-        check_number("amplitude", self.amplitude, "dioptres", least=0)
-        check_number("frequency", self.frequency, "hertz")
-        check_number("phase", self.phase, "radians")
-        if self.frequency <= 0:
-            raise InputError(f"frequency is {self.frequency!r}, but must be positive: give it in hertz.")
+        check_fields(self)
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the change of accommodation in dioptres at `times` (s, in order)."""
@@ -146,21 +144,16 @@ class Microfluctuations:
     0.163
     """
 
-    rms: float = 0.2
-    high_share: float = 0.15
-    beta: float = 1.3
-    lowest: float = 0.02
+    rms: Annotated[float, Range("dioptres", 0)] = 0.2
+    high_share: Annotated[float, Range("shares of the variance", 0, 1)] = 0.15
+    beta: Annotated[float, Range("powers of frequency", 0)] = 1.3
+    lowest: Annotated[float, Range("hertz", positive=True)] = 0.02
     seed: int = 0
-    drift: float = 0.0
+    drift: Annotated[float, Range("dioptres", 0)] = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_number("rms", self.rms, "dioptres", least=0)
-        check_number("drift", self.drift, "dioptres", least=0)
-        check_number("beta", self.beta, "powers of frequency", least=0)
-        if not (np.ndim(self.high_share) == 0 and 0 <= self.high_share <= 1):
-            raise InputError(f"high_share is {self.high_share!r}, but must be a share between 0 and 1.")
-        if not (np.ndim(self.lowest) == 0 and 0 < self.lowest < LOW_END):
+        if self.lowest >= LOW_END:
             raise InputError(f"lowest is {self.lowest!r}, but must be above 0 and below {LOW_END:g} Hz.")
         if self.drift and self.lowest <= SLOWEST:
             raise InputError(

@@ -13,14 +13,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_installed
+from focalgradient.errors import InputError, check_installed, check_one_of
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
 
 __all__ = [
     "Band",
     "Light",
-    "band_difference",
     "band_light",
     "band_sensitivity",
     "cone_fundamentals",
@@ -189,22 +188,10 @@ def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]
     >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()
     [0.137, 1.917]
     """
-    if band not in get_args(Band):
-        raise InputError(f"band is {band!r}, but must be one of {', '.join(get_args(Band))}.")
+    check_one_of("band", band, get_args(Band))
     if band == "luminance":
         return luminosity(wavelength_nm)
     return cone_fundamentals(wavelength_nm)[..., ["LMS".index(cone) for cone in band.split("+")]].sum(axis=-1)
-
-
-def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
-    """Return the distance in dioptres by which L and M cones together are focused farther than S cones.
-
-    The mean chromatic difference weighted by the bands' catches of an illuminant: the paper's "one dioptre".
-
-    >>> round(band_difference("E"), 3), round(band_difference("D65"), 3)
-    (0.823, 0.783)
-    """
-    return chromatic_scale * (band_light("L+M", light).difference() - band_light("S", light).difference())
 
 
 def spectra() -> Any:

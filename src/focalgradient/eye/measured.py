@@ -47,7 +47,9 @@ OTHER_TABLES = {
     "noll": "in Noll's order",
     "malacara": "in Malacara's order",
     **dict.fromkeys(("fringe", "wyant", "arizona", "loomis"), "in the order of the fringe (Wyant) polynomials"),
-    **dict.fromkeys(("born", "wolf", "mahajan", "zemax", "codev", "iso"), "in another order or normalisation"),
+    **dict.fromkeys(
+        ("born", "wolf", "mahajan", "zemax", "opticstudio", "codev", "iso"), "in another order or normalisation"
+    ),
     **dict.fromkeys(("unnormalised", "unnormalized", "peak"), "not normalised"),
     **dict.fromkeys(("waves", "wave", "wavelengths", "lambda", "λ", "rad", "radians"), "in waves"),
     **dict.fromkeys(("dioptres", "diopters", "dioptre", "diopter", "dpt"), "in dioptres"),

@@ -15,7 +15,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite
+from focalgradient.errors import InputError, check_finite, check_one_of
 
 __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 
@@ -45,8 +45,7 @@ FARTHEST = 60.0
 
 def check_meridian(meridian: object) -> None:
     """Raise `InputError` unless `meridian` is a meridian of the visual field."""
-    if meridian not in get_args(Meridian):
-        raise InputError(f"meridian is {meridian!r}, but must be one of {', '.join(get_args(Meridian))}.")
+    check_one_of("meridian", meridian, get_args(Meridian))
 
 
 def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArray[np.float64]:

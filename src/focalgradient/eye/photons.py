@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import cast
+from typing import Annotated, cast
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import check_fields
 from focalgradient.eye.light import Band, band_light, illuminant, luminosity
 from focalgradient.eye.ranges import check_pupil
 from focalgradient.eye.wavefront import share_of_light
+from focalgradient.quantities import Range
 
 __all__ = ["Photons"]
 
@@ -55,20 +56,14 @@ class Photons:
     [25124, 385]
     """
 
-    luminance: float
-    integration_time: float = 0.2
-    efficiency: float = 0.3
-    s_efficiency: float = 0.01
+    luminance: Annotated[float, Range("cd/m^2", positive=True)]
+    integration_time: Annotated[float, Range("seconds", positive=True)] = 0.2
+    efficiency: Annotated[float, Range("shares", most=1, positive=True)] = 0.3
+    s_efficiency: Annotated[float, Range("shares", most=1, positive=True)] = 0.01
     illuminant: str = "D65"
 
     def __post_init__(self) -> None:
-        for name, unit in (("luminance", "cd/m^2"), ("integration_time", "seconds")):
-            check_number(name, getattr(self, name), unit)
-            if not getattr(self, name) > 0:
-                raise InputError(f"{name} is {getattr(self, name)!r}, but must be positive: give it in {unit}.")
-        for name in ("efficiency", "s_efficiency"):
-            if not 0 < getattr(self, name) <= 1:
-                raise InputError(f"{name} is {getattr(self, name)!r}, but must be a share above 0 and at most 1.")
+        check_fields(self)
 
     def caught(self, band: str, pupil_diameter: float, pixel_angle: float, stiles_crawford: float = 0.0) -> float:
         """Return the mean number of quanta that a `band` catches from a square of `pixel_angle` (rad) by a pupil (m).

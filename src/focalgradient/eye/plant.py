@@ -13,12 +13,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite
+from focalgradient.quantities import Range
 
 __all__ = ["Plant"]
 
@@ -61,20 +63,15 @@ class Plant:
     [1.044, 2.825, 2.822]
     """
 
-    latency: float = 0.3
-    time_constant: float = 0.156
-    gain: float = 8.0
-    integrator: float = 2.5
-    rest: float = 1.4
-    nearest: float = 8.0
+    latency: Annotated[float, Range("seconds", 0)] = 0.3
+    time_constant: Annotated[float, Range("seconds", positive=True)] = 0.156
+    gain: Annotated[float, Range("dioptres per dioptre", 0)] = 8.0
+    integrator: Annotated[float, Range("seconds", positive=True)] = 2.5
+    rest: Annotated[float, Range("dioptres", 0)] = 1.4
+    nearest: Annotated[float, Range("dioptres", positive=True)] = 8.0
 
     def __post_init__(self) -> None:
-        check_number("latency", self.latency, "seconds", least=0)
-        for name in ("time_constant", "integrator"):
-            check_number(name, getattr(self, name), "seconds", positive=True)
-        check_number("gain", self.gain, "dioptres per dioptre", least=0)
-        check_number("nearest", self.nearest, "dioptres", positive=True)
-        check_number("rest", self.rest, "dioptres", least=0)
+        check_fields(self)
         if self.rest > self.nearest:
             raise InputError(f"rest is {self.rest!r} D, but must not lie nearer than nearest, {self.nearest!r} D.")
 

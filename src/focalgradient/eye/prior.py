@@ -12,17 +12,18 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
-from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_number, described
+from focalgradient.errors import FocalGradientWarning, InputError, check_fields, check_list, described
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.local_colour import ColouredCones, LocalColours, SeenContrast
 from focalgradient.eye.spectral import SpectralBasis
+from focalgradient.quantities import Range
 from focalgradient.view import View
 
 __all__ = ["EyePrior", "learn_chromatic_scale", "recover_eye_depth"]
@@ -75,15 +76,13 @@ class EyePrior:
     0.25
     """
 
-    chromatic_scale: float = 1.0
-    chromatic_scale_sd: float = SCALE_SD
-    focus_sd: float = 0.0
+    chromatic_scale: Annotated[float, Range("multiples of the mean eye's aberration", 0)] = 1.0
+    chromatic_scale_sd: Annotated[float, Range("multiples of the mean eye's aberration", 0)] = SCALE_SD
+    focus_sd: Annotated[float, Range("dioptres", 0)] = 0.0
     illuminants: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
-        check_number("chromatic_scale_sd", self.chromatic_scale_sd, "multiples of the mean eye's aberration", least=0)
-        check_number("focus_sd", self.focus_sd, "dioptres", least=0)
+        check_fields(self)
         for name in self.illuminants:
             SpectralBasis.of_srgb(name)  # refuses an unknown light
 

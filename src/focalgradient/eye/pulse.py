@@ -10,12 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import check_number
+from focalgradient.errors import check_fields
 from focalgradient.eye.plant import Plant
+from focalgradient.quantities import Range
 
 __all__ = ["Pulse", "PulsedPlant"]
 
@@ -54,18 +56,14 @@ class Pulse:
     5.29
     """
 
-    velocity: float = 1.12
-    velocity_per_dioptre: float = 1.39
-    acceleration: float = 22.5
-    acceleration_per_dioptre: float = 8.84
-    least: float = 0.4
+    velocity: Annotated[float, Range("dioptres per second", positive=True)] = 1.12
+    velocity_per_dioptre: Annotated[float, Range("1/s", 0)] = 1.39
+    acceleration: Annotated[float, Range("dioptres per second squared", positive=True)] = 22.5
+    acceleration_per_dioptre: Annotated[float, Range("1/s^2", 0)] = 8.84
+    least: Annotated[float, Range("dioptres", positive=True)] = 0.4
 
     def __post_init__(self) -> None:
-        check_number("velocity", self.velocity, "dioptres per second", positive=True)
-        check_number("velocity_per_dioptre", self.velocity_per_dioptre, "1/s", least=0)
-        check_number("acceleration", self.acceleration, "dioptres per second squared", positive=True)
-        check_number("acceleration_per_dioptre", self.acceleration_per_dioptre, "1/s^2", least=0)
-        check_number("least", self.least, "dioptres", positive=True)
+        check_fields(self)
 
     def peak(self, start: float) -> float:
         """Return the peak velocity (D/s) of disaccommodation from `start` (D)."""

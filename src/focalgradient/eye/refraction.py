@@ -10,13 +10,15 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number, check_one_of, described
+from focalgradient.errors import InputError, check_fields, check_number, check_one_of, described
 from focalgradient.eye.age import accommodation_amplitude
 from focalgradient.eye.ranges import check_kind
+from focalgradient.quantities import Range
 
 __all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of", "worn_of"]
 
@@ -63,25 +65,16 @@ class Refraction:
     >>> one = Refraction.parse("-2.00 -0.75 x 180")
     >>> one, [round(part, 3) for part in one.power_vector]
     (Refraction(sphere=-2.0, cylinder=-0.75, axis=180.0), [-2.375, 0.375, 0.0])
-    >>> print(Refraction.of_power_vector(-2.375, 0.375, 0.0))
+    >>> print(one)
     -2.00 -0.75 x 180
     """
 
-    sphere: float = 0.0
-    cylinder: float = 0.0
-    axis: float = 0.0
+    sphere: Annotated[float, Range("dioptres", -LARGEST, LARGEST)] = 0.0
+    cylinder: Annotated[float, Range("dioptres", -LARGEST, LARGEST)] = 0.0
+    axis: Annotated[float, Range("degrees", 0, 180)] = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("sphere", "cylinder"):
-            value = getattr(self, name)
-            check_number(name, value, "dioptres")
-            if abs(value) > LARGEST:
-                raise InputError(
-                    f"{name} is {value:g}, but must be from {-LARGEST:g} to {LARGEST:g}: give it in dioptres."
-                )
-        check_number("axis", self.axis, "degrees")
-        if not 0 <= self.axis <= 180:
-            raise InputError(f"axis is {self.axis:g}, but must be from 0 to 180: give it in degrees.")
+        check_fields(self)
 
     @classmethod
     def parse(cls, text: str) -> Refraction:
@@ -95,15 +88,6 @@ class Refraction:
         sphere = found["sphere"].lower()
         numbers = (0.0 if sphere in ("plano", "pl") else float(sphere), found["cylinder"], found["axis"])
         return cls(*(float(one or 0) for one in numbers))
-
-    @classmethod
-    def of_power_vector(cls, m: float, j0: float, j45: float) -> Refraction:
-        """Return the refraction with this mean sphere and these Jackson cylinders (D), its cylinder negative."""
-        for name, value in (("m", m), ("j0", j0), ("j45", j45)):
-            check_number(name, value, "dioptres")
-        half = math.hypot(j0, j45)
-        axis = math.degrees(math.atan2(j45, j0)) / 2 % 180 if half else 0.0
-        return cls(m + half, -2 * half, axis or (180.0 if half else 0.0))
 
     @property
     def power_vector(self) -> tuple[float, float, float]:
@@ -142,14 +126,10 @@ class Correction:
     """
 
     power: Refraction | None = None
-    vertex: float = VERTEX
+    vertex: Annotated[float, Range("metres", 0, 0.03)] = VERTEX
 
     def __post_init__(self) -> None:
-        if self.power is not None:
-            check_kind("power", self.power, Refraction, PARSE)
-        check_number("vertex", self.vertex, "metres", least=0)
-        if self.vertex > 0.03:
-            raise InputError(f"vertex is {self.vertex:g}, but must be from 0 to 0.03: give it in metres.")
+        check_fields(self)
 
     def response(self, refraction: Refraction, looking_at: float, age: float | None = None) -> float:
         """Return the accommodation (D) with which an eye behind this lens focuses `looking_at` (D).

@@ -13,11 +13,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite
+from focalgradient.quantities import Range
 
 __all__ = ["Scatter"]
 
@@ -59,16 +61,11 @@ class Scatter:
     [0.27, 0.46]
     """
 
-    age: float = 25.0
-    pigment: float = 0.5
+    age: Annotated[float, Range("years", 0, 100)] = 25.0
+    pigment: Annotated[float, Range("units of the CIE's pigmentation factor", 0, 1.2)] = 0.5
 
     def __post_init__(self) -> None:
-        check_number("age", self.age, "years", least=0)
-        check_number("pigment", self.pigment, "units of the CIE's pigmentation factor", least=0)
-        if self.age > 100 or self.pigment > 1.2:
-            raise InputError(
-                f"age is {self.age:g} and pigment {self.pigment:g}, but must be at most 100 years and at most 1.2."
-            )
+        check_fields(self)
 
     def veil(self, angle_deg: ArrayLike) -> FloatArray:
         """Return the veiling luminance (cd/m^2) per lux of a glare source at `angle_deg`, 0.1 to 100 (any shape): 1/sr.

@@ -9,14 +9,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_number
+from focalgradient.errors import InputError, check_fields
 from focalgradient.optics import Optics
 from focalgradient.psf import pixel_transfer
+from focalgradient.quantities import Range
 from focalgradient.view import View
 
 __all__ = ["BandOptics", "Target"]
@@ -66,20 +67,14 @@ class Target:
     ([(64, 64), (64, 64)], True)
     """
 
-    contrast: float = 0.2
-    correlation: float = 0.95
-    finest_cpd: float = math.inf
+    contrast: Annotated[float, Range("shares of the mean", 0)] = 0.2
+    correlation: Annotated[float, Range("shares", most=1, positive=True)] = 0.95
+    finest_cpd: Annotated[float, Range("cycles per degree", positive=True, finite=False)] = math.inf
     shape: tuple[int, int] = (64, 64)
-    pixel_angle: float = math.radians(1 / 60)
+    pixel_angle: Annotated[float, Range("radians", positive=True)] = math.radians(1 / 60)
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_number("contrast", self.contrast, "shares of the mean", least=0)
-        check_number("pixel_angle", self.pixel_angle, "radians", positive=True)
-        if not (isinstance(self.correlation, float | int) and 0 < self.correlation <= 1):
-            raise InputError(f"correlation is {self.correlation!r}, but must be above 0 and at most 1.")
-        if not self.finest_cpd > 0:
-            raise InputError(f"finest_cpd is {self.finest_cpd!r}, but must be positive: give it in cycles per degree.")
         if min(self.shape) < 16:
             raise InputError(f"shape is {self.shape!r}, but a patch of at least 16 x 16 pixels is needed.")
 

@@ -12,7 +12,7 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.eye.accommodation import Accommodation, target_course
 from focalgradient.files import LARGEST_LIST, printable
-from focalgradient.files.cells import as_number, name_and_unit
+from focalgradient.files.cells import name_and_unit
 from focalgradient.files.tables import read_cells
 
 __all__ = ["TargetMotion"]
@@ -94,19 +94,11 @@ class TargetMotion:
         if len(points.rows) < 2 or any(len(row) != 2 for row in points.rows):
             raise InputError(f"{name} must contain at least two lines of time,dioptres, in seconds and dioptres.")
         units = [_unit(name, heading, column) for column, heading in enumerate(points.header or ("", ""))]
-        table = []
-        for number, row in zip(points.places, points.rows, strict=True):
-            values = [as_number(cell) for cell in row]
-            for column, (value, unit) in enumerate(zip(values, units, strict=True)):
-                if value is None or (unit < 0 and value <= 0):
-                    wanted = "a number of seconds" if column == 0 else "a number of dioptres" if unit > 0 else "above 0"
-                    raise InputError(
-                        f"{name}, row {number}: cell {column + 1} is {row[column]!r}, but must be {wanted}."
-                    )
-            table.append(
-                [v * u if u > 0 else -1 / (v * u) for v, u in zip(values, units, strict=True) if v is not None]
-            )
-        times, vergences = np.array(table).T
+        times = np.array(points.numbers(0, "a number of seconds")) * units[0]
+        if units[1] > 0:
+            vergences = np.array(points.numbers(1, "a number of dioptres")) * units[1]
+        else:
+            vergences = -1 / (np.array(points.numbers(1, "above 0", lowest=math.ulp(0.0))) * units[1])
         if np.any(np.diff(times) < 0) or times[0] < 0:
             raise InputError(f"{name} has times that decrease or are negative: sort its lines by time.")
         if not 0 < times[-1] <= LONGEST_S:
@@ -123,6 +115,10 @@ VERGENCES = {
 }
 """Units that the headings of a course may state, with the factor to seconds and dioptres; negative: of distances."""
 
+COUNTS = ("frame", "sample", "index", "row", "trial")
+OTHER_COLUMN = ((*COUNTS, "diopt", "vergence", "distance"), (*COUNTS, "time", "zeit", "temps", "second"))
+"""Beginnings of names that the first and the second column may not have."""
+
 
 def _unit(name: str, heading: str, column: int) -> float:
     """Return the factor of the unit that a heading states; negative if the column holds distances.
@@ -133,6 +129,8 @@ def _unit(name: str, heading: str, column: int) -> float:
     text, unit = name_and_unit(heading)
     known = (SECONDS, VERGENCES)[column]
     unit = unit or (text if text in known else "")
+    if not unit and (text.startswith(OTHER_COLUMN[column]) or text in (VERGENCES, SECONDS)[column]):
+        unit = text
     if column == 1 and not unit and "distance" in text:
         unit = "distance of unknown unit"
     if unit not in known or (column == 1 and "distance" in text and known[unit] > 0):

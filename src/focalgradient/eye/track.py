@@ -12,13 +12,15 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.equalise.patch import likelihood_of_transfers, ring_transfer
-from focalgradient.errors import InputError, check_finite, check_list, check_number
+from focalgradient.errors import InputError, check_fields, check_finite, check_list, check_number
 from focalgradient.progress import Progress
+from focalgradient.quantities import Range
 from focalgradient.view import View
 
 __all__ = ["Motion", "Track", "Tracker", "track"]
@@ -73,20 +75,15 @@ class Motion:
     All but `rest` by default are our choices.
     """
 
-    rest: float = 1.4
-    spread: float = 1.5
-    drift: float = 0.2
-    jumps: float = 0.2
-    speed: float = 1.0
-    persistence: float = 0.4
+    rest: Annotated[float, Range("dioptres")] = 1.4
+    spread: Annotated[float, Range("dioptres", positive=True)] = 1.5
+    drift: Annotated[float, Range("dioptres per root second", 0)] = 0.2
+    jumps: Annotated[float, Range("jumps per second", 0)] = 0.2
+    speed: Annotated[float, Range("dioptres per second", 0)] = 1.0
+    persistence: Annotated[float, Range("seconds", positive=True)] = 0.4
 
     def __post_init__(self) -> None:
-        check_number("rest", self.rest, "dioptres")
-        check_number("spread", self.spread, "dioptres", positive=True)
-        check_number("drift", self.drift, "dioptres per root second", least=0)
-        check_number("jumps", self.jumps, "jumps per second", least=0)
-        check_number("speed", self.speed, "dioptres per second", least=0)
-        check_number("persistence", self.persistence, "seconds", positive=True)
+        check_fields(self)
 
     def expected(self, vergences: FloatArray) -> FloatArray:
         """Return the prior probability of each of `vergences`."""

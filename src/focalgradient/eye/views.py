@@ -230,7 +230,7 @@ def eye_views(
     for number, one in enumerate(cones):
         mixed = one.light != cones[0].light
         mix = (gain * shares[0], gain * shares[1]) if mixed else (1.0, 0.0)
-        views.append(_Formed(scene, one, shape, pixel_angle, mix, noise, samples, seed, number))
+        views.append(_Source(scene, one, shape, pixel_angle, mix, noise, samples, seed, number))
     seen = []
     for rendered in in_order(executor, _formed, views):
         seen.append(rendered)
@@ -286,8 +286,12 @@ def _colours(
     return estimate_colours(catches, basis, eye, pixel_angle)
 
 
+Seen = tuple[NDArray[np.float64], NDArray[np.float64]]
+"""Image without noise, and the distance of each pixel in metres: H x W each."""
+
+
 @dataclass(frozen=True, slots=True)
-class _Formed:
+class _Source:
     """Source of a view; `number` is its index among the views, which its noise depends on."""
 
     scene: SceneInput
@@ -301,16 +305,15 @@ class _Formed:
     number: int
 
 
-def _formed(of: _Formed) -> Rendered:
+def _formed(of: _Source) -> Rendered:
     if isinstance(of.scene, tuple):
-        optics, image, distance = _of_picture(of.scene, of.cones, of.pixel_angle)
+        image, distance = _of_picture(of.scene, of.cones, of.pixel_angle)
     elif isinstance(of.scene, Scene):
-        by = _scene_by_waves if of.cones.by_waves else _by_rays
-        optics, image, distance = by(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.samples, of.seed)
+        image, distance = (_scene_by_waves if of.cones.by_waves else _by_rays)(of, of.scene)
     else:
-        optics, image, distance = _by_waves(of.scene, of.cones, of.shape, of.pixel_angle, of.mix, of.seed)
-    image = _noisy(image, optics, of.pixel_angle, of.noise, np.random.default_rng([of.seed, 3, of.number]))
-    return Rendered(View(image.astype(np.float32), optics, of.pixel_angle), distance)
+        image, distance = _by_waves(of, of.scene)
+    image = _noisy(image, of.cones, of.pixel_angle, of.noise, np.random.default_rng([of.seed, 3, of.number]))
+    return Rendered(View(image.astype(np.float32), of.cones, of.pixel_angle), distance)
 
 
 def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]) -> None:
@@ -334,9 +337,7 @@ def _check_scene(scene: object, shape: tuple[int, int], mix: tuple[float, float]
         )
 
 
-def _of_picture(
-    scene: tuple[ArrayLike | SpectralPicture, ArrayLike], cones: Cones, pixel_angle: float
-) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+def _of_picture(scene: tuple[ArrayLike | SpectralPicture, ArrayLike], cones: Cones, pixel_angle: float) -> Seen:
     """Return a picture of known depth as caught by the cones of a band, blurred by waves at each distance."""
     picture, distance = scene[0], np.asarray(scene[1], dtype=float)
     if isinstance(picture, SpectralPicture) or np.ndim(picture) == 3:
@@ -349,47 +350,30 @@ def _of_picture(
             finest_cpd=cones.finest_cpd,
             model=cones.model,
         )
-        return cones, seen, distance
-    return cones, blur_picture(picture, distance, cones, pixel_angle=pixel_angle).astype(float), distance
+        return seen, distance
+    return blur_picture(picture, distance, cones, pixel_angle=pixel_angle).astype(float), distance
 
 
-def _by_rays(
-    scene: Scene,
-    cones: Cones,
-    shape: tuple[int, int],
-    pixel_angle: float,
-    mix: tuple[float, float],
-    samples: int,
-    seed: int,
-) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+def _by_rays(of: _Source, scene: Scene) -> Seen:
     """Return the scene by rays; its textures are mixed with others, and the remainder has no texture."""
-    parts = _parts(scene, mix)
-    image = np.zeros(shape)
-    for weight, painted in parts:
-        for eye, share in zip(cones.eyes(), cones.shares, strict=True):
-            rendered = cast(painted, eye, shape, pixel_angle, samples=samples, seed=seed)
+    image = np.zeros(of.shape)
+    for weight, painted in _parts(scene, of.mix):
+        for eye, share in zip(of.cones.eyes(), of.cones.shares, strict=True):
+            rendered = cast(painted, eye, of.shape, of.pixel_angle, samples=of.samples, seed=of.seed)
             image += weight * share * rendered.view.image
     _check_depth(rendered.distance)
-    if np.isfinite(cones.finest_cpd):
-        image = _filtered(image, pixel_angle, lambda frequency: sampling(frequency, cones.finest_cpd))
-    return cones, image, rendered.distance
+    if np.isfinite(of.cones.finest_cpd):
+        image = _filtered(image, of.pixel_angle, lambda frequency: sampling(frequency, of.cones.finest_cpd))
+    return image, rendered.distance
 
 
-def _scene_by_waves(
-    scene: Scene,
-    cones: Cones,
-    shape: tuple[int, int],
-    pixel_angle: float,
-    mix: tuple[float, float],
-    samples: int,
-    seed: int,
-) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+def _scene_by_waves(of: _Source, scene: Scene) -> Seen:
     """Return the scene blurred by waves: pinhole picture and occluded parts, spread by the cones' own blur."""
-    image, distance = blur_scene(
-        _parts(scene, mix), cones, shape, pixel_angle, samples=max(1, samples // PINHOLE_SHARE), seed=seed
-    )
+    samples = max(1, of.samples // PINHOLE_SHARE)
+    parts = _parts(scene, of.mix)
+    image, distance = blur_scene(parts, of.cones, of.shape, of.pixel_angle, samples=samples, seed=of.seed)
     _check_depth(distance)
-    return cones, image.astype(float), distance
+    return image.astype(float), distance
 
 
 def _parts(scene: Scene, mix: tuple[float, float]) -> list[tuple[float, Scene]]:
@@ -416,27 +400,26 @@ def _painted(scene: Scene, other: int, contrast: float) -> Scene:
     return replace(scene, objects=tuple(things))
 
 
-def _by_waves(
-    distance: float, cones: Cones, shape: tuple[int, int], pixel_angle: float, mix: tuple[float, float], seed: int
-) -> tuple[Cones, NDArray[np.float64], NDArray[np.float64]]:
+def _by_waves(of: _Source, distance: float) -> Seen:
     """Return a wall with a natural texture, filtered by the cones' transfer; it is wider than the frame."""
-    side = int(2 ** math.ceil(math.log2(1.5 * max(shape))))
+    side = int(2 ** math.ceil(math.log2(1.5 * max(of.shape))))
     down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
     radial = np.hypot(down, right)
     radial[0, 0] = np.inf
     fields = [
         np.fft.irfft2(
-            np.where(radial < 0.5, np.fft.rfft2(_texture_stream(seed, part).standard_normal((side, side))), 0) / radial,
+            np.where(radial < 0.5, np.fft.rfft2(_texture_stream(of.seed, part).standard_normal((side, side))), 0)
+            / radial,
             (side, side),
         )
         for part in (0, 1)
     ]
-    texture = sum(weight * field / field.std() for weight, field in zip(mix, fields, strict=True))
+    texture = sum(weight * field / field.std() for weight, field in zip(of.mix, fields, strict=True))
     radial[0, 0] = 0
-    seen = _whole_transfer(cones, side, pixel_angle, 1 / distance) * pixel_transfer(down, right)
+    seen = _whole_transfer(of.cones, side, of.pixel_angle, 1 / distance) * pixel_transfer(down, right)
     whole = 1 + CONTRAST * np.fft.irfft2(np.fft.rfft2(texture) * seen, (side, side))
-    top, left = ((side - n) // 2 for n in shape)
-    return cones, whole[top : top + shape[0], left : left + shape[1]], np.full(shape, float(distance))
+    rows, columns = (slice((side - n) // 2, (side - n) // 2 + n) for n in of.shape)
+    return whole[rows, columns], np.full(of.shape, float(distance))
 
 
 def _texture_stream(seed: int, part: int) -> np.random.Generator:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 
-__all__ = ["NUMBER", "SUFFIXES", "as_number", "is_date", "name_and_unit"]
+__all__ = ["NUMBER", "SUFFIXES", "as_number", "codes_of", "is_date", "name_and_unit"]
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
 """Number with a decimal point."""
@@ -18,6 +19,16 @@ DATE = re.compile(
     re.IGNORECASE,
 )
 """Dates as spreadsheet programs and their CSV files write them."""
+
+CODE = re.compile(
+    r"-?9{2,}(?:[.]9+)?|-9|-?8{3,}|-?(?:32767|32768|65535|2147483647|2147483648|4294967295)|"
+    r"-?(?:3[.]402823|9[.]96920|9[.]96921|1[.]797693)\d*e[+]?\d+",
+    re.IGNORECASE,
+)
+"""Codes of missing values: 99, 999, -9, 888, and the largest numbers of 16 and 32 bits and of floating point."""
+
+MIN_CODE_RATIO = 10.0
+"""Minimum ratio of a positive code to all other numbers: 99 among answers up to 98 is an answer."""
 
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$")
 
@@ -53,6 +64,20 @@ def as_number(cell: str) -> float | None:
     text = cell.strip().replace("−", "-")
     value = float(text) if text.isascii() and NUMBER.fullmatch(text) else float("inf")
     return value if abs(value) < float("inf") else None
+
+
+def codes_of(cells: Iterable[str], *, signed: bool = False) -> frozenset[str]:
+    """Return the cells that mark missing values: codes far above all other numbers, or negative unless `signed`.
+
+    >>> sorted(codes_of(["1.2", "0.9", "999", "-99.0", "65535"])), sorted(codes_of(["88", "99", "-99"], signed=True))
+    (['-99.0', '65535', '999'], [])
+    """
+    values = {cell: value for cell in cells if (value := as_number(cell)) is not None}
+    codes = {cell for cell in values if CODE.fullmatch(re.sub(r"[.]0+$", "", cell.strip()))}
+    most = max((abs(value) for cell, value in values.items() if cell not in codes), default=float("inf"))
+    return frozenset(
+        cell for cell in codes if (values[cell] < 0 and not signed) or abs(values[cell]) > MIN_CODE_RATIO * most
+    )
 
 
 def is_date(cell: str) -> bool:

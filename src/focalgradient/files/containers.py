@@ -6,6 +6,7 @@ import io
 import json
 import re
 import zipfile
+from collections.abc import Iterator
 from contextlib import suppress
 from typing import Any
 
@@ -119,16 +120,11 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     if not re.match(r'\[\s*[\[{\]]|\{\s*["}]', start) and not _is_json(start):
         return None
     try:
-        values = [parse_json(start, name)]
+        values = [parse_json(part, name) for part in _values(start)]
     except InputError as error:
-        lines = [line for line in start.splitlines() if line.strip()]
-        if len(lines) < 2 or not all(line.lstrip().startswith(("{", "[")) for line in lines):
-            if "NaN is not JSON" in str(error):
-                raise InputError(
-                    f"{name} is JSON with NaN, which JSON lacks: write null for missing values."
-                ) from error
-            raise InputError(f"{name} is JSON, but is damaged: {error}") from error
-        values = [parse_json(line, f"{name}, line {number}") for number, line in enumerate(lines, start=1)]
+        if "NaN is not JSON" in str(error):
+            raise InputError(f"{name} is JSON with NaN, which JSON lacks: write null for missing values.") from error
+        raise InputError(f"{name} is JSON, but is damaged: {error}") from error
     lists = [value for value in values if isinstance(value, list)]
     results = [_objects(value, name) for value in values] if len(values) > 1 or not lists else _parts(lists[0], name)
     several = len(results) > 1 and any(len(result) > 1 for result in results)
@@ -141,6 +137,18 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     whole = {key.rpartition(".")[0] for key in header}
     header = [key for key in header if key not in whole or any(one.get(key) is not None for one in objects)]
     return [header, *([_text(one.get(key)) for key in header] for one in objects)]
+
+
+def _values(text: str) -> Iterator[str]:
+    """Yield the JSON values of a text: one, or several one behind the other, as of one a line."""
+    at, decode = 0, json.JSONDecoder().raw_decode
+    while at < len(text):
+        try:
+            end = decode(text, at)[1]
+        except (ValueError, RecursionError):
+            end = len(text)
+        yield text[at:end]
+        at = len(text) - len(text[end:].lstrip())
 
 
 def _is_json(text: str) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import csv
 import io
+import math
 import os
 import re
 from collections import Counter
@@ -13,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from focalgradient.errors import InputError
-from focalgradient.files.cells import NUMBER, SUFFIXES, as_number, is_date
+from focalgradient.files.cells import NUMBER, SUFFIXES, as_number, codes_of, is_date
 from focalgradient.files.containers import is_workbook, records_of, refuse_other_container
 from focalgradient.files.names import printable
 from focalgradient.files.reading import MOST_COLUMNS, check_width, read_bytes
@@ -166,6 +167,27 @@ class TextTable:
 
         return replace(self, rows=tuple(map(cells, self.rows)))
 
+    def numbers(
+        self, column: int, expected: str = "a number", *, lowest: float = -math.inf, empty: bool = False
+    ) -> list[float]:
+        """Return the numbers of a column, which has decimal points: see `with_points`; NaN where cells may be empty.
+
+        Raises
+        ------
+        InputError
+            If a cell is not a number, is below `lowest`, or is a code of missing values.
+        """
+        cells = [row[column].strip() for row in self.rows]
+        codes, numbers = codes_of(cells, signed=lowest < 0), []
+        for row, cell in enumerate(cells):
+            value = math.nan if empty and not cell else as_number(cell)
+            if cell in codes and not lowest > float(cell):
+                raise InputError(f"{self._place(row, column)} is {cell}, which marks a missing value: remove it.")
+            if value is None or value < lowest:
+                raise InputError(f"{self._place(row, column)} is {printable(cell)!r}, but must be {expected}.")
+            numbers.append(value)
+        return numbers
+
     def _place(self, row: int, column: int) -> str:
         named = self.header[column] if column < len(self.header) else ""
         return f"{self.name}, row {self.places[row]}: {printable(named) or f'cell {column + 1}'}"
@@ -287,7 +309,7 @@ def parse_table(
         names = second
         place, _ = kept.pop(0)
         notes.append(f"The column names are in two rows, of which {place} is the second: {', '.join(names)}.")
-    if names and kept and header and data.lstrip(b"\xef\xbb\xbf").startswith(b'"'):
+    if names and kept and header and (delimiter == " " or data.lstrip(b"\xef\xbb\xbf").startswith(b'"')):
         first = [cells[0] for _, cells in kept]
         if all(len(cells) == len(names) + 1 for _, cells in kept) and len(set(first)) == len(first):
             names.insert(0, "")
@@ -337,7 +359,7 @@ def _second_header(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
         for at, (cell, unit) in enumerate(zip(second, units, strict=True))
     ):
         return [f"{name} ({unit})" if unit not in ("", "-") else name for name, unit in zip(names, units, strict=True)]
-    gaps = [at for at in range(1, width) if not names[at]]
+    gaps = [at for at in range(1, width) if not names[at] or names[at] == names[at - 1]]
     if not names[0] or not gaps or not all(second[at] for at in gaps):
         return []
     joined: list[str] = []
@@ -345,7 +367,7 @@ def _second_header(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
     for name, part in zip(names, second, strict=True):
         top = name or top
         joined.append(f"{top} {part}".strip())
-    return joined
+    return joined if len({*joined}) == width else []
 
 
 def unique_names(header: Sequence[str]) -> list[str]:
@@ -444,7 +466,7 @@ def _delimiter(sample: Sequence[str], name: str, *, spaces: bool, columns: int |
     commas = columns is not None and all(line.count(",") == columns - 1 for line in sample)
     if commas and not any(mark in line for mark in ";\t" for line in sample):
         return ","
-    best, chosen = (0.0, 1), " " if spaces else ","
+    best, chosen = (0.0, False, 1), " " if spaces else ","
     words = [word for line in sample for word in line.split()] if spaces else [","]
     by_spaces = not any(word.startswith(",") or word.endswith((",", ";")) for word in words)
     for mark in ("\t", ";", *([" "] if by_spaces else []), ",", "|"):
@@ -466,7 +488,7 @@ def _delimiter(sample: Sequence[str], name: str, *, spaces: bool, columns: int |
         if widths[0] < 2 and not (min(widths[1:], default=1) > 1 if spaces else most > 2):  # a title may stand above
             continue
         like = most if spaces or widths[0] < 2 else widths[0]
-        score = (sum(width == like for width in widths) / len(widths), like)
+        score = (sum(width == like for width in widths) / len(widths), like == columns, like)
         if score > best and like > 1:
             best, chosen = score, mark
     if chosen == "," and spaces and sample and all(re.fullmatch(r"\s*[+-]?\d+,\d+\s*", line) for line in sample):

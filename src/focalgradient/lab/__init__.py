@@ -9,6 +9,7 @@ from collections.abc import Iterator, Mapping
 
 from focalgradient.lab import gaze_focus, necker, pinhole
 from focalgradient.lab.adjusting import adjust
+from focalgradient.lab.described import described_experiment, show_described
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
 from focalgradient.lab.forms import form, pages
 from focalgradient.lab.questions import Given, ask, ask_which
@@ -30,12 +31,14 @@ __all__ = [
     "adjust",
     "ask",
     "ask_which",
+    "described_experiment",
     "form",
     "gaze_focus",
     "necker",
     "pages",
     "pinhole",
     "run",
+    "show_described",
 ]
 
 
@@ -43,7 +46,9 @@ class _Experiments(Mapping[str, Experiment]):
     """Mapping from names to the experiments of all registered tasks, each constructed on access."""
 
     def __getitem__(self, name: str) -> Experiment:
-        return task_named(name).experiment()
+        task = task_named(name)
+        own: Experiment | None = task.experiment()
+        return own or described_experiment(task)
 
     def __iter__(self) -> Iterator[str]:
         return (task_named(name).called for name in task_names())

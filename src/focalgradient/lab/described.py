@@ -22,11 +22,12 @@ __all__ = ["described_experiment", "show_described"]
 
 
 def described_experiment(task: Task) -> Experiment:
-    """Return the experiment of a task."""
+    """Return the experiment of a task whose trials are described as data, or shown by its own `run`."""
+    trial = partial(show_described, task) if type(task).run is Task.run else task.run
     return Experiment(
         task=task.name,
         about=type(task).__doc__ or task.title,
-        trial=task.run,
+        trial=trial,
         pictures=task.needed,
         background=GREY,
         before=partial(_warm_up, task),
@@ -53,7 +54,9 @@ def _show_standard(sitting: Sitting) -> None:
 
 
 def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
-    """Run one trial as its task describes it; return the answer."""
+    """Run one trial as its task describes it, after the standard if it is due; return the answer."""
+    if getattr(trial, "standard_before", False):
+        _show_standard(sitting)
     return _adjusted(task, sitting, trial) if task.adjusts else _asked(task, sitting, trial)
 
 

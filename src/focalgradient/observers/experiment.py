@@ -16,7 +16,7 @@ from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTr
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.design.plan import Plan
 from focalgradient.errors import InputError
-from focalgradient.observers.answers import EncodedPictures
+from focalgradient.observers.answers import EncodedPictures, observe
 from focalgradient.observers.observer import Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
 from focalgradient.observers.thresholds import known_threshold, seen_threshold
@@ -178,7 +178,7 @@ def _threshold(design: BlurThresholdDesign, observer: Observer, label: str, seed
 
 def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ...]:
     design, observer, label, seed, encoded = job
-    return task_named(design.task).observe(design, observer, label, seed, encoded)
+    return observe(task_named(design.task), design, observer, label, seed, encoded)
 
 
 def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:

@@ -14,12 +14,14 @@ points beyond it to the left, as in a left eye: the sign of defocus shows in one
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_fields
 from focalgradient.optics.lens import Lens
+from focalgradient.quantities import Range
 
 __all__ = ["ASYMMETRY", "DualPixel"]
 
@@ -55,7 +57,7 @@ class DualPixel:
     """
 
     lens: Lens
-    asymmetry: float = ASYMMETRY
+    asymmetry: Annotated[float, Range("fractions of the weight at the centre", -1, 1)] = ASYMMETRY
     field: tuple[float, ...] = _UNIFORM_FIELD
 
     isotropic = False
@@ -63,9 +65,7 @@ class DualPixel:
     def __post_init__(self) -> None:
         if not isinstance(self.lens, Lens):
             raise InputError(f"lens is a {type(self.lens).__name__}, but must be a Lens: give one.")
-        check_number("asymmetry", self.asymmetry, "fractions of the weight at the centre")
-        if not -1 <= self.asymmetry <= 1:
-            raise InputError(f"asymmetry is {self.asymmetry:g}, but must be between -1 and 1.")
+        check_fields(self)
         values = np.asarray(self.field, float)
         if values.shape != (5,) or not np.isfinite(values).all():
             raise InputError("field must be five finite numbers: give the coefficients of x, y, x^2, x y, y^2.")

@@ -10,13 +10,14 @@ equations in the paper's notation see `focalgradient.paper`.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number, check_tolerance
+from focalgradient.errors import InputError, check_fields, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
+from focalgradient.quantities import Range
 
 __all__ = ["Lens", "Side", "defocus_at", "distance_of_blur"]
 
@@ -63,18 +64,15 @@ class Lens:
     0.5
     """
 
-    focal_length: float
-    f_number: float
-    focus_distance: float
-    residual_blur_variance: float = 0.0
+    focal_length: Annotated[float, Range("metres", positive=True)]
+    f_number: Annotated[float, Range("f-stops", positive=True, finite=False)]
+    focus_distance: Annotated[float, Range("metres", positive=True, finite=False)]
+    residual_blur_variance: Annotated[float, Range("rad^2")] = 0.0
     focus_tolerance: float = 0.0
     aperture_tolerance: float = 0.0
 
     def __post_init__(self) -> None:
-        check_number("focal_length", self.focal_length, "metres", positive=True)
-        check_number("f_number", self.f_number, "f-stops", positive=True, finite=False)
-        check_number("focus_distance", self.focus_distance, "metres", positive=True, finite=False)
-        check_number("residual_blur_variance", self.residual_blur_variance, "rad^2")
+        check_fields(self)
         check_tolerance("focus_tolerance", self.focus_tolerance)
         check_tolerance("aperture_tolerance", self.aperture_tolerance)
         check_focal_length(self.focal_length)

@@ -37,7 +37,6 @@ from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
 from focalgradient.psf import Psf
 from focalgradient.tables import Table, load_table
-from focalgradient.view import View
 
 __all__ = [
     "KnownScenes",
@@ -134,11 +133,7 @@ class KnownScenes(Table):
             shots[0].focus_distance_m, camera.focus_from or camera.distances_from or "entrance_pupil"
         )
         lenses = [Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus) for shot in shots]
-        views = []
-        for photograph, lens in zip(photographs, lenses, strict=True):
-            throw = lens.focal_length if camera.telecentric else lens.sensor_distance
-            angle = camera.pixel_pitch_um * 1e-6 * photograph.binning / throw
-            views.append(View(photograph.luminance, lens, angle, mask=photograph.mask))
+        views = list(map(camera.view, photographs, lenses))
         distance = read_distances(shots[0].depth, camera.depth_unit, scale=camera.depth_step, fill=False).metres
         if distance.shape != views[0].shape:
             sizes = [f"{shape[1]} x {shape[0]}" for shape in (distance.shape, views[0].shape)]

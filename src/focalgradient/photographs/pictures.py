@@ -275,25 +275,27 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
     return values
 
 
-MARKERS = (65535.0, 65.535, 65504.0, 6553.5, 655.35, 4294967295.0, 999.0, 9999.0, 99999.0, 1e10, 3.4028234663852886e38)
-"""Values of floating-point files that mark pixels without depth, as cameras and programs write them."""
+MARKERS = (
+    *(255.0, 4095.0, 8191.0, 32767.0, 65504.0, 65535.0, 65.535, 655.35, 6553.5, 4294967295.0, 3.4028234663852886e38),
+    *(999.0, 9999.0, 99999.0, 1e9, 1e10),
+)
+"""Values that mark pixels without depth, as cameras and programs write them."""
 
 MIN_MARKER_RATIO = 2.0
-"""Minimum ratio of a marker to the next value of a floating-point file."""
+"""Minimum ratio of a marker to the next value of the file, unless it is the largest number of 16 or more bits."""
 
 
 def _marker(values: NDArray[Any]) -> float | None:
     """Return the value by which a depth file marks pixels without depth, if it has one.
 
-    In files of integers of 16 or more bits it is the largest value of the type; in files of floating-point numbers one
-    of `MARKERS`, where it is far above all other values.
+    In files of integers of 16 or more bits it is the largest value of the type; otherwise one of `MARKERS`, where it
+    is far above all other values.
 
     >>> _marker(np.array([[1200, 65535]], np.uint16)), _marker(np.array([[1.2, 65.0]]))
     (65535.0, None)
     """
-    if values.dtype.kind in "iu":
-        most = np.iinfo(values.dtype).max
-        return float(most) if values.dtype.itemsize > 1 and (values == most).any() else None
+    if values.dtype.kind in "iu" and values.dtype.itemsize > 1 and (values == np.iinfo(values.dtype).max).any():
+        return float(np.iinfo(values.dtype).max)
     finite = values[np.isfinite(values)]
     if not finite.size:
         return None

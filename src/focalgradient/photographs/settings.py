@@ -193,15 +193,8 @@ class Settings(Table):
         return found
 
     def pixel_angles(self) -> list[float]:
-        """Return the angle in radians subtended by a pixel of each shot on the axis: pixel pitch / sensor distance.
-
-        Focusing moves the sensor and changes the angle, unless the lens is image-space telecentric: then it is pixel
-        pitch / focal length in every view.
-        """
-        camera, pitch = self.camera, self.camera.pixel_pitch_um * 1e-6
-        if camera.telecentric:
-            return [pitch / (camera.focal_length_mm * 1e-3)] * len(self.shots)
-        return [pitch / lens.sensor_distance for lens in self.lenses()]
+        """Return the angle in radians subtended by a pixel of each shot on the axis."""
+        return [self.camera.pixel_angle(lens) for lens in self.lenses()]
 
 
 GIVEN = {

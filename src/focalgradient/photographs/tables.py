@@ -7,9 +7,12 @@ from typing import Annotated, Any
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
+from focalgradient.optics import Lens
 from focalgradient.photographs.encodings import Encoding
+from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Body, Plane
 from focalgradient.tables import Table
+from focalgradient.view import View
 
 __all__ = ["ImagePath", "Sensor"]
 
@@ -56,6 +59,20 @@ class Sensor(Table):
         """Positions of the reference planes of the camera."""
         places = (self.sensor_to_pupil_mm, self.sensor_to_front_mm)
         return Body(self.focal_length_mm * 1e-3, self.telecentric, *(place and place * 1e-3 for place in places))
+
+    def pixel_angle(self, lens: Lens) -> float:
+        """Return the angle in radians subtended by a pixel on the axis: pixel pitch / sensor distance.
+
+        Focusing moves the sensor and changes the angle, unless the lens is image-space telecentric: then it is pixel
+        pitch / focal length.
+        """
+        throw = self.focal_length_mm * 1e-3 if self.telecentric else lens.sensor_distance
+        return self.pixel_pitch_um * 1e-6 / throw
+
+    def view(self, photograph: Photograph, lens: Lens) -> View:
+        """Return a photograph through a lens as a view."""
+        angle = self.pixel_angle(lens) * photograph.binning
+        return View(photograph.luminance, lens, angle, mask=photograph.mask)
 
     @property
     def only(self) -> Sensor:

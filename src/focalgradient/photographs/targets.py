@@ -162,10 +162,7 @@ class Targets(Table):
         views = []
         for shot in reversed(pair):  # sharper view first
             photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
-            lens = camera.lens(shot.f_number, shot.focus_distance_m)
-            pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
-            throw = lens.focal_length if camera.telecentric else lens.sensor_distance
-            views.append(View(photograph.luminance, lens, pitch / throw, mask=photograph.mask))
+            views.append(self.camera.view(photograph, camera.lens(shot.f_number, shot.focus_distance_m)))
         focus = views[0].optics.focus_vergence
         beyond = 1 / (pair[0].distance_m + camera.offset) < focus
         near, far = (1 / focus, None) if beyond else (None, 1 / focus)
@@ -183,9 +180,7 @@ class Targets(Table):
     def _view(self, shot: TargetShot) -> View:
         """Return a photograph as a view. Blur is measured in pixels, independently of the unknown optics."""
         photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
-        pitch = self.camera.pixel_pitch_um * 1e-6 * photograph.binning
-        lens = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
-        return View(photograph.luminance, lens, pitch / lens.focal_length, mask=photograph.mask)
+        return self.camera.view(photograph, Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf")))
 
 
 def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None]) -> Priors:

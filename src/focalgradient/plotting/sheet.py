@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.figure import Figure
 
-from focalgradient.errors import InputError
+from focalgradient.errors import check_one_of
 from focalgradient.plotting.figures import new_figure, style
 
 __all__ = ["PAPERS", "calibration_sheet"]
@@ -33,8 +33,7 @@ def calibration_sheet(paper: str = "A4") -> Figure:
     >>> calibration_sheet("A4").get_size_inches().round(2).tolist()
     [11.69, 8.27]
     """
-    if paper not in PAPERS:
-        raise InputError(f"paper is {paper!r}, but must be one of {', '.join(PAPERS)}.")
+    check_one_of("paper", paper, PAPERS)
     width, height = PAPERS[paper]
     columns, rows = (round(side / PIXEL_MM) for side in (width - 2 * MARGIN_MM, height - 2 * MARGIN_MM - RULER_MM))
     with style():

@@ -170,25 +170,43 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
     Without pinhole trials, the ratings themselves are drawn, with within-subject intervals; on an ordinal scale only
     those of each subject.
     """
-    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.subject_means})
-    place, apart = {mm: mm for mm, _ in sizes}, _apart(sizes)
     ratio = any(mean.ratio is not None for mean in result.subject_means)
-    labels = []
-    looks = fixation_looks(mean.fixation for mean in result.subject_means)
+    subjects = [
+        (mean.fixation, mean.participant_id, mean.aperture_mm, mean.aperture, mean.ratio if ratio else mean.rating)
+        for mean in result.subject_means
+    ]
+    strength = 0.35 if len(result.participants) > 8 else 0.55
+    return _draw_ratings(ax, result, subjects, ratio=ratio, strength=strength, simulated=simulated)
+
+
+def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
+    """Draw each scene's ratios to the pinhole, averaged over subjects (thin), and the mean of all scenes (bold)."""
+    scenes = [
+        (mean.fixation, mean.scene, mean.aperture_mm, mean.aperture, mean.ratio.estimate) for mean in result.scene_means
+    ]
+    return _draw_ratings(ax, result, scenes, ratio=True, strength=0.6, simulated=simulated)
+
+
+def _draw_ratings(
+    ax: Axes,
+    result: DepthRatingResult,
+    curves: Sequence[tuple[str, str, float, str, float | None]],
+    *,
+    ratio: bool,
+    strength: float,
+    simulated: bool,
+) -> Axes:
+    """Draw thin curves of subjects or scenes: fixation, name, aperture (mm, name) and height; and the means (bold)."""
+    sizes = sorted({(mm, aperture) for _, _, mm, aperture, _ in curves})
+    apart, labels = _apart(sizes), []
+    looks = fixation_looks(fixation for fixation, *_ in curves)
     for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
-        alpha = 0.35 if len(result.participants) > 8 else 0.55
-        for participant in result.participants:
-            own = [
-                (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
-                for mean in result.subject_means
-                if (mean.participant_id, mean.fixation) == (participant, fixation)
-            ]
-            points = [(x, y) for x, y in own if y is not None]
-            ax.plot(
-                *zip(*points, strict=True) if points else ((), ()), color=colour, linewidth=0.5, alpha=alpha, zorder=1
-            )
+        points = [(name, mm + side * apart, y) for end, name, mm, _, y in curves if end == fixation and y is not None]
+        for curve in dict.fromkeys(name for name, _, _ in points):
+            places = [(x, y) for name, x, y in points if name == curve]
+            ax.plot(*zip(*places, strict=True), color=colour, linewidth=0.5, alpha=strength, zorder=1)
         intervals = (
-            (place[mean.aperture_mm] + side * apart, mean.ratio if ratio else mean.rating)
+            (mean.aperture_mm + side * apart, mean.ratio if ratio else mean.rating)
             for mean in result.means
             if mean.fixation == fixation
         )
@@ -196,10 +214,8 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         if means:
             _means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
-        elif heights := [
-            mean.ratio if ratio else mean.rating for mean in result.subject_means if mean.fixation == fixation
-        ]:
-            labels.append((next(filter(None, reversed(heights)), 1.0), label, colour))
+        elif points:
+            labels.append((points[-1][2], label, colour))
     ax.margins(y=0.04)
     _apertures(ax, sizes)
     if ratio:
@@ -208,42 +224,6 @@ def draw_depth_rating(ax: Axes, result: DepthRatingResult, *, simulated: bool) -
         ratio_axis(ax, "y")
     else:
         ax.set_ylabel("rating (geometric mean)")
-    _labels(ax, labels, 0.15)
-    if simulated:
-        _label_simulated(ax)
-    return ax
-
-
-def draw_scenes(ax: Axes, result: DepthRatingResult, *, simulated: bool) -> Axes:
-    """Draw each scene's ratios to the pinhole, averaged over subjects (thin), and the mean of all scenes (bold)."""
-    sizes = sorted({(mean.aperture_mm, mean.aperture) for mean in result.scene_means})
-    place = {mm: mm for mm, _ in sizes}
-    apart = _apart(sizes)
-    labels = []
-    looks = fixation_looks(mean.fixation for mean in result.scene_means)
-    for side, (fixation, (colour, marker, label)) in zip(_sides(len(looks)), looks.items(), strict=True):
-        for scene in result.scenes:
-            own = [each for each in result.scene_means if (each.scene, each.fixation) == (scene, fixation)]
-            heights = [each.ratio.estimate for each in own]
-            ax.plot(
-                [place[each.aperture_mm] + side * apart for each in own],
-                heights,
-                color=colour,
-                linewidth=0.6,
-                alpha=0.6,
-            )
-        means = [
-            (place[mean.aperture_mm] + side * apart, mean.ratio)
-            for mean in result.means
-            if mean.fixation == fixation and isinstance(mean.ratio, Interval)
-        ]
-        if means:
-            _means(ax, means, colour, marker)
-            labels.append((means[-1][1].estimate, label, colour))
-    ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
-    ax.set_ylabel("perceived depth (ratio to the pinhole)")
-    ratio_axis(ax, "y")
-    _apertures(ax, sizes)
     _labels(ax, labels, 0.15)
     if simulated:
         _label_simulated(ax)

@@ -8,13 +8,12 @@ from focalgradient.power.cube import (
     CUBE_TESTS,
     CubeModel,
     CubeStudy,
-    cube_experiment,
     quick_cube_power,
     simulated_reports,
 )
 from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers, study_of_ratings
 from focalgradient.power.own_tasks import TaskStudy
-from focalgradient.power.ratings import TESTS, Model, Study, experiment, quick_power, rise_power, simulated_ratings
+from focalgradient.power.ratings import TESTS, Model, Study, quick_power, rise_power, simulated_ratings
 from focalgradient.power.running import Power, power, run, run_here, share_interval, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.study import AnyStudy
@@ -34,8 +33,6 @@ __all__ = [
     "TaskStudy",
     "ThresholdModel",
     "ThresholdStudy",
-    "cube_experiment",
-    "experiment",
     "latent_power",
     "power",
     "quick_cube_power",

@@ -8,7 +8,6 @@ rigid percept subtracts as much.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -28,16 +27,13 @@ from focalgradient.statistics.cube import half_report, log_odds, primary_first
 from focalgradient.statistics.means import family, holm, paired_effect
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["CubeModel", "CubeStudy", "cube_experiment", "quick_cube_power", "simulated_reports"]
+__all__ = ["CubeModel", "CubeStudy", "quick_cube_power", "simulated_reports"]
 
 CUBE_TESTS = {
     "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
     "nonrigid_shorter": "rigid gradient: nonrigid for less long",
 }
 """Tests and their meaning, at the largest strength: the first is primary, the other belongs to the secondary family."""
-
-ANALYSIS = 5
-"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 CATCH_LOG_ODDS = 4.0
 """Log odds of the nonrigid percept in catch trials, whose shape is unambiguously nonrigid."""
@@ -135,6 +131,7 @@ class CubeStudy(AnyStudy):
     design: NeckerDesign
     seed: int = 1
 
+    version: ClassVar[int] = 5
     seconds: ClassVar[float] = 0.012
     width_label: ClassVar[str] = "95 % interval of the log odds ratio of the nonrigid time: width"
 
@@ -150,11 +147,6 @@ class CubeStudy(AnyStudy):
                 "gradients must have 'none' and another gradient, because their difference is tested: add the "
                 "missing one."
             )
-
-    def settings(self) -> dict[str, object]:
-        """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     def tests(self) -> Mapping[str, str]:
@@ -173,11 +165,25 @@ class CubeStudy(AnyStudy):
         return simulated_reports(self.design, subjects, self.model, rng)
 
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        return cube_outcome(self, table)
-
-    def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
-        """Simulate and analyse one experiment: see `cube_experiment`."""
-        return cube_experiment(self, subjects, number)
+        kept, found = quality(table)
+        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
+        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
+        if not found.subjects_after:
+            return outcome
+        changed = _changes(kept)
+        changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
+        primary, *secondary = (paired_effect(one, "t") for one in changes.values())
+        effects = dict(zip(changes, [primary, *family(secondary)], strict=True))
+        largest = max(self.design.strengths_mm)
+        for gradient, sign, name, width in (
+            ("nonrigid", 1, "nonrigid_longer", "width"),
+            ("rigid", -1, "nonrigid_shorter", "far_width"),
+        ):
+            effect = effects.get((gradient, largest))
+            if isinstance(effect, Effect):
+                outcome[width] = effect.high - effect.low
+                outcome[name] = float(effect.corrected_p < ALPHA and sign * effect.estimate > 0)
+        return outcome
 
 
 @cache
@@ -256,51 +262,6 @@ def _reports(
         now, percept, factor = now + lasts, 1 - percept, 1.0
         residual = model.serial * residual + kept * rng.standard_normal()
     return reports
-
-
-def cube_experiment(study: CubeStudy, subjects: int, number: int) -> dict[str, float | None]:
-    """Simulate and analyse one experiment: percept reports, exclusion, tests of the odds of time.
-
-    Parameters
-    ----------
-    study
-        Power study.
-    subjects
-        Number of subjects.
-    number
-        Number of the experiment, which selects its subjects.
-
-    Returns
-    -------
-    dict
-        For each of the study's tests 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of the
-        95 % confidence intervals of the log odds ratios of the nonrigid time with the nonrigid and with the rigid
-        gradient at the largest strength, None if not computed; and `left_out`, the number of subjects excluded.
-    """
-    return study.outcome(study.table(subjects, study.stream(subjects, number)))
-
-
-def cube_outcome(study: CubeStudy, table: pd.DataFrame) -> dict[str, float | None]:
-    """Apply exclusion criteria to percept reports and analyse them: see `cube_experiment`."""
-    kept, found = quality(table)
-    outcome: dict[str, float | None] = dict.fromkeys(study.tests, 0.0) | {"width": None, "far_width": None}
-    outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-    if not found.subjects_after:
-        return outcome
-    changed = _changes(kept)
-    changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
-    primary, *secondary = (paired_effect(one, "t") for one in changes.values())
-    effects = dict(zip(changes, [primary, *family(secondary)], strict=True))
-    largest = max(study.design.strengths_mm)
-    for gradient, sign, name, width in (
-        ("nonrigid", 1, "nonrigid_longer", "width"),
-        ("rigid", -1, "nonrigid_shorter", "far_width"),
-    ):
-        effect = effects.get((gradient, largest))
-        if isinstance(effect, Effect):
-            outcome[width] = effect.high - effect.low
-            outcome[name] = float(effect.corrected_p < ALPHA and sign * effect.estimate > 0)
-    return outcome
 
 
 def quick_cube_power(

@@ -8,7 +8,6 @@ part that subjects do not change.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -35,9 +34,6 @@ __all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers", "s
 
 SIZES = (8, 24)
 """Numbers of subjects in the experiments that are analysed."""
-
-ANALYSIS = 1
-"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 DRAWS = 20_000
 """Number of estimates drawn for each number of subjects: standard error of .004 at a power of .5."""
@@ -118,11 +114,6 @@ class LatentStudy(AnyStudy):
         """Fixations in the order of the report."""
         names = self.design.fixations
         return (*(name for name in FIXATIONS if name in names), *sorted({*names} - {*FIXATIONS}))
-
-    def settings(self) -> dict[str, object]:
-        """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "analysis": ANALYSIS}
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     def tests(self) -> Mapping[str, str]:

@@ -65,8 +65,7 @@ class TaskStudy(AnyStudy):
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "task": self.task.name, "tests": [*self.tests.values()]}
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+        return AnyStudy.settings(self) | {"task": self.task.name, "tests": [*self.tests.values()]}
 
     @property
     def tests(self) -> Mapping[str, str]:
@@ -78,11 +77,12 @@ class TaskStudy(AnyStudy):
         return first, others[0] if others else ""
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        from focalgradient.observers import observer_named
+        from focalgradient.observers.answers import observe
+        from focalgradient.observers.observer import observer_named
 
         observer, seed = observer_named("default"), int(rng.integers(2**31))
         names = [f"{number:02}" for number in range(1, subjects + 1)]
-        answers = [(name, self.task.observe(self.design, observer, name, seed)) for name in names]
+        answers = [(name, observe(self.task, self.design, observer, name, seed)) for name in names]
         return pd.DataFrame([row for name, given in answers for row in self._rows(name, given)])
 
     def _rows(self, name: str, given: Any) -> Iterator[dict[str, Any]]:

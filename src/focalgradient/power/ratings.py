@@ -6,7 +6,6 @@ largest, a term for the scene, and noise.
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["TESTS", "Model", "Study", "experiment", "quick_power", "rise_power", "simulated_ratings"]
+__all__ = ["TESTS", "Model", "Study", "quick_power", "rise_power", "simulated_ratings"]
 
 TESTS = {
     "near_rise": "near: rises with blur",
@@ -38,10 +37,6 @@ TESTS = {
     "interaction": "near rises more than far",
 }
 """Tests and their meaning, each at .05 as in the report."""
-
-
-ANALYSIS = 5
-"""Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +109,7 @@ class Study(AnyStudy):
     bound: float = 1.2
     seed: int = 1
 
+    version: ClassVar[int] = 5
     seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
@@ -133,16 +129,6 @@ class Study(AnyStudy):
         if "pinhole" not in self.design.apertures:
             raise InputError("apertures must have 'pinhole', from which the depth effect is measured: add it.")
 
-    def settings(self) -> dict[str, object]:
-        """Return all settings in the form stored in the file of experiments."""
-        stated = {
-            "bound": self.bound,
-            "seed": self.seed,
-            "model": dataclasses.asdict(self.model),
-            "analysis": ANALYSIS,
-        }
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
-
     @property
     def tests(self) -> Mapping[str, str]:
         return TESTS
@@ -159,15 +145,28 @@ class Study(AnyStudy):
         return simulated_ratings(self.design, subjects, self.model, rng)
 
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        return rated_outcome(self, table)
+        kept, found = quality(table)
+        outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
+        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
+        if not found.subjects_after:
+            return outcome
+        result = self.analysed(kept)
+        of = {each.fixation: each for each in result.fixations}
+        for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
+            rise = of[fixation].rise if fixation in of else None
+            if isinstance(rise, Effect):
+                outcome[width] = rise.high - rise.low
+        if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
+            outcome["near_rise"] = float(near.significant and near.estimate > 0)
+        if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
+            outcome["far_equivalent"] = float(equal.equivalent)
+        if isinstance(result.interaction, Effect):
+            outcome["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
+        return outcome
 
     def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
         """Analyse ratings as the report does."""
         return depth_rating(table, equivalence_bound=self.bound)
-
-    def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
-        """Simulate and analyse one experiment: see `experiment`."""
-        return experiment(self, subjects, number)
 
 
 @cache
@@ -241,50 +240,6 @@ def _columns(design_json: str, participant: str) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=list(names)).assign(
         participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
     )
-
-
-def experiment(study: Study, subjects: int, number: int) -> dict[str, float | None]:
-    """Simulate and analyse one experiment: ratings, exclusion, statistics.
-
-    Parameters
-    ----------
-    study
-        Power study.
-    subjects
-        Number of subjects.
-    number
-        Number of the experiment, which selects its subjects.
-
-    Returns
-    -------
-    dict
-        For each of `TESTS` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, logarithms of the ratio
-        of the confidence limits, None if not computed; and `left_out`, the number of subjects excluded. The result
-        depends only on the arguments.
-    """
-    return study.outcome(study.table(subjects, study.stream(subjects, number)))
-
-
-def rated_outcome(study: Study, table: pd.DataFrame) -> dict[str, float | None]:
-    """Apply exclusion criteria to ratings and analyse them: see `experiment`."""
-    kept, found = quality(table)
-    outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
-    outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-    if not found.subjects_after:
-        return outcome
-    result = study.analysed(kept)
-    of = {each.fixation: each for each in result.fixations}
-    for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
-        rise = of[fixation].rise if fixation in of else None
-        if isinstance(rise, Effect):
-            outcome[width] = rise.high - rise.low
-    if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
-        outcome["near_rise"] = float(near.significant and near.estimate > 0)
-    if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
-        outcome["far_equivalent"] = float(equal.equivalent)
-    if isinstance(result.interaction, Effect):
-        outcome["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
-    return outcome
 
 
 def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:

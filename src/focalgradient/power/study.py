@@ -51,6 +51,8 @@ class AnyStudy(ABC):
 
     __slots__ = ()
 
+    version: ClassVar[int] = 1
+    """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
     seconds: ClassVar[float] = 0.01
     """Processor time of one experiment, in s per subject (measured)."""
     logs: ClassVar[bool] = False
@@ -61,9 +63,14 @@ class AnyStudy(ABC):
     seed: int
     design: Any
 
-    @abstractmethod
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
+        stated: dict[str, object] = {"seed": self.seed, "analysis": self.version}
+        if hasattr(self, "model"):
+            stated["model"] = dataclasses.asdict(self.model)
+        if hasattr(self, "bound"):
+            stated["bound"] = self.bound
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
     @property
     @abstractmethod

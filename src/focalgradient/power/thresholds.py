@@ -100,8 +100,7 @@ class ThresholdStudy(AnyStudy):
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
-        stated = {"seed": self.seed, "model": dataclasses.asdict(self.model), "bound": self.bound, "people": POOL_SIZE}
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+        return AnyStudy.settings(self) | {"people": POOL_SIZE}
 
     @property
     def tests(self) -> Mapping[str, str]:

@@ -1,7 +1,6 @@
 """Published experiments as records, and predictions of their findings by simulated observers."""
 
-from focalgradient.published.accommodation import kruger1993
-from focalgradient.published.experiments import EXPERIMENTS
+from focalgradient.published.experiments import EXPERIMENTS, kruger1993
 from focalgradient.published.record import (
     AGREES,
     CANNOT_BE_ASKED,

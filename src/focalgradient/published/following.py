@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +14,10 @@ from numpy.typing import NDArray
 
 from focalgradient.eye import Accommodation, Stimulus, accommodate
 from focalgradient.files import write_whole
+from focalgradient.observers import Observer
+from focalgradient.published.record import Prediction, jackknife
 
-__all__ = ["LIGHTS", "ComplexArray", "Followed", "follow", "gain_of_mean", "phase_of_mean", "responses"]
+__all__ = ["LIGHTS", "PAIRS", "Followed", "against_white", "follow", "gain_of_mean", "phase_of_mean", "responses"]
 
 ComplexArray = NDArray[np.complex128]
 
@@ -29,6 +31,11 @@ LIGHTS: Mapping[str, Stimulus] = {
 
 HERTZ, MEAN, AMPLITUDE = 0.2, 2.0, 0.5
 """Temporal frequency (Hz), mean and amplitude (D) of the target, which moves from 1.5 to 2.5 D."""
+
+PAIRS, SECONDS = 24, 6.0
+"""Number of pairs of trials with opposite target motion, fixed before the outcome was known, and the duration of a
+trial in seconds (our choice).
+"""
 
 SKIPPED = 1.0
 """Duration of the start of a trial that is not analysed, in seconds (our choice)."""
@@ -132,3 +139,24 @@ def phase_of_mean(light: ComplexArray, white: ComplexArray) -> float:
     -45.0
     """
     return math.degrees(float(np.angle(np.mean(light) / np.mean(white))))
+
+
+@lru_cache(maxsize=64)
+def _kept_responses(pupil: float, light: str, pairs: int, kept: Path | None) -> ComplexArray:
+    return responses(pupil, light, pairs, SECONDS, kept)
+
+
+def against_white(
+    observer: Observer,
+    measure: Callable[[ComplexArray, ComplexArray], float],
+    light: str,
+    pairs: int,
+    kept: Path | None = None,
+) -> Prediction:
+    """Compare the mean response over pairs of trials in a light with that in white, for the observer's pupil.
+
+    The standard error is from the jackknife over pairs, with the same seeds in both lights.
+    """
+    seen, white = (_kept_responses(observer.pupil, name, pairs, kept) for name in (light, "white"))
+    left_out = [measure(np.delete(seen, pair), np.delete(white, pair)) for pair in range(pairs)]
+    return jackknife(measure(seen, white), left_out)

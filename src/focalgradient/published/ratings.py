@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from functools import lru_cache, partial
-from math import inf
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -13,11 +12,12 @@ import numpy as np
 from focalgradient.dataset.percepts import percepts
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import Observer, seen_pictures
+from focalgradient.observers.answers import observe
 from focalgradient.observers.rotation import encoded_cubes
-from focalgradient.published.record import Finding, Prediction, Published, mean_of, ratio_of
+from focalgradient.published.record import Prediction, mean_of, ratio_of
 from focalgradient.tasks import task_named
 
-__all__ = ["RECORDS", "nonrigid_change", "rise"]
+__all__ = ["nonrigid_change", "rise"]
 
 PEOPLE, SEED = 20, 1987
 """Number of simulated people per observer, and random seed (our choice)."""
@@ -25,18 +25,10 @@ PEOPLE, SEED = 20, 1987
 SCENES = ("spheres-01", "spheres-02", "spheres-03", "spheres-04")
 """Scenes of the small pictures that are rated (our choice)."""
 
-OWN_LAYOUT = "that blurred is farther, and that blur contradicting the layout's order is discounted"
-OWN_ODDS = "that blur favours the reading in which blurred is farther"
-SMALL = (
-    "20 simulated people rate 4 scenes of plain spheres in small pictures; the largest aperture is that of the design "
-    "`depth-rating`, not that of the paper."
-)
-CUBE = "20 simulated people watch the cubes of the design `necker`; the strongest gradient is compared."
-
 
 def _people(observer: Observer, design: DepthRatingDesign | NeckerDesign, encoded: Any) -> list[tuple[Any, ...]]:
     task = task_named(design.task)
-    return [task.observe(design, observer, _label(person), SEED, encoded) for person in range(PEOPLE)]
+    return [observe(task, design, observer, _label(person), SEED, encoded) for person in range(PEOPLE)]
 
 
 def _label(person: int) -> str:
@@ -84,62 +76,3 @@ def nonrigid_change(observer: Observer) -> Prediction:
                 shares.setdefault((trial.gradient, trial.strength), []).append(held["nonrigid"] / sum(held.values()))
         changes.append(float(np.mean(shares["nonrigid", strongest]) - np.mean(shares["none", 0.0])))
     return mean_of(changes)
-
-
-RECORDS = (
-    Published(
-        key="pentland1987",
-        citation="Pentland 1987, IEEE PAMI 9, first experiment",
-        doi="",
-        design="Pictures of naturalistic scenes with focal gradients of several magnitudes were rated for "
-        "three-dimensionality while people fixated the nearest or the farthest object.",
-        conditions=("nearest fixated", "farthest fixated"),
-        settings={"task": "depthrating"},
-        findings=(
-            Finding(
-                quantity="rating at the largest aperture over the pinhole, nearest fixated",
-                units="1",
-                printed="increases strongly with increasing magnitude of the focal gradient",
-                low=1.0,
-                high=inf,
-                source="full text",
-                taken=OWN_LAYOUT,
-                ask=partial(rise, fixation="nearest"),
-                remark=SMALL,
-            ),
-            Finding(
-                quantity="rating at the largest aperture over the pinhole, farthest fixated",
-                units="1",
-                printed="no increase in subjective impression of depth results",
-                low=-inf,
-                high=1.0,
-                source="full text",
-                taken=OWN_LAYOUT,
-                ask=partial(rise, fixation="farthest"),
-                remark=SMALL,
-            ),
-        ),
-    ),
-    Published(
-        key="pentland1987-necker",
-        citation="Pentland 1987, IEEE PAMI 9, second experiment",
-        doi="",
-        design="A wireframe cube that rotates in perspective was seen as rigid or as wobbling, with and without a "
-        "focal gradient that favours the nonrigid reading.",
-        conditions=("no focal gradient", "gradient that favours the nonrigid reading"),
-        settings={"task": "necker"},
-        findings=(
-            Finding(
-                quantity="share of time nonrigid with the gradient less that without",
-                units="1",
-                printed="seen almost as often as the rigid one",
-                low=0.0,
-                high=inf,
-                source="full text",
-                taken=OWN_ODDS,
-                ask=nonrigid_change,
-                remark=CUBE,
-            ),
-        ),
-    ),
-)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import tomllib
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -22,52 +24,7 @@ __all__ = ["PublishedAnswer", "PublishedDesign", "PublishedTask", "PublishedTria
 DECISION_S = 2.0
 """Simulated response time in seconds (our choice)."""
 
-TEXTS = {
-    "en": {
-        "order instructions": "Which is nearer?\nTwo textures meet. Say which of them lies in front of the other.",
-        "order question": "Which texture was nearer?",
-        "left": "left",
-        "right": "right",
-        "intervals instructions": "Which is more blurred?\nTwo edges follow each other. Say which was more blurred.",
-        "intervals question": "Which was more blurred?",
-        "first": "the first",
-        "second": "the second",
-        "quadrant instructions": "Where is it more blurred?\nLook at the middle of the picture. One quarter of a ring "
-        "around it is more blurred than the others: say which.",
-        "quadrant question": "Which quarter was more blurred?",
-        "upper right": "upper right",
-        "upper left": "upper left",
-        "lower left": "lower left",
-        "lower right": "lower right",
-        "distance instructions": "How far away is it?\nSay how far what is in the middle of the picture seems to be.",
-        "distance question": "How far away was it, in metres?",
-        "near": "in the hand",
-        "far": "at the horizon",
-    },
-    "de": {
-        "order instructions": "Was ist näher?\nZwei Muster grenzen aneinander. Sagen Sie, welches davon vorn liegt.",
-        "order question": "Welches Muster war näher?",
-        "left": "links",
-        "right": "rechts",
-        "intervals instructions": "Was ist unschärfer?\nZwei Kanten folgen aufeinander. Sagen Sie, welche unschärfer "
-        "war.",
-        "intervals question": "Welche war unschärfer?",
-        "first": "die erste",
-        "second": "die zweite",
-        "quadrant instructions": "Wo ist es unschärfer?\nSehen Sie in die Mitte des Bildes. Ein Viertel eines Rings um "
-        "sie ist unschärfer als die anderen: Sagen Sie, welches.",
-        "quadrant question": "Welches Viertel war unschärfer?",
-        "upper right": "oben rechts",
-        "upper left": "oben links",
-        "lower left": "unten links",
-        "lower right": "unten rechts",
-        "distance instructions": "Wie weit weg ist es?\nSagen Sie, wie weit das entfernt scheint, was in der Mitte des "
-        "Bildes ist.",
-        "distance question": "Wie weit weg war es, in Metern?",
-        "near": "in der Hand",
-        "far": "am Horizont",
-    },
-}
+TEXTS = tomllib.loads(Path(__file__).with_name("texts.toml").read_text(encoding="utf-8"))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -162,12 +119,12 @@ class PublishedTask(Task):
         """Return the pages with the instructions of the experiment's question."""
         return _AskedPages(self, words, design.asked)
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0) -> Any:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None) -> Any:
         """Return the replicas of a trial, one per interval, with a new texture in each trial."""
         drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, seed)
         return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
 
-    def control(self, words: Any, trial: Any) -> Control:
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         """Return the response control of the experiment's question."""
         asked: Asked = ASKED[trial.experiment]
         return asked.control(partial(self.text, words))

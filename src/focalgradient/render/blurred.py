@@ -15,7 +15,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
@@ -334,8 +334,7 @@ def _checked(
             f"distance contains {int((~(far > 0)).sum())} values that are not positive, but every pixel needs its "
             "distance in metres: fill the holes of the depth map first."
         )
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     check_optics(optics)
     with np.errstate(over="ignore"):
         image = image.astype(np.float32)

@@ -26,7 +26,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_list
+from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_one_of
 from focalgradient.optics import Optics
 from focalgradient.progress import Progress
 from focalgradient.render import pathtrace
@@ -211,8 +211,7 @@ def render_bands(
 
 def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
     """Return the engine to use and the Mitsuba variant."""
-    if engine not in get_args(Engine):
-        raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
+    check_one_of("engine", engine, get_args(Engine))
     chosen = engine
     if engine == "auto":
         chosen = "cast" if castable(scene) else "shaded"

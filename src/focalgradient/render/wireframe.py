@@ -26,7 +26,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import DISC_K
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
@@ -111,8 +111,7 @@ def wireframe(
         )
     _check_shape(shape)
     for name, value in (("width", width), ("brightness", brightness)):
-        if not (value > 0 and math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}, but must be a positive finite number: give it in pixels.")
+        check_number(name, value, "pixels", positive=True)
     image = np.zeros(shape, np.float32)
     rest = [_pool().submit(_draw, lines, blur, width, brightness, k, THREADS, image) for k in range(1, THREADS)]
     _draw(lines, blur, width, brightness, 0, THREADS, image)
@@ -221,8 +220,7 @@ def necker_frame(
     _check_shape(shape)
     if not math.isfinite(turn):
         raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
             f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "

@@ -14,6 +14,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import pandas as pd
+
 from focalgradient.dataset import checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
@@ -23,10 +25,11 @@ from focalgradient.report.analysed import analyse_necker, analyse_ratings, analy
 from focalgradient.report.choices import chosen, explained
 from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
-from focalgradient.report.exclusions import main_results
+from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
+from focalgradient.report.own_tasks import analyse_own_task
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
@@ -95,6 +98,7 @@ def make_report(
     guess_rate: float | None = None,
     where: Where | None = None,
     by: Sequence[str] = (),
+    order: Sequence[str] = (),
     bayes: bool = False,
     observers: bool = False,
     executor: Executor | None = None,
@@ -123,6 +127,8 @@ def make_report(
     by
         Columns of conditions of a table of ratings, whose effects are tested instead of the depth effect: slopes of
         numbers, contrasts of others.  [default: the apertures of a table without fixations]
+    order
+        Words of answers in steps (of ratings, which are then ordinal, or of confidence), from the least to the most.
     bayes
         True to add a Bayesian analysis of the ratings: see `focalgradient.statistics.bayes`.
     observers
@@ -154,12 +160,16 @@ def make_report(
     files = given or (read_table(paths) if root.is_file() else root)
     if guess_rate is not None and not (root.is_file() and other_than_ratings(files, columns) == LEVELS):
         raise InputError(f"guess_rate is for answers at levels, but {root.name} contains none: leave it out.")
+    if order and (not root.is_file() or other_than_ratings(files, columns) in (LEVELS, CUBE)):
+        raise InputError(f"order is for answers in words in a table, but {root.name} contains none: leave it out.")
+    if order and scale is None and other_than_ratings(files, columns) is None:
+        scale = "ordinal"
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
     if not root.is_file():
         found = _of_dataset(root, asked, executor)
     elif by or (other_than_ratings(files, columns) is None and holds_conditions(files, columns)):
         ordinal = scale is not None and analysis_named(scale).whole
-        ratings_by = read_conditions(files, columns, by, where, steps=ordinal)
+        ratings_by = read_conditions(files, columns, by, where, steps=ordinal, order=order)
         for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
             if value is not None:
                 raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
@@ -169,10 +179,12 @@ def make_report(
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if unused := [name for name, value in settings.items() if value is not None]:
             raise InputError(f"{unused[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
-        found = _of_table(files, root.stem, asked, columns, conditions, guess_rate, where)
+        found = _of_table(files, root.stem, asked, columns, conditions, guess_rate, where, order)
     else:
         whole = scale is not None and analysis_named(scale).whole
-        own = read_ratings(files, columns, conditions, where=where, focal_length_mm=focal_length_mm, steps=whole)
+        own = read_ratings(
+            files, columns, conditions, where=where, focal_length_mm=focal_length_mm, steps=whole, order=order
+        )
         scale = Choices() if scale is None and own.choices else scale
         asked = replace(asked, scale=scale)
         ratings = RatingPart.of(
@@ -212,7 +224,11 @@ def make_report(
     if applied:
         used = asked.used_bound if "bound" in applied else None
         written["rules.toml"] = as_toml(stated.rules, used, applied).encode()
-    results = main_results(output.sheets)
+    results = []
+    for part in found.parts:
+        if rows := main_results(part.both):
+            written[f"{part.name}{EFFECT}"] = safe_csv(pd.DataFrame(rows))
+        results += [{"experiment": part.name} | row for row in rows]
     problems = [_local(one, root) for one in found.problems]
     found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
     written["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
@@ -244,14 +260,14 @@ class _Analysed:
     notices: list[str] = field(default_factory=list)
 
 
-LEVELS = "answers at levels"
-"""Description of threshold data in messages."""
+LEVELS, CUBE = "answers at levels", "reports on the cube"
+"""Descriptions of threshold data and of reports in messages."""
 
 
 def other_than_ratings(path: Paths, columns: Mapping[str, str] | None = None) -> str | None:
     """Return a description of the content of the user's own table; None for ratings."""
     if holds_reports(path, columns):
-        return "reports on the cube"
+        return CUBE
     if holds_detection(path, columns):
         return "answers to signal and noise"
     return LEVELS if holds_thresholds(path, columns) else None
@@ -265,6 +281,7 @@ def _of_table(
     conditions: Mapping[str, str] | None,
     guess: float | None,
     where: Where | None,
+    order: Sequence[str],
 ) -> _Analysed:
     """Analyse reports on the cube, detection data or threshold data of the user's own table."""
     if holds_reports(path, columns):
@@ -272,7 +289,7 @@ def _of_table(
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
         return _Analysed(title, [cube], notes=[*read.notes], notices=[*read.notices])
     if holds_detection(path, columns):
-        found = read_detection(path, columns, conditions, where)
+        found = read_detection(path, columns, conditions, where, order)
         detected = DetectionPart.of(found)
         return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])
     own = read_thresholds(path, columns, conditions, guess, where)
@@ -295,7 +312,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
     for name in task_names():
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
-                parts.append(task_named(name).reported(root, asked))
+                task = task_named(name)
+                parts.append(task.reported(root, asked) or analyse_own_task(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

@@ -19,7 +19,6 @@ from focalgradient.scales import Analysis, Ratios, ResponseScale, analysis_named
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
-    FactorEffect,
     NeckerResult,
     NotComputed,
     Quality,
@@ -29,6 +28,7 @@ from focalgradient.statistics import (
     necker,
     quality,
 )
+from focalgradient.statistics.questions import NO_ANSWERS, Answers
 
 __all__ = ["Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
@@ -85,7 +85,7 @@ class Ratings:
     simulated: bool
     analysis: Analysis = field(default_factory=Ratios)
     compared: ComparisonResult | None = None
-    factors: tuple[FactorEffect, ...] = ()
+    factors: Answers = NO_ANSWERS
     fixated: Ratings | NotComputed | None = None
     everyone: DepthRatingResult | ComparisonResult | NotComputed | None = None
 
@@ -168,7 +168,7 @@ def analyse_table(
     kept, found = quality(table, rules, meant)
     main = _main(kept, found, meant, bound, progress)
     everyone = main if not found.exclusions else _main(table, found, meant, bound, None)
-    own: tuple[FactorEffect, ...] = ()
+    own = NO_ANSWERS
     if found.subjects_after:
         own = factor_effects(kept, factors, ratios=meant.ratios)
     fixated: Ratings | NotComputed | None = None

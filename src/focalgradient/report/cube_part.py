@@ -10,13 +10,13 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_necker
 from focalgradient.report.choices import CUBE
-from focalgradient.report.displays import place_effects_of_cube, place_sheet, screens, screens_sheet
+from focalgradient.report.displays import ViewedScreen, place_effects_of_cube, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.dominance import dominance_sheet
-from focalgradient.report.exclusions import answers_of, with_and_without
+from focalgradient.report.exclusions import answers_of, exclusions_table, with_and_without
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Output, Part
-from focalgradient.report.tables import necker_sheets, quality_sheets
+from focalgradient.report.tables import MEANS, answer_tables, necker_sheets, quality_sheets
 from focalgradient.report.words import counts, methods_necker, necker_findings
 from focalgradient.statistics import NotComputed, Quality
 from focalgradient.statistics.criteria import OF_CUBE
@@ -75,29 +75,41 @@ class CubePart(Part):
         return OF_CUBE
 
     def findings(self, output: Output) -> Iterator[Block]:
-        part = self.reports
+        part, result = self.reports, self.reports.result
         yield Paragraph(counts(part.quality))
-        own = quality_sheets(part.quality, "necker")
-        seen = [] if part.data is None else screens(part.data)
-        own += [sheet for sheet in [screens_sheet(seen, "necker")] if sheet]
-        without = [*with_and_without("necker", part.quality, part.result, part.everyone, own)]
-        if isinstance(part.result, NotComputed):
-            yield Notice(part.result.reason)
-            yield from without
-            yield from output.tables(own)
-            return
-        yield from map(Paragraph, necker_findings(part.result))
-        yield from without
-        yield output.figure("necker", necker_figure(part.result, simulated=part.simulated), CAPTION)
-        if places := place_effects_of_cube(seen, part.result):
-            own = [place_sheet(places, "necker", "log odds of the nonrigid reading (time)"), *own]
-        if part.result.over_people is not None:
-            own = [dominance_sheet(part.result.over_people), *own]
-        yield from output.tables([*necker_sheets(part.result), *own])
-        yield from map(Paragraph, part.result.remarks)
+        if isinstance(result, NotComputed):
+            yield Notice(result.reason)
+        else:
+            yield from map(Paragraph, necker_findings(result))
+        yield from with_and_without(part.quality, self.both)
+        sheets = quality_sheets(part.quality, self.name)
+        if not isinstance(result, NotComputed):
+            yield output.figure(self.name, necker_figure(result, simulated=part.simulated), CAPTION)
+            caption = (
+                "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p (Holm): over "
+                "all secondary comparisons"
+            )
+            yield from answer_tables(self.answers(), caption)
+            yield from answer_tables(
+                result.answers, "Reported percepts, means over subjects with 95 % intervals", MEANS
+            )
+            over_people = [] if result.over_people is None else [dominance_sheet(result.over_people)]
+            sheets = [*necker_sheets(result), *over_people, *sheets]
+        if part.quality.exclusions:
+            yield exclusions_table(self.both, self.name)
+        yield from output.tables([*sheets, *filter(None, [screens_sheet(self._screens, self.name)])])
+        if not isinstance(result, NotComputed):
+            yield from map(Paragraph, result.remarks)
+
+    @property
+    def _screens(self) -> list[ViewedScreen]:
+        return [] if self.data is None else screens(self.data)
 
     def answers(self) -> Iterator[Answer]:
-        yield from answers_of(self.reports.result, self.reports.everyone, self.quality)
+        result = self.reports.result
+        yield from answers_of(result, self.reports.everyone, self.quality)
+        if not isinstance(result, NotComputed):
+            yield from place_effects_of_cube(self._screens, result)
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_necker(self.reports))

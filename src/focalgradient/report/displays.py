@@ -14,16 +14,15 @@ from focalgradient.dataset import DataSet
 from focalgradient.errors import is_number
 from focalgradient.files import read_json
 from focalgradient.report.document import Table
-from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, number
-from focalgradient.statistics import FactorEffect, NeckerResult, NotComputed, factor_effects
+from focalgradient.statistics import NeckerResult, factor_effects
+from focalgradient.statistics.questions import NO_ANSWERS, Answers
 
 __all__ = [
     "ViewedScreen",
     "blur_seen",
     "place_effects",
     "place_effects_of_cube",
-    "place_sheet",
     "screens",
     "screens_sheet",
 ]
@@ -181,17 +180,20 @@ def blur_seen(
     }
 
 
-def place_effects(seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool) -> tuple[FactorEffect, ...]:
+def place_effects(
+    seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool = False, unit: str = ""
+) -> Answers:
     """Compare participants tested in a browser with those in the laboratory; empty if all were tested in one place."""
     places = {one.participant_id: one.place for one in seen}
     table = table[table["participant_id"].isin(list(places))]
     table = table.assign(**{PLACE: table["participant_id"].map(places)})
     if set(table[PLACE]) != {LABORATORY, BROWSER}:
-        return ()
-    return factor_effects(table, {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}, ratios=ratios)
+        return NO_ANSWERS
+    factors = {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}
+    return factor_effects(table, factors, ratios=ratios, unit=unit)
 
 
-def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> tuple[FactorEffect, ...]:
+def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> Answers:
     """Compare the places by log odds of the nonrigid time; the gradient for the nonrigid reading counts as blur."""
     signs = {"nonrigid": 1.0, "none": 0.0, "rigid": -1.0}
     rows = [
@@ -204,18 +206,4 @@ def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) ->
         for share in result.subject_shares
         if share.log_odds is not None
     ]
-    return place_effects(seen, pd.DataFrame(rows), ratios=False) if rows else ()
-
-
-def place_sheet(found: tuple[FactorEffect, ...], name: str, unit: str) -> Sheet:
-    """Return the comparison between browser and laboratory as a table."""
-    rows = [
-        [
-            f"{one.level} − {one.against}",
-            one.measure,
-            one.effect.reason if isinstance(one.effect, NotComputed) else one.effect.summary(),
-        ]
-        for one in found
-    ]
-    caption = f"In a browser or in the laboratory, between groups of subjects: {unit}"
-    return listed(f"{name}_place.csv", caption, ["groups", "of", "difference"], rows)
+    return place_effects(seen, pd.DataFrame(rows), unit="log odds") if rows else NO_ANSWERS

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-import pandas as pd
-
 from focalgradient.report.document import Block, Notice, Paragraph, Table
-from focalgradient.report.tables import SPACE, Sheet, decimals, freedom, interval, many, number, probability
+from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number, probability
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
     ComparisonResult,
@@ -27,13 +25,14 @@ __all__ = [
     "EFFECT",
     "TRIALS",
     "answers_of",
+    "both_results",
     "catch_answers",
     "changed",
     "criteria",
     "excluded",
+    "exclusions_table",
     "headlines",
     "main_results",
-    "sensitivity",
     "with_and_without",
 ]
 
@@ -167,62 +166,62 @@ EFFECT = "_exclusions_effect.csv"
 """Suffix of the files with results with and without exclusions."""
 
 
-def main_results(sheets: Iterable[Sheet]) -> list[dict[str, Any]]:
-    """Return the rows of the tables with and without exclusions for JSON; missing values are None."""
-    found: list[dict[str, Any]] = []
-    for sheet in sheets:
-        if sheet.file.endswith(EFFECT):
-            for row in sheet.digits.astype(object).where(sheet.digits.notna(), None).to_dict("records"):
-                known = {str(key): list(value) if isinstance(value, tuple) else value for key, value in row.items()}
-                found.append({"experiment": sheet.file.removesuffix(EFFECT)} | known)
-    return found
-
-
 WITH, WITHOUT = "with exclusions", "without exclusions"
 
 
-def sensitivity(
-    name: str, found: Quality, kept: Analysed | NotComputed, everyone: Analysed | NotComputed
-) -> tuple[Sheet, list[str], list[str]]:
-    """Compare results with and without exclusions: table, sentences, and notices of conclusions that change.
+def both_results(answers: Iterable[Answer], *, excludes: bool) -> list[tuple[str, Answer]]:
+    """Return the main results with and without exclusions; all are without them where nobody `excludes`."""
+    main = [answer for answer in answers if answer.headline]
+    kept = [answer for answer in main if not answer.role.startswith("without")]
+    if not excludes:
+        return [(WITHOUT, answer) for answer in kept]
+    everyone = [answer for answer in main if answer.role == WITHOUT]
+    return [*((WITH, answer) for answer in kept), *((WITHOUT, answer) for answer in everyone or kept)]
 
-    Parameters
-    ----------
-    name
-        Name of the experiment in file names.
-    found
-        Exclusions.
-    kept, everyone
-        Analyses of the rows kept, and of all trials.
-    """
-    both = [(WITH, headlines(kept)), (WITHOUT, headlines(everyone))]
-    digits = [
-        {"exclusions": which, "what": one.headline, **_as_shown(one)} | as_table([one.outcome]).iloc[0].to_dict()
-        for which, listed in both
-        for one in listed
-    ]
-    rows = [[one.headline, which, *_cells(one)] for which, listed in both for one in listed]
-    rows.sort(key=lambda row: [one.headline for one in both[1][1]].index(row[0]) if both[1][1] else 0)
-    header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
-    caption = "Main results with and without exclusions"
-    file = f"{name}{EFFECT}"
-    columns = ["exclusions", "what"] if not digits else None
-    table = Table(caption, header, rows, csv=file) if found.exclusions else None
-    sheet = Sheet(file, table, pd.DataFrame(digits, columns=columns))
+
+def main_results(both: Iterable[tuple[str, Answer]]) -> list[dict[str, Any]]:
+    """Return the main results with and without exclusions for JSON, in the unit that `what` names; None if missing."""
+    found = []
+    for which, answer in both:
+        row: dict[str, Any] = {"exclusions": which, "what": answer.headline}
+        if isinstance(answer.outcome, Effect):
+            ends = {
+                "value": answer.outcome.estimate,
+                "value_low": answer.outcome.low,
+                "value_high": answer.outcome.high,
+            }
+            row |= {name: answer.displayed(end) for name, end in ends.items()}
+        elif answer.n is not None:
+            row["subjects"] = answer.n
+        fields = as_table([answer.outcome]).astype(object)
+        for key, value in fields.where(fields.notna(), None).to_dict("records")[0].items():
+            row[str(key)] = list(value) if isinstance(value, tuple) else value
+        found.append(row)
+    return found
+
+
+def with_and_without(found: Quality, both: Iterable[tuple[str, Answer]]) -> Iterator[Block]:
+    """Yield notices of conclusions that change with exclusions, and sentences on the results without them."""
     if not found.exclusions:
-        return sheet, ["The rules left out nobody and no trial."], []
-    results = "; ".join(f"{one.headline}: {_in_words(one)}" for one in both[1][1])
-    counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
-    sentences = [f"Without exclusions ({counted}): {results}."] if results else []
-    return sheet, sentences, list(changed(*(listed for _, listed in both)))
+        yield Paragraph("The rules left out nobody and no trial.")
+        return
+    of: dict[str, list[Answer]] = {WITH: [], WITHOUT: []}
+    for which, answer in both:
+        of[which].append(answer)
+    yield from map(Notice, changed(of[WITH], of[WITHOUT]))
+    if of[WITHOUT]:
+        results = "; ".join(f"{answer.headline}: {_in_words(answer)}" for answer in of[WITHOUT])
+        counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
+        yield Paragraph(f"Without exclusions ({counted}): {results}.")
 
 
-def _as_shown(one: Answer) -> dict[str, float]:
-    """Return estimate and interval in the unit that `what` names."""
-    if not isinstance(one.outcome, Effect):
-        return {}
-    ends = {"value": one.outcome.estimate, "value_low": one.outcome.low, "value_high": one.outcome.high}
-    return {name: one.displayed(end) for name, end in ends.items()}
+def exclusions_table(both: Iterable[tuple[str, Answer]], name: str) -> Table:
+    """Return the main results with and without exclusions for display, each result in two rows."""
+    rows = [[answer.headline, which, *_cells(answer)] for which, answer in both]
+    order = list(dict.fromkeys(row[0] for row in rows if row[1] == WITHOUT))
+    rows.sort(key=lambda row: order.index(row[0]) if row[0] in order else 0)
+    header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
+    return Table("Main results with and without exclusions", header, rows, csv=f"{name}{EFFECT}")
 
 
 def _cells(one: Answer) -> list[str]:
@@ -257,17 +256,3 @@ def changed(kept: Iterable[Answer], everyone: Iterable[Answer]) -> Iterator[str]
                 for p in [probability(test.corrected_p) if isinstance(test, Effect) else ""]
             )
             yield f"Exclusions decide: {other.headline}, {with_} {WITH} and {without} {WITHOUT}."
-
-
-def with_and_without(
-    name: str,
-    found: Quality,
-    kept: Analysed | NotComputed,
-    everyone: Analysed | NotComputed | None,
-    own: list[Sheet],
-) -> Iterator[Block]:
-    """Yield sentences and notices on results without exclusions; insert the table at the start of `own`."""
-    sheet, sentences, notices = sensitivity(name, found, kept, everyone or kept)
-    own.insert(0, sheet)
-    yield from map(Notice, notices)
-    yield from map(Paragraph, sentences)

@@ -6,17 +6,15 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-import pandas as pd
-
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT, TRIALS, WITHOUT, changed
+from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
-from focalgradient.report.tables import Sheet, effect_sheet, many
-from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules, as_table
+from focalgradient.report.tables import answer_tables, many
+from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules
 from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
@@ -90,18 +88,8 @@ class ConditionPart(Part):
             if alike and any(test.factor == factor and test.level is None for test in self.tests):
                 caption = f"Ratings by {factor}: a point for each subject, and their least-squares line."
             yield output.figure(f"{self.name}_{factor}".replace(" ", "_").replace("/", "_"), figure, caption)
-        found = [(test.name, test.effect) for test in self.tests if test.effect is not None]
-        digits = [
-            {"exclusions": which, "what": test.name}
-            | ({"value": one.estimate, "value_low": one.low, "value_high": one.high} if isinstance(one, Effect) else {})
-            | as_table([one]).iloc[0].to_dict()
-            for which, tests in (("with exclusions", self.tests), ("without exclusions", self.everyone))
-            for test in tests
-            if (one := test.effect) is not None
-        ]
         caption = "Tests of the conditions; Holm’s correction is over those of ratings, and over those of effects"
-        results = Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(digits))
-        yield from output.tables([effect_sheet(f"{self.name}_tests.csv", caption, "effect", found), results])
+        yield from answer_tables(answers_of_tests(self.tests), caption)
 
     def answers(self) -> Iterator[Answer]:
         yield from answers_of_tests(self.tests)

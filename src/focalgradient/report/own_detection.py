@@ -13,13 +13,12 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.choices import DETECTION
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import r_script, reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
 from focalgradient.report.words import p_is
-from focalgradient.statistics import Effect, Interval, NotComputed, as_table
+from focalgradient.statistics import Effect, Interval, NotComputed
 from focalgradient.statistics.detection import (
     DetectionGroup,
     RatingRoc,
@@ -38,27 +37,6 @@ CAPTION = (
     "Left: each person’s rates (discs) and, where confidence was asked, ROC (thin); bold: the curve of equal variances "
     "with the mean d′. Right: each person’s d′ and the mean of all (disc), with 95 % intervals."
 )
-
-SCRIPT = """# d' and criterion of each person and condition, and their means, as in the report. Base R. Run in the
-# report's folder: Rscript detection.R
-d <- read.csv("detection_trials.csv", colClasses = c(participant_id = "character", condition = "character"))
-d <- d[!d$catch, ]; d$condition[is.na(d$condition)] <- ""
-found <- do.call(rbind, lapply(split(d, list(d$participant_id, d$condition), drop = TRUE), function(e) {
-  z <- function(rows) qnorm((sum(e$answer[rows]) + .5) / (sum(rows) + 1))  # log-linear correction
-  if (!any(e$signal) || all(e$signal)) return(NULL)
-  data.frame(participant_id = e$participant_id[1], condition = e$condition[1], d_prime = z(e$signal) - z(!e$signal),
-             criterion = -(z(e$signal) + z(!e$signal)) / 2)
-}))
-print(found, row.names = FALSE, digits = 6)
-for (condition in unique(found$condition)) {
-  own <- found[found$condition == condition, ]
-  cat("mean", condition, "\\n")
-  if (nrow(own) < 2) next
-  half <- qt(.975, nrow(own) - 1) * sd(own$d_prime) / sqrt(nrow(own))
-  print(c(d = mean(own$d_prime), low = mean(own$d_prime) - half, high = mean(own$d_prime) + half,
-          c = mean(own$criterion)), digits = 6)
-}
-"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -159,7 +137,6 @@ class DetectionPart(Part):
         yield from self._confidence()
         known = {who: one for who, one in self.curves.items() if isinstance(one, RatingRoc)}
         yield output.figure("detection", detection_figure(group, known, simulated=self.simulated), CAPTION)
-        output.tables([self._means()])
         yield from output.tables([self._each()])
 
     def _confidence(self) -> Iterator[Block]:
@@ -194,7 +171,8 @@ class DetectionPart(Part):
         for condition in self.group.d_prime:
             count = sum(at == condition for _, at in self.group.people)
             for what, mean in self._all_means(condition).items():
-                yield stated(f"mean {what}", condition, mean, "main", n=count)
+                head = f"mean {what}" + (f", {condition}" if condition else "")
+                yield stated(f"mean {what}", condition, mean, "main", n=count, headline=head)
         first = next(iter(self.group.d_prime))
         for condition, test in zip(self.group.differences, family(self.group.differences.values()), strict=True):
             yield stated("difference of d′", f"{condition} less {first}", test, "main")
@@ -206,17 +184,6 @@ class DetectionPart(Part):
     def _all_means(self, condition: str) -> dict[str, Interval]:
         found = {"d′": self.group.d_prime[condition], "criterion c": self.group.criterion[condition]}
         return found | self._measures(condition)
-
-    def _means(self) -> Sheet:
-        """Return means over people as a file, for results.json."""
-        rows = []
-        for condition in self.group.d_prime:
-            count = sum(at == condition for _, at in self.group.people)
-            for what, mean in self._all_means(condition).items():
-                name = f"mean {what}" + (f", {condition}" if condition else "")
-                about = {"exclusions": "without exclusions", "what": name, "subjects": count}
-                rows.append(about | as_table([mean]).iloc[0].to_dict())
-        return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
 
     def _each(self) -> Sheet:
         head = ["participant", "condition", "hit rate", "false-alarm rate", "d′", "low", "high", "c", "low c", "high c"]
@@ -252,7 +219,11 @@ class DetectionPart(Part):
     def exports(self) -> Mapping[str, bytes]:
         file = f"{self.name}_trials.csv"
         read = f"read_{file.removesuffix('.csv')}.R"
-        return {file: safe_csv(self.own.table), read: reader(file, self.own.table), "detection.R": SCRIPT.encode()}
+        return {
+            file: safe_csv(self.own.table),
+            read: reader(file, self.own.table),
+            "detection.R": r_script("detection").encode(),
+        }
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

@@ -19,13 +19,12 @@ from focalgradient.plotting.traces import trace_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, effect_sheet, many
-from focalgradient.statistics import ConditionTest, Effect, NotComputed, as_table
+from focalgradient.report.tables import Sheet, answer_tables, many
+from focalgradient.statistics import ConditionTest, Effect, NotComputed
 from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answer
@@ -128,10 +127,8 @@ class OwnTask(Part):
             by, ratio = factors[0] if factors else None, level in self.task.ratios
             traced = trace_figure(self.rows, level, by, self.units, ratio=ratio, simulated=self.simulated)
             yield output.figure(f"{self.name}_{level}_trace", traced, TRACE)
-        sheets = [_means(self)]
-        if self.tests:
-            sheets = [*_tests(self), *sheets]
-        yield from output.tables(sheets)
+        yield from answer_tables(self.answers(), "Tests over subjects; Holm’s correction is over all")
+        yield from output.tables([_means(self)])
 
     def answers(self) -> Iterator[Answer]:
         yield from answers_of_tests(self.tests)
@@ -184,20 +181,6 @@ def _confounded(rows: pd.DataFrame, factors: Iterable[str]) -> Iterator[Notice]:
         levels = [rows[name].nunique() for name in (one, other)]
         if levels == [len(rows[[one, other]].drop_duplicates())] * 2:
             yield Notice(f"{one} and {other} always change together: their effects cannot be separated.")
-
-
-def _tests(part: OwnTask) -> list[Sheet]:
-    """Return the tests as a table, and as results for JSON and meta-analysis."""
-    found = [(test.name, test.effect) for test in part.tests if test.effect is not None]
-    caption = "Tests over subjects; Holm’s correction is over all"
-    digits = [
-        {"exclusions": "without exclusions", "what": name}
-        | ({"value": one.estimate, "value_low": one.low, "value_high": one.high} if isinstance(one, Effect) else {})
-        | as_table([one]).iloc[0].to_dict()
-        for name, one in found
-    ]
-    results = Sheet(f"{part.name}{EFFECT}", None, pd.DataFrame(digits))
-    return [effect_sheet(f"{part.name}_tests.csv", caption, "effect", found), results]
 
 
 def _means(part: OwnTask) -> Sheet:

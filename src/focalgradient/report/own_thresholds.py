@@ -5,18 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-import pandas as pd
-
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, decimals, effect_sheet, freedom, many, number
-from focalgradient.report.thresholds import BIAS, averaged, fitted_values, threshold_answers
+from focalgradient.report.tables import Sheet, answer_tables, decimals, freedom, many, number
+from focalgradient.report.thresholds import BIAS, fitted_values, threshold_answers
 from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Effect,
@@ -24,7 +21,6 @@ from focalgradient.statistics import (
     NotComputed,
     ThresholdFit,
     ThresholdResult,
-    as_table,
     blur_thresholds,
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
@@ -94,7 +90,6 @@ class OwnThresholdPart(Part):
                 yield Paragraph(f"{where} mean of each person’s threshold: {_ends(result.mean, unit)}.")
             else:
                 yield Notice(f"{name}: {result.mean.reason}" if name else result.mean.reason)
-        output.tables([self._means()])
         differences = threshold_differences(self.results)
         for pair, test in differences.items():
             yield from self._difference(*pair, test)
@@ -107,9 +102,7 @@ class OwnThresholdPart(Part):
                 "threshold_people", person_figure(self.results, simulated=self.simulated, level=level), PEOPLE
             )
         if differences:
-            named = ((f"{one} / {other}", test) for (one, other), test in differences.items())
-            caption = "Ratios of thresholds between conditions, as logarithms"
-            yield from output.tables([effect_sheet("threshold_differences.csv", caption, "thresholds", named)])
+            yield from answer_tables(self.answers(), "Geometric mean thresholds, and their ratios between conditions")
         yield from output.tables([self._each()])
 
     def _notices(self, condition: str, result: ThresholdResult) -> Iterator[Block]:
@@ -138,16 +131,6 @@ class OwnThresholdPart(Part):
             f"Threshold of {one} over that of {other}: {_ends(test.ratio, '')}, t({freedom(test.df)}) = "
             f"{decimals(test.statistic)}, p {p_is(test.p)}{holm}."
         )
-
-    def _means(self) -> Sheet:
-        """Return means over people as a file, for results.json."""
-        unit = f" ({self.own.unit})" if self.own.unit else ""
-        rows = []
-        for name, result in self.results.items():
-            what = f"geometric mean threshold{unit}" + (f", {name}" if name else "")
-            about = {"exclusions": "without exclusions", "what": what, "subjects": averaged(result.subjects)}
-            rows.append(about | as_table([result.mean]).iloc[0].to_dict())
-        return Sheet(f"{self.name}{EFFECT}", None, pd.DataFrame(rows))
 
     def _each(self) -> Sheet:
         head = ["participant", "session", "condition", "threshold", "low", "high", "slope", "lapses", "trials"]

@@ -11,6 +11,7 @@ from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
 from focalgradient.report.document import Block, Figure
+from focalgradient.report.exclusions import WITHOUT, both_results
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet
 from focalgradient.scales import Analysis
@@ -108,6 +109,12 @@ class Part(ABC):
     @abstractmethod
     def choices(self) -> tuple[str, ...]:
         """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
+
+    @property
+    def both(self) -> list[tuple[str, Answer]]:
+        """Main results with and without exclusions."""
+        answers = [*self.answers()]
+        return both_results(answers, excludes=bool(self.rules) or any(one.role == WITHOUT for one in answers))
 
     @property
     def rules(self) -> tuple[str, ...]:

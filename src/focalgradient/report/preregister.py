@@ -9,6 +9,7 @@ from focalgradient.design import load_design
 from focalgradient.errors import InputError
 from focalgradient.power import Model
 from focalgradient.report.document import as_html, as_markdown
+from focalgradient.report.own_tasks import preregister_own_task
 from focalgradient.report.preregistered import Planned
 from focalgradient.report.rules import Stated
 from focalgradient.statistics.hypotheses import check_bound
@@ -63,7 +64,7 @@ def preregistration(
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
-    text = task.preregistered(design, asked)
+    text = task.preregistered(design, asked) or preregister_own_task(task, design, asked)
     blocks = text.blocks()
     files = {
         "preregistration.html": as_html(text.title, blocks).encode(),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
@@ -12,31 +12,29 @@ from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, or
 from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
-from focalgradient.report.displays import blur_seen, place_effects, place_sheet, screens, screens_sheet
+from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
 from focalgradient.report.document import Block, Details, Notice, Paragraph
-from focalgradient.report.exclusions import answers_of, with_and_without
+from focalgradient.report.exclusions import answers_of, exclusions_table, with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.plans import CONFIDENCE_PLAN, in_focus
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part, variant_answers
-from focalgradient.report.scales import comparison_sheets, factor_sheet
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
-from focalgradient.report.tables import quality_sheets, rating_sheets
+from focalgradient.report.tables import CHECKS, MEANS, answer_tables, quality_sheets, rating_sheets
 from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
 from focalgradient.statistics import (
     DepthRatingResult,
     Effect,
-    FactorEffect,
     Interval,
     NotComputed,
     OrdinalResult,
     Quality,
 )
-from focalgradient.statistics.comparisons import confidence_answers
+from focalgradient.statistics.comparisons import CONFIDENCE_SLOPE, confidence_answers
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
-from focalgradient.statistics.questions import Answer, stated
+from focalgradient.statistics.questions import NO_ANSWERS, Answer, Answers, stated
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.robustness import Variant, robustness
 
@@ -82,6 +80,8 @@ class RatingPart(Part):
         Main effects with each exclusion rule left out.
     data, simulated
         As in `ratings`.
+    found
+        All effects.
     """
 
     ratings: Ratings
@@ -90,6 +90,7 @@ class RatingPart(Part):
     variants: tuple[Variant, ...]
     data: DataSet | None
     simulated: bool
+    found: Answers = NO_ANSWERS
 
     @classmethod
     def of(cls, ratings: Ratings, asked: Asked) -> RatingPart:
@@ -98,7 +99,8 @@ class RatingPart(Part):
         if asked.bayes and isinstance(ratings.result, DepthRatingResult):
             posterior = bayes_analysis(ratings, ratings.result.analysis, asked.bound, asked.used_bound, asked.progress)
         variants = () if ratings.kept.empty else robustness(ratings.table, ratings.quality.rules, ratings.analysis)
-        return cls(ratings, asked, posterior, variants, ratings.data, ratings.simulated)
+        made = cls(ratings, asked, posterior, variants, ratings.data, ratings.simulated)
+        return replace(made, found=Answers(tuple(made._answers())))
 
     @classmethod
     def of_dataset(cls, root: str | os.PathLike[str], asked: Asked) -> RatingPart:
@@ -126,68 +128,74 @@ class RatingPart(Part):
         return (*OF_RATINGS, "bound") if self.ratings.analysis.ratios else OF_RATINGS
 
     def findings(self, output: Output) -> Iterator[Block]:
-        part = self.ratings
+        part, answers = self.ratings, self.found
         for sentence in findings(part):
             yield Notice(sentence) if isinstance(part.main, NotComputed) else Paragraph(sentence)
         result = part.result if isinstance(part.result, DepthRatingResult) else None
         if result is not None:
             yield from map(Paragraph, rating_cautions(result))
         yield Paragraph(counts(part.quality))
-        own = quality_sheets(part.quality, "depth_rating")
-        seen = [] if part.data is None else screens(part.data)
-        if places := self._places():
-            unit = "logarithm of the ratings" if part.analysis.ratios else "units of the scale"
-            own = [place_sheet(places, "depth_rating", unit), *own]
-        own += [sheet for sheet in [screens_sheet(seen, "depth_rating")] if sheet]
-        if part.factors:
-            own = [factor_sheet(part.factors, part.analysis), *own]
-        yield from with_and_without("depth_rating", part.quality, part.main, part.everyone, own)
+        yield from with_and_without(part.quality, self.both)
         folded: list[Block] = []
-        results = [*comparison_sheets(part.compared)] if part.compared is not None else []
         if result is not None:
             figure, *further = self._figures(result, output)
             yield figure
             folded += [*map(Paragraph, rating_checks(result)), *further]
-            results = rating_sheets(result)
-        shown, *tables = output.tables([*results, *own])
-        yield shown
+        yield from answer_tables(answers, self._caption)
         checked = rating_residuals(part.kept, part.analysis)
         if not part.kept.empty and checked:
             drawn = residual_figure(checked, simulated=part.simulated)
             folded.append(output.figure("depth_rating_residuals", drawn, RESIDUALS))
         folded += robustness_part(self.variants, part.analysis, output)
-        folded += tables
+        folded += answer_tables(answers, "Tests that decide nothing; p is not corrected", CHECKS)
+        how = "within subjects" if part.analysis.ratios else "by t on the log odds" if part.analysis.binary else "by t"
+        folded += answer_tables(answers, f"Means over subjects, 95 % intervals {how}", MEANS)
+        if part.quality.exclusions:
+            folded.append(exclusions_table(self.both, self.name))
+        sheets = [] if result is None else rating_sheets(result)
+        seen = [] if part.data is None else screens(part.data)
+        folded += output.tables(
+            [*sheets, *quality_sheets(part.quality, self.name), *filter(None, [screens_sheet(seen, self.name)])]
+        )
         if result is not None:
             yield from map(Paragraph, result.remarks)
-        for answer in confidence_answers(part.kept):
-            found = answer.outcome
-            said = found.summary() if isinstance(found, Effect) else getattr(found, "reason", "")
-            yield Paragraph(f"With {in_focus(answer.level)}, slope of confidence on the aperture: {said}")
+        for fixation, outcome in answers.to(CONFIDENCE_SLOPE).items():
+            said = outcome.summary() if isinstance(outcome, Effect) else outcome.reason
+            yield Paragraph(f"With {in_focus(fixation)}, slope of confidence on the aperture: {said}")
         yield from gaze_part(part, output.sheets)
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
         yield Details("Checks and further tables", folded)
 
-    def answers(self) -> Iterator[Answer]:
+    @property
+    def _caption(self) -> str:
+        result = self.ratings.main
+        caption = "Effects. p (Holm): over all secondary comparisons"
+        if self.ratings.factors:
+            caption += ", of a factor over its levels"
+        if not isinstance(result, DepthRatingResult):
+            return caption
+        if isinstance(result.ordinal, OrdinalResult):
+            return f"{caption}. Cumulative-link mixed model: {result.ordinal.formula}"
+        return f"{caption}. Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole"
+
+    def answers(self) -> Answers:
+        return self.found
+
+    def _answers(self) -> Iterator[Answer]:
         part = self.ratings
         yield from answers_of(part.main, part.everyone, part.quality)
         if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
             yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
         yield from confidence_answers(part.kept)
-        unit = "log ratio" if part.analysis.ratios else "units of the scale"
-        for one in (*part.factors, *self._places()):
-            level = f"{one.level} less {one.against}"
-            yield stated(f"{one.measure} by {one.factor}", level, one.effect, "secondary", unit)
+        yield from part.factors
+        if part.data is not None:
+            yield from place_effects(screens(part.data), part.kept, ratios=part.analysis.ratios)
         yield from variant_answers(self.variants, part.main)
+        unit = "log ratio" if part.analysis.ratios else "units of the scale"
         for name, found in ({} if self.posterior is None else self.posterior.posteriors).items():
             outcome = found if isinstance(found, NotComputed) else Interval(found.median, found.low, found.high)
             yield stated("posterior of the depth effect", name, outcome, "check", unit)
-
-    def _places(self) -> tuple[FactorEffect, ...]:
-        """Compare participants in a browser with those in the laboratory."""
-        part = self.ratings
-        seen = [] if part.data is None else screens(part.data)
-        return place_effects(seen, part.kept, ratios=part.analysis.ratios)
 
     def _figures(self, result: DepthRatingResult, output: Output) -> Iterator[Block]:
         simulated, data = self.simulated, self.ratings.data
@@ -207,7 +215,7 @@ class RatingPart(Part):
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), ROBUSTNESS_PLAN])
-        if confidence_answers(self.ratings.kept).rows:
+        if self.found.to(CONFIDENCE_SLOPE):
             yield Paragraph(CONFIDENCE_PLAN)
         if self.posterior is not None:
             yield Paragraph(bayes_methods(self.posterior))

@@ -30,6 +30,7 @@ def explained_table(
     conditions: Mapping[str, str] | None = None,
     where: Where | None = None,
     by: Sequence[str] = (),
+    order: Sequence[str] = (),
 ) -> list[str]:
     """Return lines that say what the table is taken for, and how each column is read.
 
@@ -40,7 +41,7 @@ def explained_table(
     """
     if by or (not any(kind[1](paths, columns) for kind in KINDS[:-1]) and holds_conditions(paths, columns)):
         own = Source.read(paths, own_ratings.ROLES, columns, where)
-        by_condition = read_conditions(paths, columns, by, where)
+        by_condition = read_conditions(paths, columns, by, where, order=order)
         return [
             f"{own.name}: {len(own.cells):,} rows, taken for {len(by_condition.table):,} ratings by "
             f"{' and '.join(by_condition.conditions)}",
@@ -52,7 +53,7 @@ def explained_table(
     wide = what == "depth ratings"
     given = own_ratings.long_columns(columns) if wide else columns
     own = Source.read(paths, roles, given, where)
-    found = read(paths, columns, conditions, where=where)
+    found = read(paths, columns, conditions, where=where, **({"order": order} if order else {}))
     said = [*getattr(found, "problems", ()), *found.notices, *found.notes]
     return [
         f"{own.name}: {len(own.cells):,} rows, taken for {len(found.table):,} {what}",

@@ -6,9 +6,8 @@ Numbers follow the APA manual: two decimals for t, d and ratios, no zero before 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import pandas as pd
@@ -21,22 +20,23 @@ from focalgradient.statistics import (
     DurationsOfPeople,
     Effect,
     Equivalence,
-    Interval,
     NeckerResult,
     NotComputed,
     OrdinalResult,
     Quality,
     as_table,
 )
-from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.crossed import random_scenes
-from focalgradient.statistics.cube import READINGS
+from focalgradient.statistics.questions import Answer
 
 __all__ = [
+    "CHECKS",
+    "EFFECTS",
+    "MEANS",
     "SPACE",
     "Sheet",
+    "answer_tables",
     "decimals",
-    "effect_sheet",
     "freedom",
     "interval",
     "many",
@@ -144,35 +144,59 @@ class _Cells:
         self.notes[f"{NONE}: {result.reason}"] = None
         return [NONE] * cells
 
-    def interval(self, result: Interval | NotComputed, factor: float = 1.0, places: int = 2) -> list[str]:
-        """Return estimate and interval."""
-        if isinstance(result, NotComputed):
-            return self.missing(result, 2)
-        low, high = (None if end is None else factor * end for end in (result.low, result.high))
-        return [decimals(factor * result.estimate, places), interval(low, high, places)]
+    def answer(self, answer: Answer) -> list[str]:
+        """Return unit, generality, estimate, interval, test, p, Holm's p and effect size of an answer, as displayed."""
+        outcome, ratio = answer.outcome, answer.question.ratio
+        unit = answer.question.unit.removeprefix("log ") if ratio else answer.question.unit
+        if isinstance(outcome, NotComputed):
+            return [unit, *self.missing(outcome, 8)]
+        places, shown = (2, decimals) if ratio else (None, number)
+        low, high = (None if end is None else answer.displayed(end) for end in (outcome.low, outcome.high))
+        estimate = None if outcome.estimate is None else answer.displayed(outcome.estimate)
+        row = [shown(estimate), interval(low, high, places)]
+        if isinstance(outcome, Equivalence):
+            unit += f", bound {shown(answer.displayed(outcome.bound))}, 90 % interval"
+        if not isinstance(outcome, Effect):
+            return [unit, NONE, *row, NONE, probability(getattr(outcome, "p", None)), *[NONE] * 3]
+        self.notes.update(dict.fromkeys(outcome.remarks))
+        test = f"t({freedom(outcome.df)}){SPACE}={SPACE}{decimals(outcome.statistic)}"
+        size = outcome.d or outcome.dz_interval
+        ends = [NONE, NONE] if size is None else [decimals(size.estimate), interval(size.low, size.high, 2)]
+        over = "subjects and scenes" if random_scenes(outcome) else "subjects"
+        return [unit, over, *row, test, probability(outcome.p), probability(outcome.p_holm), *ends]
 
-    def effect(self, result: Effect | NotComputed, factor: float = 1.0, *, ratio: bool = False) -> list[str]:
-        """Return estimate, interval, test, p and Holm's p; with `ratio`, the effect is on a logarithm."""
-        if isinstance(result, NotComputed):
-            return self.missing(result, 5)
-        self.notes.update(dict.fromkeys(result.remarks))
-        if ratio:
-            ends = result.ratio
-            return [decimals(ends.estimate), interval(ends.low, ends.high, 2), *self.test(result)]
-        low, high = (None if end is None else factor * end for end in (result.low, result.high))
-        return [number(factor * result.estimate), interval(low, high), *self.test(result)]
 
-    def size(self, result: Effect | NotComputed) -> list[str]:
-        """Return the effect size (d over subjects and scenes, or d_z over subjects) and its interval."""
-        found = (result.d or result.dz_interval) if isinstance(result, Effect) else None
-        return [NONE, NONE] if found is None else [decimals(found.estimate), interval(found.low, found.high, 2)]
+EFFECTS, CHECKS, MEANS = ("primary", "main", "secondary"), ("check",), ("description",)
+"""Roles of the answers in one table."""
 
-    def test(self, result: Effect | NotComputed) -> list[str]:
-        """Return the test statistic, p and Holm's p."""
-        if isinstance(result, NotComputed):
-            return self.missing(result, 3)
-        statistic = f"t({freedom(result.df)}){SPACE}={SPACE}{decimals(result.statistic)}"
-        return [statistic, probability(result.p), probability(result.p_holm)]
+
+SIZE = ("d (over subjects: d_z)", "95 %")
+"""Headings of the effect size."""
+
+
+def answer_tables(answers: Iterable[Answer], caption: str, roles: Collection[str] = EFFECTS) -> list[Table]:
+    """Return the answers with one of some roles as a table; none if there are none. All are in results.csv."""
+    cells = _Cells()
+    shown = [answer for answer in answers if answer.role in roles]
+    if roles == MEANS:
+        shown = [answer for answer in shown if not isinstance(answer.outcome, NotComputed)]
+    rows = [[answer.name, answer.level, *cells.answer(answer)] for answer in shown]
+    head = [
+        "result",
+        "of",
+        "unit",
+        "holds for other",
+        "estimate",
+        "95 %",
+        "test",
+        "p",
+        "p (Holm)",
+        "d (over subjects: d_z)",
+        "95 %",
+    ]
+    empty = {place for place in range(1, len(head)) if all(row[place] in ("", NONE) for row in rows)}
+    kept = [[cell for place, cell in enumerate(row) if place not in empty] for row in [head, *rows]]
+    return [Table(caption, kept[0], kept[1:], tuple(cells.notes), "results.csv")] if rows else []
 
 
 def quality_sheets(found: Quality, name: str) -> list[Sheet]:
@@ -211,96 +235,13 @@ def quality_sheets(found: Quality, name: str) -> list[Sheet]:
 
 
 def rating_sheets(result: DepthRatingResult) -> list[Sheet]:
-    """Return the tables of experiment 1."""
+    """Return the tables of experiment 1 beside those of the effects."""
     sheets = [Sheet("depth_rating_subjects.csv", None, as_table(result.subject_means))]
     if isinstance(result.ordinal, OrdinalResult):
         return [*sheets, *_ordinal(result.ordinal)]
     if result.scene_means:
         sheets.append(Sheet("depth_rating_scenes.csv", None, as_table(result.scene_means)))
-    sheets += _sensitivity(result)
-    return [*sheets, _rises(result), _equivalence(result), _means(result), _slopes(result), _components(result)]
-
-
-def _sensitivity(result: DepthRatingResult) -> list[Sheet]:
-    """Return the bootstrap-t of the primary effect as a file, if there is one."""
-    rows = [
-        {"fixation": each.fixation, "estimate": each.rise_these_scenes.estimate}
-        | as_table([each.bootstrap]).iloc[0].to_dict()
-        | {"method": "bootstrap-t over subjects"}
-        for each in result.fixations
-        if isinstance(each.bootstrap, BootstrapT) and isinstance(each.rise_these_scenes, Effect)
-    ]
-    return [Sheet("depth_rating_sensitivity.csv", None, pd.DataFrame(rows))] if rows else []
-
-
-def _rises(result: DepthRatingResult) -> Sheet:
-    cells = _Cells()
-    tests: list[tuple[str, str, Effect | NotComputed]] = []
-    tested = [(each.fixation, each.rise, each.rise_these_scenes) for each in result.fixations]
-    pairs = [(f"{one} / {other}", *tests) for (one, other), tests in result.differences.items()]
-    tested += pairs or [("nearest / farthest", result.interaction, result.interaction_these_scenes)]
-    for name, test, fixed in tested:
-        tests += [(name, "subjects and scenes", test), (name, THESE, fixed)]
-    rows = [
-        [fixation, over, *cells.effect(test, ratio=True), *cells.size(test)]
-        for fixation, over, test in tests
-        if over == THESE or not isinstance(test, Effect) or random_scenes(test)  # with few scenes the tests coincide
-    ]
-    digits = [
-        {"fixation": fixation, "generalises_over": over} | as_table([test]).iloc[0].to_dict()
-        for fixation, over, test in tests
-    ]
-    header = ["in focus", "holds for other", "depth effect (ratio to pinhole)", "95 %"]
-    header += ["test", "p", "p (Holm)", *SIZE]
-    caption = (
-        f"Depth effect: ratings at the largest aperture ({result.largest_mm:.3g} mm) over the pinhole; the first is "
-        "primary. p (Holm): over all secondary comparisons"
-    )
-    return sheet("depth_rating_rises.csv", caption, header, rows, digits, cells)
-
-
-THESE = "subjects; these scenes"
-
-SIZE = ("d (over subjects: d_z)", "95 %")
-"""Headings of the effect size."""
-
-
-def _means(result: DepthRatingResult) -> Sheet:
-    cells = _Cells()
-    rows = [
-        [
-            mean.fixation,
-            mean.aperture,
-            number(mean.aperture_mm),
-            str(mean.subjects),
-            *cells.interval(mean.rating),
-            *(cells.interval(mean.ratio) if mean.aperture_mm else ["1", NONE]),
-            *(cells.test(mean.against_pinhole) if mean.aperture_mm else [NONE] * 3),
-            *(cells.size(mean.against_pinhole) if mean.aperture_mm else [NONE] * 2),
-        ]
-        for mean in result.means
-    ]
-    header = ["in focus", "aperture", "mm", "N", "rating", "95 % within subjects", "ratio to pinhole", "95 %"]
-    header += ["test of the ratio", "p", "p (Holm)", *SIZE]
-    caption = (
-        "Ratings and their ratio to the pinhole: geometric means; at the largest aperture the test is that of "
-        "the depth effect. p (Holm): over all secondary comparisons"
-    )
-    return sheet("depth_rating_means.csv", caption, header, rows, result.means, cells)
-
-
-def _slopes(result: DepthRatingResult) -> Sheet:
-    cells = _Cells()
-    tests: list[tuple[str, str, Effect | NotComputed]] = []
-    for each in result.fixations:
-        tests.append((each.fixation, "slope (log ratio / mm)", each.slope))
-    rows = [[fixation, what, *cells.effect(test), *cells.size(test)] for fixation, what, test in tests]
-    digits = [
-        {"fixation": fixation, "what": what} | as_table([test]).iloc[0].to_dict() for fixation, what, test in tests
-    ]
-    header = ["in focus", "of the logarithm of the rating", "estimate", "95 %", "test", "p", "p (Holm)", *SIZE]
-    caption = "Trend: straight line through the apertures. p (Holm): over all secondary comparisons"
-    return sheet("depth_rating_slopes.csv", caption, header, rows, digits, cells)
+    return [*sheets, _components(result)]
 
 
 def _components(result: DepthRatingResult) -> Sheet:
@@ -323,101 +264,23 @@ def _components(result: DepthRatingResult) -> Sheet:
     return sheet("depth_rating_components.csv", caption, header, rows, digits, cells)
 
 
-def _equivalence(result: DepthRatingResult) -> Sheet:
-    cells = _Cells()
-    rows = []
-    for each in result.fixations:
-        test = each.equivalence
-        if isinstance(test, Equivalence):
-            bound = math.exp(test.bound)
-            ends = interval(math.exp(test.low), math.exp(test.high), 2)
-            first = [f"{decimals(1 / bound)} to {decimals(bound)}", decimals(math.exp(test.estimate)), ends]
-            ps = [probability(p) for p in (test.p_below, test.p_above, test.p)]
-            rows.append([each.fixation, *first, *ps, "yes" if test.equivalent else "not shown"])
-        else:
-            rows.append([each.fixation, *cells.missing(test, 7)])
-    header = ["in focus", "bounds", "depth effect at the largest aperture", "90 %"]
-    header += ["p against less", "p against more", "p"]
-    digits = [{"fixation": each.fixation} | as_table([each.equivalence]).iloc[0].to_dict() for each in result.fixations]
-    crossed = any(isinstance(each.rise, Effect) and random_scenes(each.rise) for each in result.fixations)
-    over = "over subjects and scenes" if crossed else "over subjects, for these scenes"
-    caption = f"Whether the depth effect is equivalent to zero (two one-sided tests, {over})"
-    return sheet("depth_rating_equivalence.csv", caption, [*header, "equivalent to zero"], rows, digits, cells)
-
-
 def _ordinal(result: OrdinalResult) -> list[Sheet]:
-    """Return slopes, odds ratios, thresholds and proportions of the cumulative-link mixed model."""
-    cells = _Cells()
-    named: list[tuple[str, str, Effect | NotComputed]] = []
-    for fixation, slope, rise in zip(result.fixations, result.slopes, result.rises, strict=True):
-        named.append((fixation, "slope (log odds of a higher answer / mm)", slope))
-        named.append((fixation, "odds ratio at the largest aperture", rise))
-    what = "ratio of the odds ratios"
-    pairs = [(f"{one} / {other}", what, test) for (one, other), test in result.differences.items()]
-    named += pairs or [("nearest / farthest", what, result.interaction)]
-    rows, digits = [], []
-    random = [isinstance(test, Effect) and random_scenes(test) for _, _, test in named]
-    overs = ["subjects and scenes" if each else THESE for each in random]
-    fixed = _here(result) if any(random) else []
-    for (name, what, test), over in zip([*named, *fixed], [*overs, *[THESE] * len(fixed)], strict=True):
-        rows.append([name, what, over, *cells.effect(test, ratio="ratio" in what)])
-        meant = {"fixation": name, "what": f"logarithm of the {what}" if "ratio" in what else what}
-        digits.append(meant | {"generalises_over": over} | as_table([test]).iloc[0].to_dict())
-    header = ["in focus", "of a higher answer", "holds for other", "estimate", "95 %", "test", "p", "p (Holm)"]
-    caption = f"Cumulative-link mixed model: {result.formula}"
-    sheets = [sheet("depth_rating_ordinal.csv", caption, header, rows, digits, cells)]
-    if result.thresholds:
-        rows = [
-            [
-                f"{each.below} | {each.above}",
-                decimals(each.place.estimate),
-                interval(each.place.low, each.place.high, 2),
-            ]
-            for each in result.thresholds
-        ]
-        caption = "Thresholds between the steps, in log odds; the pinhole with the first scene is 0"
-        header = ["between", "threshold", "95 %"]
-        sheets.append(sheet("depth_rating_thresholds.csv", caption, header, rows, result.thresholds))
-    sheets.append(Sheet("depth_rating_shares.csv", None, as_table(result.shares)))
-    return sheets
-
-
-def _here(result: OrdinalResult) -> list[tuple[str, str, Effect | NotComputed]]:
-    """Return the odds ratios for these scenes only."""
-    pairs = list(combinations(result.fixations, 2))
-    names = [*((name, "odds ratio at the largest aperture") for name in result.fixations)]
-    names += [(f"{one} / {other}", "ratio of the odds ratios") for one, other in pairs]
-    return [(*name, test) for name, test in zip(names, result.these_scenes, strict=False)]
+    """Return thresholds and proportions of the cumulative-link mixed model."""
+    shares = Sheet("depth_rating_shares.csv", None, as_table(result.shares))
+    if not result.thresholds:
+        return [shares]
+    rows = [
+        [f"{each.below} | {each.above}", decimals(each.place.estimate), interval(each.place.low, each.place.high, 2)]
+        for each in result.thresholds
+    ]
+    caption = "Thresholds between the steps, in log odds; the pinhole with the first scene is 0"
+    file, header = "depth_rating_thresholds.csv", ["between", "threshold", "95 %"]
+    return [sheet(file, caption, header, rows, result.thresholds), shares]
 
 
 def necker_sheets(result: NeckerResult) -> list[Sheet]:
     """Return the tables of experiment 2."""
-    cells = _Cells()
-    rows = []
-    for share in result.shares:
-        reports = [NONE, NONE] if share.percept == "none" else cells.interval(share.reports, 100, 1)
-        readings = cells.interval(share.of_readings, 100, 1) if share.percept in READINGS else [NONE, NONE]
-        first = [share.gradient, number(share.strength), share.percept]
-        rows.append([*first, *readings, *cells.interval(share.time, 100, 1), *reports])
-    header = ["blur agrees with", "mm", "percept", "share of both readings' time (%)", "95 %", "share of all time (%)"]
-    header += ["95 %", "share of reports (%)", "95 %"]
-    sheets = [
-        Sheet("necker_subjects.csv", None, as_table(result.subject_shares)),
-        sheet("necker_shares.csv", "Reported percepts, means over subjects", header, rows, result.shares, cells),
-    ]
-    cells = _Cells()
-    rows = []
-    for effect in result.effects:
-        test = effect.odds_of_time
-        odds = [*cells.effect(test, ratio=True), *cells.size(test)]
-        rows.append([effect.gradient, number(effect.strength), *odds])
-    header = ["blur agrees with", "mm", "odds ratio", "95 %", "test", "p", "p (Holm)", "d_z", "95 %"]
-    caption = (
-        "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p (Holm): over all "
-        "secondary comparisons"
-    )
-    if result.effects:
-        sheets.append(sheet("necker_effects.csv", caption, header, rows, result.effects, cells))
+    sheets = [Sheet("necker_subjects.csv", None, as_table(result.subject_shares))]
     cells = _Cells()
     rows = []
     for each in result.dominance:
@@ -472,15 +335,6 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
         "Durations over subjects: gamma distributions of one shape and each subject’s own mean, the cut-off censored"
     )
     return sheet("necker_durations_of_people.csv", caption, header, rows, digits, cells)
-
-
-def effect_sheet(file: str, caption: str, what: str, found: Iterable[tuple[str, Effect | NotComputed]]) -> Sheet:
-    """Return named effects as a table, and with full precision; `what` heads the column of names."""
-    cells = _Cells()
-    found = list(found)
-    rows = [[name, *cells.effect(test)] for name, test in found]
-    digits = [{what: name} | as_table([test]).iloc[0].to_dict() for name, test in found]
-    return sheet(file, caption, [what, "estimate", "95 %", "test", "p", "p (Holm)"], rows, digits, cells)
 
 
 def sheet(

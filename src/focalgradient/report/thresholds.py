@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.exclusions import EFFECT, WITHOUT
+from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import reader, safe_csv
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
@@ -24,7 +24,6 @@ from focalgradient.statistics import (
     NotComputed,
     ThresholdFit,
     ThresholdResult,
-    as_table,
     blur_thresholds,
 )
 from focalgradient.statistics.questions import Answer, stated
@@ -99,7 +98,6 @@ class Thresholds(Part):
                     "lie beyond."
                 )
         yield from _means(result)
-        output.tables([_both_means(result)])
         if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
             yield output.figure("blur_thresholds", threshold_figure(result, simulated=self.simulated), CAPTION)
         yield from output.tables([_sheet(result)])
@@ -108,7 +106,7 @@ class Thresholds(Part):
         result = self.result
         kept = [one for one in result.subjects if one.kept]
         yield from threshold_answers(result, "", WITHOUT)
-        yield stated(MEAN, "", result.mean_attending, "main", result.unit, averaged(kept))
+        yield stated(MEAN, "", result.mean_attending, "main", result.unit, averaged(kept), _head(result.unit))
 
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_thresholds(self.design))
@@ -182,32 +180,23 @@ def _means(result: ThresholdResult) -> Iterator[Block]:
         yield Paragraph("All missed the catch trials: there is no mean with exclusions.")
 
 
-def _both_means(result: ThresholdResult) -> Sheet:
-    """Return the means with and without those who missed catch trials, as a file."""
-    kept = [one for one in result.subjects if one.kept]
-    found = (("with exclusions", result.mean_attending, kept), ("without exclusions", result.mean, result.subjects))
-    what = f"geometric mean threshold ({result.unit})"
-    digits = pd.DataFrame(
-        [
-            {"exclusions": which, "what": what, "subjects": averaged(those)} | as_table([mean]).iloc[0].to_dict()
-            for which, mean, those in found
-        ]
-    )
-    return Sheet(f"blur_threshold{EFFECT}", None, digits)
-
-
 MEAN = "geometric mean threshold"
 
 
 def threshold_answers(result: ThresholdResult, condition: str, role: str) -> Iterator[Answer]:
     """Yield the mean over all participants, with a role, and the threshold of each session."""
-    mean = stated(MEAN, condition, result.mean, "main", result.unit, averaged(result.subjects))
+    head = _head(result.unit) + (f", {condition}" if condition else "")
+    mean = stated(MEAN, condition, result.mean, "main", result.unit, averaged(result.subjects), head)
     yield replace(mean, role=role)
     for one in result.subjects:
         fit = one.fit
         level = ", ".join(filter(None, [one.participant, one.session, condition]))
         outcome = fit if isinstance(fit, NotComputed) else Interval(fit.threshold, fit.low, fit.high)
         yield stated("threshold", level, outcome, "description", result.unit, 1)
+
+
+def _head(unit: str) -> str:
+    return f"{MEAN} ({unit})" if unit else MEAN
 
 
 def averaged(subjects: Sequence[SubjectThreshold]) -> int:

@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import shift
 
-from focalgradient.errors import InputError, check_finite, check_number, check_seed
+from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
 from focalgradient.eye.ranges import ordered_times
+from focalgradient.quantities import Range
 
 __all__ = ["FixationalMovements"]
 
@@ -61,20 +63,13 @@ class FixationalMovements:
     ((4, 2), True)
     """
 
-    diffusion: float = 20.0
-    rate: float = 1.5
-    amplitude: float = 15.0
+    diffusion: Annotated[float, Range("minutes of arc squared per second", 0)] = 20.0
+    rate: Annotated[float, Range("microsaccades per second", 0, FASTEST)] = 1.5
+    amplitude: Annotated[float, Range("minutes of arc", 0)] = 15.0
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_number("diffusion", self.diffusion, "minutes of arc squared per second", least=0)
-        check_number("rate", self.rate, "microsaccades per second", least=0)
-        if self.rate > FASTEST:
-            raise InputError(
-                f"rate is {self.rate:g}, but must be at most {FASTEST:g}: give microsaccades per second, which are "
-                f"{PAUSE:g} s apart at least."
-            )
-        check_number("amplitude", self.amplitude, "minutes of arc", least=0)
+        check_fields(self)
         check_seed(self.seed)
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:

@@ -8,15 +8,16 @@ images of each other on average (Porter, Guirao, Cox & Williams 2001, J. Opt. So
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import check_fields, check_finite, check_number
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.protocol import check_eye
 from focalgradient.eye.refraction import Correction, Refraction, worn_of
+from focalgradient.quantities import Range
 
 __all__ = ["TwoEyes"]
 
@@ -53,14 +54,12 @@ class TwoEyes:
 
     left: Any
     right: Any
-    interocular: float = INTEROCULAR
+    interocular: Annotated[float, Range("metres", 0.04, 0.08)] = INTEROCULAR
 
     def __post_init__(self) -> None:
         for name in ("left", "right"):
             check_eye(name, getattr(self, name))
-        check_number("interocular", self.interocular, "metres", positive=True)
-        if not 0.04 <= self.interocular <= 0.08:
-            raise InputError(f"interocular is {self.interocular:g}, but must be from 0.04 to 0.08: give it in metres.")
+        check_fields(self)
 
     @classmethod
     def of(cls, right: Any, *, interocular: float = INTEROCULAR) -> TwoEyes:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.files.columns import Column
 from focalgradient.scales.analyses import Analysis
 from focalgradient.scales.controls import Control
 
@@ -84,6 +85,14 @@ class AnswerColumn:
     least: float | None = None
     most: float | None = None
     above: float | None = None
+
+    def rating(self) -> Column:
+        """Return the table column `rating`.
+
+        >>> AnswerColumn("How deep.", "%", least=0.0, most=100.0).rating().described()["Maximum"]
+        100.0
+        """
+        return Column("rating", form="number", **{one.name: getattr(self, one.name) for one in fields(self)})
 
 
 class ResponseScale(ABC):

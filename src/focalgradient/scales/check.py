@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 
 from focalgradient.errors import InputError, described
+from focalgradient.files.columns import cell, converted
 from focalgradient.scales.analyses import Analysis
 from focalgradient.scales.base import ResponseScale, Texts
 from focalgradient.scales.controls import Control, Scale, Steps, Ways
@@ -166,12 +167,8 @@ class _Checked:
 
     def column(self) -> None:
         """Check that answers survive writing and reading of the table, and agree with the sidecar."""
-        from focalgradient.dataset.columns import cell
-        from focalgradient.dataset.read import converted
-        from focalgradient.tasks.depth_rating import rating_column
-
         scale = self.scale
-        column = rating_column(scale.column)
+        column = scale.column.rating()
         sidecar = column.described()
         inside = [scale.simulated(log, self.logs[1]) for log in np.linspace(*self.logs, 31).tolist()]
         for value in (*inside, *scale.bounds):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from focalgradient.errors import InputError, check_number, check_one_of, check_seed, described
+from focalgradient.errors import check_number, check_one_of, check_seed
 from focalgradient.scenes.bottle import bottle
 from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain
@@ -39,8 +39,7 @@ def scene(name: str, seed: int = 0) -> Scene:
     >>> len(scene("step", seed=1).objects)
     2
     """
-    if not isinstance(name, str) or name not in SCENES:
-        raise InputError(f"scene is {described(name)}, but must be one of {', '.join(SCENES)}.")
+    check_one_of("scene", name, SCENES)
     check_seed(seed)
     return SCENES[name][0](seed)
 

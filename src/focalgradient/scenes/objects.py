@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_fields, described, is_number
+from focalgradient.quantities import Range
 from focalgradient.scenes.texture import Texture
 
 __all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_field", "check_scene"]
@@ -256,21 +258,15 @@ class Scene:
     """
 
     objects: tuple[Plane | Sphere | Mesh, ...]
-    background: float = 0.0
+    background: Annotated[float, Range("radiance", 0)] = 0.0
     sun: Point | None = None
-    ambient: float = 0.5
+    ambient: Annotated[float, Range("fractions of the illumination", 0, 1)] = 0.5
     sky: Sky | None = None
     tint: Point = (1.0, 1.0, 1.0)
     marks: tuple[Mark, ...] = ()
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if not (self.background >= 0 and math.isfinite(self.background)):
-            raise InputError(f"background is {self.background!r}, but must be a radiance of 0 or more.")
-        if not 0 <= self.ambient <= 1:
-            raise InputError(
-                f"ambient is {self.ambient!r}, but must be a fraction of the illumination between 0 and 1."
-            )
         if self.sun is not None:
             _check_point("sun", self.sun)
             if not any(self.sun):

@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_fields, check_seed
+from focalgradient.quantities import Range
 
 __all__ = ["TILE", "Texture"]
 
@@ -52,7 +54,7 @@ class Texture:
     """
 
     seed: int = 0
-    texel: float = 0.3e-3
+    texel: Annotated[float, Range("metres, or radians where it is projected", positive=True)] = 0.3e-3
     mean: float = 0.35
     contrast: float = 0.2
     projected: bool = False
@@ -60,9 +62,6 @@ class Texture:
     def __post_init__(self) -> None:
         check_fields(self)
         check_seed(self.seed)
-        if not (self.texel > 0 and math.isfinite(self.texel)):
-            unit = "radians" if self.projected else "metres"
-            raise InputError(f"texel is {self.texel!r}, but must be a positive size in {unit}.")
         if not (self.contrast >= 0 and self.mean > 0 and self.mean * math.exp(5 * self._spread) <= 1):
             raise InputError(
                 f"mean {self.mean!r} with contrast {self.contrast!r} is not a reflectance between 0 and 1: "

@@ -5,11 +5,9 @@ computed is replaced by a `NotComputed` that states the reason. All results gene
 subjects.
 """
 
-from focalgradient.statistics.bayes_psychometric import bayes_psychometric_groups
 from focalgradient.statistics.comparisons import (
     ComparisonMean,
     ComparisonResult,
-    ComparisonTests,
     compare_pictures,
 )
 from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
@@ -49,18 +47,10 @@ from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, Subje
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
 from focalgradient.statistics.own_detection import OwnDetection, read_detection
-from focalgradient.statistics.own_factors import FactorEffect, factor_effects
+from focalgradient.statistics.own_factors import factor_effects
 from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
 from focalgradient.statistics.own_reports import OwnReports, read_reports
 from focalgradient.statistics.own_thresholds import OwnThresholds, read_thresholds
-from focalgradient.statistics.psychometric import fit_psychometric_groups
-from focalgradient.statistics.psychometric_records import (
-    GroupFunction,
-    PersonFunction,
-    PsychometricGroups,
-    ThresholdDifference,
-)
-from focalgradient.statistics.psychometric_shapes import SHAPES, Shape
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -81,10 +71,8 @@ from focalgradient.statistics.thresholds import (
 )
 
 __all__ = [
-    "SHAPES",
     "ComparisonMean",
     "ComparisonResult",
-    "ComparisonTests",
     "Components",
     "ConditionTest",
     "DepthRatingResult",
@@ -98,10 +86,8 @@ __all__ = [
     "Effect",
     "Equivalence",
     "Exclusion",
-    "FactorEffect",
     "FixationResult",
     "GradientEffect",
-    "GroupFunction",
     "Interval",
     "NeckerResult",
     "NotComputed",
@@ -113,8 +99,6 @@ __all__ = [
     "PeopleDominance",
     "PerceptDurations",
     "PerceptShare",
-    "PersonFunction",
-    "PsychometricGroups",
     "Quality",
     "RatingMean",
     "RatingRoc",
@@ -122,20 +106,17 @@ __all__ = [
     "Rules",
     "Scale",
     "SceneMean",
-    "Shape",
     "StepShare",
     "SubjectMean",
     "SubjectQuality",
     "SubjectShare",
     "SubjectThreshold",
     "Threshold",
-    "ThresholdDifference",
     "ThresholdFit",
     "ThresholdResult",
     "Unjudged",
     "analyse",
     "as_table",
-    "bayes_psychometric_groups",
     "blur_thresholds",
     "compare_pictures",
     "condition_tests",
@@ -144,7 +125,6 @@ __all__ = [
     "factor_effects",
     "fit_dominance",
     "fit_durations_of_people",
-    "fit_psychometric_groups",
     "fit_threshold",
     "log_likelihood_of_people",
     "necker",

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
-from focalgradient.scales import Analysis, analysis_named
+from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.cells import cells
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior

@@ -17,7 +17,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
+from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
@@ -29,7 +29,6 @@ from focalgradient.statistics.tables import fixations_of, rating_table
 __all__ = [
     "ComparisonMean",
     "ComparisonResult",
-    "ComparisonTests",
     "compare_pictures",
     "confidence_answers",
     "own_slopes",
@@ -50,16 +49,6 @@ class ComparisonMean:
     mean: Interval
 
 
-@dataclass(frozen=True, slots=True)
-class ComparisonTests:
-    """Uncorrected tests over one kind of units; fields as in `ComparisonResult`."""
-
-    slopes: tuple[Effect | NotComputed, ...]
-    against_reference: tuple[Effect | NotComputed, ...]
-    interaction: Effect | NotComputed
-    differences: Mapping[tuple[str, str], Effect | NotComputed]
-
-
 @dataclass(frozen=True, slots=True, repr=False)
 class ComparisonResult:
     """Results of the analysis of paired comparisons.
@@ -74,30 +63,16 @@ class ComparisonResult:
         Means by fixation and aperture; intervals of shares by t on their log odds, within 0 and 1.
     fixations
         Fixations in the data, nearest first.
-    slopes
-        Slope for each fixation: steps per millimetre of aperture (with five or more scenes, both subjects and scenes
-        are random), or proportion of choices per millimetre (over subjects, for these scenes).
-    against_reference
-        Test at the largest aperture for each fixation: mean step against 0, or proportion of choices against one half.
-        Not computed if the scale has no answer that means "identical".
-    interaction
-        Slope with the nearest object in focus minus slope with the farthest, within subject and scene. Only for steps,
-        and with two fixations.
-    differences
-        With more than two fixations: difference of the slopes of each pair, by their names.
-    these_scenes
-        The same four tests over subjects only, for these scenes.
-    scenes_random
-        The same four tests over subjects and scenes, both random with five or more scenes.
     answers
-        All effects, by question and level.
+        All effects, by question and level; slopes and comparisons of steps and places generalise over subjects and
+        scenes, those of choices hold for these scenes. The others are answers with `HERE` or `RANDOM` in their name.
 
     Notes
     -----
     The first slope is primary: its p is not corrected, nor is that of a single difference (several are corrected by
-    Holm). The other slopes and the comparisons with the reference are secondary, one family by Holm. The tests in
-    `these_scenes` and `scenes_random` are not corrected. Choices are tested over subjects, because the test over
-    subjects and scenes finds fewer effects of six subjects and six scenes (.215 instead of .256).
+    Holm). The other slopes and the comparisons with the reference are secondary, one family by Holm. Choices are tested
+    over subjects, because the test over subjects and scenes finds fewer effects of six subjects and six scenes (.215
+    instead of .256).
     """
 
     analysis: Slopes | Choices
@@ -105,13 +80,34 @@ class ComparisonResult:
     trials: int
     means: tuple[ComparisonMean, ...]
     fixations: tuple[str, ...]
-    slopes: tuple[Effect | NotComputed, ...]
-    against_reference: tuple[Effect | NotComputed, ...]
-    interaction: Effect | NotComputed
-    differences: Mapping[tuple[str, str], Effect | NotComputed]
-    these_scenes: ComparisonTests
-    scenes_random: ComparisonTests
-    answers: Answers = NO_ANSWERS
+    answers: Answers
+
+    @property
+    def slopes(self) -> tuple[Effect | NotComputed, ...]:
+        """Slope for each fixation: steps, or share of choices, per millimetre of aperture."""
+        return tuple(self.answers.to(SLOPE).values())
+
+    @property
+    def against_reference(self) -> tuple[Effect | NotComputed, ...]:
+        """Test at the largest aperture for each fixation: mean step against 0, or share of choices against one half.
+
+        Not computed if the scale has no answer that means "identical".
+        """
+        return tuple(self.answers.to(LARGEST).values())
+
+    @property
+    def interaction(self) -> Effect | NotComputed:
+        """Slope with the nearest object in focus less that with the farthest; only for steps, and two fixations."""
+        return only_difference(self._pairs) if self.analysis.compares_slopes else CHOICES
+
+    @property
+    def differences(self) -> Mapping[tuple[str, str], Effect | NotComputed]:
+        """With more than two fixations: difference of the slopes of each pair, by their names."""
+        return self._pairs if len(self.fixations) > 2 else {}
+
+    @property
+    def _pairs(self) -> dict[tuple[str, str], Effect | NotComputed]:
+        return self.answers.pairs(DIFFERENCE, self.fixations) if self.analysis.compares_slopes else {}
 
     @property
     def scale(self) -> str:
@@ -191,23 +187,8 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
         stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)
         for one in means
     ]
-    deciding = _collected(found, "", analysis)
-    plain, beside = _uncorrected(deciding), _collected(found, RANDOM if analysis.binary else HERE, analysis)
-    here, both = (plain, beside) if analysis.binary else (beside, plain)
-    return ComparisonResult(
-        analysis,
-        tuple(sorted(set(table["participant_id"]))),
-        len(table),
-        means,
-        present,
-        deciding.slopes,
-        deciding.against_reference,
-        deciding.interaction,
-        deciding.differences,
-        here,
-        both,
-        Answers((*found, *described)),
-    )
+    people = tuple(sorted(set(table["participant_id"])))
+    return ComparisonResult(analysis, people, len(table), means, present, Answers((*found, *described)))
 
 
 CHOICES = NotComputed("Slopes of choices are not compared between fixations.")
@@ -218,6 +199,7 @@ RANDOM = ", subjects and scenes"
 
 SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
 LARGEST = "largest aperture against identical pictures"
+CONFIDENCE_SLOPE = "slope of confidence on aperture"
 """Names of the questions."""
 
 Tests = dict[str, Effect | NotComputed]
@@ -307,35 +289,8 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
         lines = {name: own_slopes(own) for name, own in of.items()}
         return {name: one if isinstance(one, NotComputed) else crossed_effect(one) for name, one in lines.items()}
 
-    asked = Question("slope of confidence on aperture", slopes, "check", "confidence per millimetre")
+    asked = Question(CONFIDENCE_SLOPE, slopes, "check", "confidence per millimetre")
     return Questions([asked] if len(rows) else []).answers(of)
-
-
-def _collected(answers: Answers, end: str, analysis: Slopes | Choices) -> ComparisonTests:
-    """Return the tests whose names have an ending."""
-    slopes, largest, apart = (answers.to(name + end) for name in (SLOPE, LARGEST, DIFFERENCE))
-    compared: Tests = apart if analysis.compares_slopes else {}
-    pairs = {pair: compared[" less ".join(pair)] for pair in combinations(slopes, 2) if compared}
-    return ComparisonTests(
-        tuple(slopes.values()),
-        tuple(largest.values()),
-        only_difference(pairs) if analysis.compares_slopes else CHOICES,
-        pairs if len(pairs) > 1 else {},
-    )
-
-
-def _uncorrected(tests: ComparisonTests) -> ComparisonTests:
-    """Return the tests without Holm's correction."""
-
-    def plain(test: Effect | NotComputed) -> Effect | NotComputed:
-        return replace(test, p_holm=None) if isinstance(test, Effect) else test
-
-    return ComparisonTests(
-        tuple(map(plain, tests.slopes)),
-        tuple(map(plain, tests.against_reference)),
-        plain(tests.interaction),
-        {pair: plain(test) for pair, test in tests.differences.items()},
-    )
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from focalgradient.progress import Progress
-from focalgradient.scales import Analysis, Choices, Slopes, analysis_named
+from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.records import Effect, NotComputed

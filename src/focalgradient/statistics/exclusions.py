@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.scales import Analysis, analysis_named
+from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
 from focalgradient.statistics.judging import (
     SubjectQuality,

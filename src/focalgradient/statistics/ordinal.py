@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -18,7 +18,7 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, SECONDARY, Analysis, Answer, Answers, Outcome, Question
+from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Answer, Answers, Outcome, Question
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
@@ -69,15 +69,6 @@ class OrdinalResult:
         Model in the notation of R's ordinal package.
     fixations
         Fixations in the data, nearest first.
-    slopes
-        For each fixation: change in the log odds of a higher answer per millimetre of aperture.
-    rises
-        For each fixation: the same change from the pinhole (or no aperture) to the largest aperture; `Effect.ratio` is
-        the odds ratio. With five or more scenes, slopes, effects and differences have random subjects and scenes.
-    interaction
-        With two fixations: effect with the nearest object in focus minus effect with the farthest.
-    differences
-        With more than two fixations: difference of the effects of each pair, by their names.
     thresholds
         Boundaries between the steps.
     shares
@@ -86,8 +77,6 @@ class OrdinalResult:
         Standard deviations over subjects of level and effects, in log odds, in the order of `fixations`.
     log_likelihood
         Maximum of the log likelihood; None without a fit.
-    these_scenes
-        The effects, then the differences of each pair, over subjects only, for these scenes.
     by_people
         True if within-subject effects were tested because the mixed model's standard errors are unreliable; all tests
         are then over subjects, for these scenes.
@@ -103,17 +92,40 @@ class OrdinalResult:
 
     formula: str
     fixations: tuple[str, ...]
-    slopes: tuple[Effect | NotComputed, ...]
-    rises: tuple[Effect | NotComputed, ...]
-    interaction: Effect | NotComputed
+    answers: Answers
     thresholds: tuple[Threshold, ...]
     shares: tuple[StepShare, ...]
-    subject_sd: tuple[float, ...]
-    log_likelihood: float | None
-    differences: Mapping[tuple[str, str], Effect | NotComputed] = field(default_factory=dict)
-    these_scenes: tuple[Effect | NotComputed, ...] = ()
+    subject_sd: tuple[float, ...] = ()
+    log_likelihood: float | None = None
     by_people: bool = False
-    answers: Answers = NO_ANSWERS
+
+    @property
+    def slopes(self) -> tuple[Effect | NotComputed, ...]:
+        """Change in the log odds of a higher answer per millimetre of aperture, for each fixation."""
+        return tuple(self.answers.to(SLOPE).values())
+
+    @property
+    def rises(self) -> tuple[Effect | NotComputed, ...]:
+        """The same change from the pinhole (or no aperture) to the largest aperture; `Effect.ratio` is the odds ratio.
+
+        With five or more scenes, slopes, effects and differences have random subjects and scenes.
+        """
+        return tuple(self.answers.to(EFFECT).values())
+
+    @property
+    def interaction(self) -> Effect | NotComputed:
+        """With two fixations: effect with the nearest object in focus minus effect with the farthest."""
+        return only_difference(self.answers.pairs(DIFFERENCE, self.fixations))
+
+    @property
+    def differences(self) -> Mapping[tuple[str, str], Effect | NotComputed]:
+        """With more than two fixations: difference of the effects of each pair, by their names."""
+        return self.answers.pairs(DIFFERENCE, self.fixations) if len(self.fixations) > 2 else {}
+
+    @property
+    def these_scenes(self) -> tuple[Effect | NotComputed, ...]:
+        """The effects, then the differences of each pair, over subjects only, for these scenes."""
+        return (*self.answers.to(EFFECT + HERE).values(), *self.answers.to(DIFFERENCE + HERE).values())
 
     def __repr__(self) -> str:
         """Return a one-line description; `summary` gives the results."""
@@ -180,11 +192,8 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     formula = _formula(fixations)
 
     def missing(reason: str) -> OrdinalResult:
-        none = NotComputed(reason)
-        each = (none,) * len(fixations)
-        tests = [none] * (len(fixations) + math.comb(len(fixations), 2))
-        answers = _answers(fixations, tests, tests, 0)
-        return OrdinalResult(formula, fixations, each, each, none, (), shares, (), None, answers=answers)
+        tests = [NotComputed(reason)] * (len(fixations) + math.comb(len(fixations), 2))
+        return OrdinalResult(formula, fixations, _answers(fixations, tests, tests, 0), (), shares)
 
     if len(names) < 2 or width == 0:
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
@@ -208,15 +217,11 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         _over_scenes(test, deviations, contrast[: len(fixations)])
         for test, contrast in zip(fixed, contrasts, strict=True)
     ]
-    answers = _answers(fixations, tests, fixed, width)
     half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
-    differences = _differences(answers, fixations)
     return OrdinalResult(
         formula,
         fixations,
-        tuple(answers.to(SLOPE).values()),
-        tuple(answers.to(EFFECT).values()),
-        only_difference(differences),
+        _answers(fixations, tests, fixed, width),
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
@@ -224,9 +229,6 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         shares,
         tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         fit.log_likelihood,
-        differences if len(fixations) > 2 else {},
-        tuple(fixed),
-        answers=answers,
     )
 
 
@@ -254,8 +256,8 @@ def _answers(
     asked = [
         Question(EFFECT, some(tests, each), "primary", unit, SECONDARY, head, True),
         Question(DIFFERENCE, some(tests, apart), "secondary", unit, "differences" * (len(pairs) > 1), of_pair, True),
-        Question(EFFECT + HERE, some(fixed, each), "check", unit),
-        Question(DIFFERENCE + HERE, some(fixed, apart), "check", unit),
+        Question(EFFECT + HERE, some(fixed, each), "check", unit, ratio=True),
+        Question(DIFFERENCE + HERE, some(fixed, apart), "check", unit, ratio=True),
     ]
     found = Analysis(asked).answers(pd.DataFrame())
     slope = Question(SLOPE, some(tests, each), "secondary", f"{unit} per mm")
@@ -264,12 +266,6 @@ def _answers(
         for name, test in found.to(EFFECT).items()
     ]
     return Answers((*found, *slopes))
-
-
-def _differences(answers: Answers, fixations: Sequence[str]) -> dict[tuple[str, str], Effect | NotComputed]:
-    """Return the differences of the effects by their pair of fixations."""
-    apart = answers.to(DIFFERENCE)
-    return {(one, other): apart[f"{one} less {other}"] for one, other in combinations(fixations, 2)}
 
 
 def _formula(fixations: Sequence[str]) -> str:
@@ -335,8 +331,6 @@ def _by_people(
     for each in values:
         test = paired_effect(each, PEOPLE_METHOD)
         tests.append(replace(test, remarks=remarks) if isinstance(test, Effect) else test)
-    answers = _answers(fixations, tests, tests, width)
-    differences = _differences(answers, fixations)
     thresholds: tuple[Threshold, ...] = ()
     if fit is not None:
         thresholds = tuple(
@@ -346,17 +340,12 @@ def _by_people(
     return OrdinalResult(
         _formula(fixations),
         tuple(fixations),
-        tuple(answers.to(SLOPE).values()),
-        tuple(answers.to(EFFECT).values()),
-        only_difference(differences),
+        _answers(fixations, tests, tests, width),
         thresholds,
         shares,
         () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         None if fit is None else fit.log_likelihood,
-        differences if size > 2 else {},
-        (*tests,),
         by_people=True,
-        answers=answers,
     )
 
 

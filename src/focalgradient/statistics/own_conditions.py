@@ -11,7 +11,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.cells import as_number
+from focalgradient.files.cells import as_number, is_date
 from focalgradient.statistics.conditions import (
     ConditionTest,
     condition_tests,
@@ -26,6 +26,7 @@ from focalgradient.statistics.means import family, student_effect
 from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
+from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import Paths, Source, Where, answered, catch_trials, found_columns, read_table
 from focalgradient.statistics.records import Effect, NotComputed
 
@@ -77,6 +78,7 @@ def read_conditions(
     where: Where | None = None,
     *,
     steps: bool = False,
+    order: Sequence[str] = (),
 ) -> OwnConditions:
     r"""Read ratings by condition from a CSV, TSV, XLSX or JSON file with one row per trial.
 
@@ -93,6 +95,8 @@ def read_conditions(
         Values by column: only rows that have one of them are read.
     steps
         True if the ratings are steps of a scale, which are not analysed on their logarithm.
+    order
+        Words of the answers, from the least to the most: see `focalgradient.statistics.read_ratings`.
 
     Raises
     ------
@@ -101,12 +105,8 @@ def read_conditions(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n")
-    ...     own = read_conditions(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_conditions(text_table("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n"))
     >>> dict(own.conditions), own.log
     ({'aperture_mm': [2.0, 8.0]}, True)
     """
@@ -117,24 +117,23 @@ def read_conditions(
     if not by:
         by = [own.columns[role] for role in ("aperture_mm", "aperture") if role in own.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in own.cells}
-    factors = {name.removesuffix("=factor") for name in by if name.endswith("=factor")}
-    by = [name.removesuffix("=factor") for name in by]
-    theirs = [by_name.get(clean(name).casefold(), "") for name in by]
+    theirs = [by_name.get(clean(name.removesuffix("=factor")).casefold(), "") for name in by]
+    factors = {column for column, name in zip(theirs, by, strict=True) if name.endswith("=factor")}
     if not by or not all(theirs):
-        missing = f"no column {by[theirs.index('')]}" if by else "no column of conditions"
+        missing = f"no column {by[theirs.index('')].removesuffix('=factor')}" if by else "no column of conditions"
         raise InputError(f"{own.name} has {missing}: give by, one or more of {few([*map(str, own.cells)])}.")
     for role in [role for role in own.columns if role not in KEPT or own.columns[role] in theirs]:
         if role in ("participant_id", "rating"):
             raise InputError(f"by names {own.columns[role]}, which is the column of the {role}: give a condition.")
         del own.columns[role]
     own.columns.update({name: name for name in theirs})
-    numeric = [
-        name for name, named in zip(theirs, by, strict=True) if named not in factors and _is_numeric(own.cells[name])
-    ]
+    numeric = [name for name in theirs if name not in factors and _is_numeric(own.cells[name])]
     table = own.rows([*(role for role in NUMERIC if role not in theirs), *numeric], theirs)
-    table = rated(own, table)
+    table = rated(own, table, order)
     levels: dict[str, Sequence[Any]] = {}
     for name in theirs:
+        if name in numeric:
+            table = without_codes(table, name, own.notices, signed=True)
         table = answered(own, table, name, "condition", frozenset({"", "na", "n/a", "nan", "null"}))
         if name in numeric:
             table[name] = own.numbers(table, name)
@@ -148,11 +147,16 @@ def read_conditions(
                     f'amounts: if they are codes, give by=["{name}=factor"].'
                 )
         else:
-            levels[name] = list(dict.fromkeys(table[name]))
-            if len(levels[name]) > MOST_LEVELS:
-                raise InputError(
-                    f"{printable(name)} has {len(levels[name])} levels that are not numbers: give a condition."
+            names = levels[name] = list(map(str, table[name].unique()))
+            if any(map(is_date, names)) and any(as_number(level) is not None for level in names):
+                own.numbers(table, name)  # names the first date
+            if name not in factors and any(level[:1].isdigit() for level in names):
+                own.notices.append(
+                    f"The levels of {name} are not all numbers ({few(names)}), and were taken for names: give "
+                    f'by=["{name}=factor"] if they are, or numbers with the unit in the heading.'
                 )
+            if len(names) > MOST_LEVELS:
+                raise InputError(f"{printable(name)} has {len(names)} levels that are not numbers: give a condition.")
         if len(levels[name]) < 2:
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
     sharp = {"pinhole", "ph", "sharp", "0", "f/inf"}
@@ -164,7 +168,7 @@ def read_conditions(
     table = catch_trials(table, own.notes if "catch" in table else silent)
     table = numbered(own, table, [*(["scene"] if "scene" in table else []), *theirs])
     table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    log = bool((table["rating"] > 0).all()) and not steps
+    log = bool((table["rating"] > 0).all()) and not (steps or order)
     return OwnConditions(table, levels, log, tuple(own.notes), tuple(own.notices))
 
 

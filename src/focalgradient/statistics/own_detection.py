@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import pandas as pd
@@ -10,7 +10,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.statistics.own_names import clean, few, place
-from focalgradient.statistics.own_rows import without_codes
+from focalgradient.statistics.own_rows import in_steps, without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     Paths,
@@ -89,6 +89,7 @@ def read_detection(
     columns: Mapping[str, str] | None = None,
     conditions: Mapping[str, str] | None = None,
     where: Where | None = None,
+    order: Sequence[str] = (),
 ) -> OwnDetection:
     r"""Read detection data from a CSV, TSV or XLSX file with one row per trial.
 
@@ -104,6 +105,8 @@ def read_detection(
 
     where
         Values by column: only rows that have one of them are read.
+    order
+        Words of the confidence, from the least to the most.
 
     Raises
     ------
@@ -112,12 +115,8 @@ def read_detection(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n")
-    ...     own = read_detection(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_detection(text_table("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n"))
     >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
     """
@@ -131,6 +130,8 @@ def read_detection(
     table = answered(own, table, "response", "answer")
     for role, ours in (("signal", "signal"), ("response", "answer")):
         table[ours] = _truth(own, table, role, words)
+    if "confidence" in table:
+        table = in_steps(table, "confidence", order, own.notes)
     table, steps = _steps(own, table)
     if table["signal"].all() or not table["signal"].any():
         shown = "signals" if table["signal"].all() else "noise"

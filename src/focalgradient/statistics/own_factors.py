@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,33 +11,13 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, student_effect
+from focalgradient.statistics.questions import Answer, Answers, stated
 from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["FactorEffect", "factor_effects", "welch"]
+__all__ = ["factor_effects", "welch"]
 
 
-@dataclass(frozen=True, slots=True)
-class FactorEffect:
-    """Comparison of one level of a factor with the first.
-
-    Parameters
-    ----------
-    factor, level, against
-        Factor, its level, and the first level.
-    measure
-        "answer": mean answer; "change with blur": mean answer at the largest aperture minus that at the smallest.
-    effect
-        Difference between the levels, on the logarithm if answers are ratios.
-    """
-
-    factor: str
-    level: str
-    against: str
-    measure: str
-    effect: Effect | NotComputed
-
-
-def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool) -> tuple[FactorEffect, ...]:
+def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Answers:
     """Compare the levels of each factor of a design.
 
     Parameters
@@ -49,11 +28,14 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
         Factors as in the design: by name, with ``levels`` and ``vary`` ("within" or "between").
     ratios
         True to analyse the logarithm of the answers.
+    unit
+        Unit of the effects; empty: "log ratio" or "units of the scale".
 
     Returns
     -------
-    tuple
-        The tests of one measure of one factor are corrected by Holm's method as a family.
+    Answers
+        Each level less the first of the mean answer, and of its change from the smallest to the largest aperture; the
+        tests of one measure of one factor are corrected by Holm's method as a family.
 
     Raises
     ------
@@ -68,13 +50,14 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     ...     for who in range(5) for mm in (0.0, 5.0) for light in ("dim", "bright")
     ... ]
     >>> found = factor_effects(pd.DataFrame(rows), {"light": {"levels": ["dim", "bright"]}}, ratios=False)
-    >>> [(one.measure, round(one.effect.estimate, 2)) for one in found]
-    [('answer', 0.1), ('change with blur', 0.2)]
+    >>> [(answer.name, answer.level, round(answer.outcome.estimate, 2)) for answer in found]
+    [('answer by light', 'bright less dim', 0.1), ('change with blur by light', 'bright less dim', 0.2)]
     """
     table = table[~table["catch"]]
     answer = np.log(table["rating"]) if ratios else table["rating"]
     table = table.assign(answer=answer.astype(float))
-    found: list[FactorEffect] = []
+    unit = unit or ("log ratio" if ratios else "units of the scale")
+    found: list[Answer] = []
     for name, factor in factors.items():
         if name not in table:
             raise InputError(f"the table has no column {name}, a factor of the design: write the tables again.")
@@ -83,9 +66,10 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
         for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
             tests = family(_between(own, level, first, paired=paired) for level in others)
             found += [
-                FactorEffect(name, level, first, measure, test) for level, test in zip(others, tests, strict=True)
+                stated(f"{measure} by {name}", f"{level} less {first}", test, "secondary", unit)
+                for level, test in zip(others, tests, strict=True)
             ]
-    return tuple(found)
+    return Answers(tuple(found))
 
 
 def _means(table: pd.DataFrame, name: str) -> pd.Series[float]:

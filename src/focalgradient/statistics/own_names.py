@@ -130,8 +130,8 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
 
 
 def few(names: list[str]) -> str:
-    """Join up to ten distinct names, in printable characters."""
-    several = list(dict.fromkeys(map(printable, names)))
+    """Join up to ten distinct names that are not empty, in printable characters."""
+    several = list(dict.fromkeys(printable(name) for name in names if name))
     return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
 
 

@@ -77,6 +77,8 @@ def numbers(
             if text.startswith("=")
             else others(texts[wrong])
         )
+        if role in ("rating", "confidence") and values.isna().all():
+            damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
         where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with {}")
         raise InputError(
             f"{place(table, wrong)}: {role} is {printable(text)!r}, but must be a number, like 1.4{damaged}{where}."

@@ -12,9 +12,9 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.scales import Choices, Ratios
+from focalgradient.scales.analyses import Choices, Ratios
 from focalgradient.statistics.own_names import ABSENT, few, place, rows_named
-from focalgradient.statistics.own_rows import check_seconds, without_codes, without_copies
+from focalgradient.statistics.own_rows import check_seconds, in_steps, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
     Paths,
@@ -111,6 +111,7 @@ def read_ratings(
     where: Where | None = None,
     focal_length_mm: float | None = None,
     steps: bool = False,
+    order: Sequence[str] = (),
 ) -> OwnRatings:
     r"""Read depth ratings from a CSV, TSV or XLSX file, one row per trial (long) or column per condition (wide).
 
@@ -132,6 +133,8 @@ def read_ratings(
         Focal length in millimetres, from which diameters follow by the f-number; None: 50, which is noted.
     steps
         True if the ratings are known to be ordinal steps; otherwise small integers from 1 are noted.
+    order
+        Words of the answers, from the least to the most, that become the steps 1, 2, ...
 
     Raises
     ------
@@ -140,12 +143,8 @@ def read_ratings(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n")
-    ...     own = read_ratings(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_ratings(text_table("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n"))
     >>> own.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
     """
@@ -163,7 +162,8 @@ def read_ratings(
         table = with_diameters(table, own.columns.get("aperture", ""), words, notices)
     table = _checked_cells(own, table, words, focal_length_mm)
     table = _of_intervals(table, notes)
-    table = rated(own, table)
+    table = rated(own, table, order)
+    steps = steps or bool(order)
     if "aperture_mm" in table:
         table["aperture_mm"] = own.numbers(table, "aperture_mm")
     table = meant(table, words, " ".join(map(str, headers)), notices)
@@ -372,9 +372,9 @@ LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S = 60.0, 0.05
 """Maximum (as in `Rules`) and minimum median response time in seconds; others indicate another unit."""
 
 
-def rated(own: Source, table: pd.DataFrame) -> pd.DataFrame:
+def rated(own: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.DataFrame:
     """Return the rows with a rating, with numbers parsed and times in seconds."""
-    table = without_codes(table, "rating", own.notices)
+    table = without_codes(in_steps(table, "rating", order, own.notes), "rating", own.notices)
     table = answered(own, table, "rating", "rating")
     table["rating"] = own.numbers(table, "rating")
     table = own.optional(without_codes(table, "response_time", own.notices), "response_time")

@@ -11,6 +11,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.files.cells import codes_of
 from focalgradient.statistics.own_names import ABSENT, place, rows_named
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import check_seconds
@@ -117,12 +118,8 @@ def read_reports(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,1,sharp,non-rigid,4\n")
-    ...     own = read_reports(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_reports(text_table("subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,1,sharp,non-rigid,4\n"))
     >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
     """
@@ -187,6 +184,12 @@ def _timed(own: Source, table: pd.DataFrame) -> pd.DataFrame:
         raise own.no_column("trial", ", or give the onset of each report within its trial")
     for role in ("onset", "duration", "end", "trial_duration"):
         if role in table:
+            if codes := codes_of(table[role].unique()):
+                wrong = table[role].isin(codes)
+                raise InputError(
+                    f"{place(table, wrong)}: {role} is {table[role][wrong].iloc[0]}, which marks a missing value: "
+                    "remove that row."
+                )
             table[role] = own.numbers(table, role)
             check_seconds(table, role, LONGEST_REPORT_S if role == "duration" else math.inf)
     if "duration" not in table:

@@ -13,18 +13,11 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.own_names import clean, is_summary, maybe_summary, rows_named
+from focalgradient.files import printable
+from focalgradient.files.cells import as_number, codes_of
+from focalgradient.statistics.own_names import ABSENT, clean, few, is_summary, maybe_summary, place, rows_named
 
-__all__ = ["check_seconds", "without_codes", "without_copies", "without_headers", "without_summaries"]
-
-CODE = re.compile(r"-?9{2,}|-9|-?8{3,}")
-"""Codes of missing answers: 99, 999, -9, -99, -999, 888, ..."""
-
-NEGATIVE = re.compile(r"-\d+(?:\.\d+)?")
-"""Codes of missing times: all negative numbers."""
-
-MIN_CODE_RATIO = 10.0
-"""Minimum ratio of a positive code to all other answers: 99 among answers up to 98 is an answer."""
+__all__ = ["check_seconds", "in_steps", "without_codes", "without_copies", "without_headers", "without_summaries"]
 
 MAX_SHARED_ANSWERS = 0.7
 """Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
@@ -75,26 +68,46 @@ def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
 
 
 def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed: bool = False) -> pd.DataFrame:
-    """Replace missing-value codes in the column of a role by empty cells.
+    """Replace missing-value codes in the column of a role by empty cells: see `codes_of`.
 
-    A code is a negative number where answers are positive (`signed` is False), or one far above all other answers.
+    In a column of response times all negative numbers are codes.
     """
     if role not in table:
         return table
-    texts = table[role].str.strip().str.replace(r"[.]0+$", "", regex=True)
-    patterns = (CODE, NEGATIVE) if role == "response_time" else (CODE,)
-    codes = texts.map({one: any(code.fullmatch(one) for code in patterns) for one in texts.unique()}).astype(bool)
-    if not codes.any():
-        return table
-    values = pd.to_numeric(texts, errors="coerce").abs()
-    others = values[~codes & np.isfinite(values)]
-    negative = texts.str.startswith("-") & (not signed)
-    missing = codes & (negative | (values > MIN_CODE_RATIO * others.max()))
+    cells = [str(cell) for cell in table[role].unique()]
+    codes = codes_of(cells, signed=signed)
+    if role == "response_time":
+        codes |= {cell for cell in cells if (as_number(cell) or 0) < 0}
+    missing = table[role].isin(codes)
     if not missing.any():
         return table
-    listed = ", ".join(sorted(texts[missing].unique()))
+    listed = ", ".join(sorted(re.sub(r"[.]0+$", "", cell.strip()) for cell in codes))
     notices.append(f"{listed} in the column of {role}s was taken for a missing value: {rows_named(table, missing)}.")
     return table.assign(**{role: table[role].mask(missing, "")})
+
+
+def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:
+    """Replace the answers in words by the numbers of their steps, from 1 for the first word of `order`.
+
+    Raises
+    ------
+    InputError
+        If `order` has a word twice, or less than two, or an answer is not among them.
+    """
+    if not order:
+        return table
+    steps = {clean(word).casefold(): str(step) for step, word in enumerate(order, start=1)}
+    if len(steps) < max(2, len(order)) or "" in steps:
+        raise InputError(f"order is {few([*order])}, but must name two steps or more, each once, from the least.")
+    answers = table[role].map(lambda cell: clean(cell).casefold())
+    wrong = ~answers.isin([*steps, *ABSENT])
+    if wrong.any():
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, which is not among the steps "
+            f"in order ({few([*order])}): name all steps, from the least."
+        )
+    notes.append(f"Steps of {role}s: {few([f'{word} = {step}' for step, word in enumerate(order, start=1)])}.")
+    return table.assign(**{role: answers.map(steps).fillna("")})
 
 
 def check_seconds(table: pd.DataFrame, role: str, longest: float, shortest: float = 0.0) -> None:

@@ -11,9 +11,9 @@ from pathlib import Path
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
+from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number, name_and_unit
-from focalgradient.files.tables import RaggedTableError, TextTable, read_cells, unique_names
+from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, TextTable, parse_table, unique_names
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
@@ -34,6 +34,7 @@ __all__ = [
     "read_table",
     "renamed",
     "rows_of",
+    "text_table",
     "truths",
     "unused",
     "where_like",
@@ -77,15 +78,18 @@ class UserTable:
     name
         Name for messages.
     cells
-        All cells as text; the index is (file, row).
+        All cells as text; the index is (file, row). Its attribute "delimiter" holds that of each file.
     notes
         What was assumed, one sentence each.
+    lacking
+        Columns that only some of the files have, with a file that lacks them.
     """
 
     paths: tuple[Path, ...]
     name: str
     cells: pd.DataFrame
     notes: tuple[str, ...]
+    lacking: Mapping[str, str] = field(default_factory=dict)
 
 
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
@@ -97,6 +101,7 @@ Where = Mapping[str, str | Sequence[str]]
 TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
 """Extensions of tables; a file with another extension is a table only if its text has the form of one."""
 
+WHAT = "a table, or the folder of a data set"
 TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set (with dataset_description.json)"
 """Remedy for a file that is not a table."""
 
@@ -157,6 +162,12 @@ class Source:
         columns = columns or {}
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         own = cls(table.name, cells, found_columns(table.name, cells, roles, columns), given, notes)
+        for role, column in own.columns.items():
+            lacks = f"{table.lacking.get(column, '')} has no column {printable(column)}, which other files have"
+            if column in table.lacking and role not in ("response_time", "dropped_frames"):
+                raise InputError(f"{lacks}: give all files the same columns, in the same units.")
+            if column in table.lacking:
+                own.notices.append(f"{lacks}.")
         if "participant_id" not in own.columns and (len(table.paths) > 1 or SUBJECT.match(table.paths[0].name)):
             people = [_person(str(file)) for file in cells.index.get_level_values(0)]
             own = replace(own, cells=cells.assign(**{"participant (file)": people}))
@@ -273,26 +284,45 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     if isinstance(paths, UserTable):
         return paths
     if isinstance(paths, str | os.PathLike):
-        return _read_file(Path(paths))
+        return _user_table(Path(paths), read_bytes(paths, WHAT, LARGEST_TABLE))
     tables = [read_table(path) for path in paths]
     if len(tables) == 1:
         return tables[0]
-    parts = [table.cells.copy() for table in tables if len(table.cells)] or [tables[0].cells.copy()]
-    for part in parts:
-        part.attrs.clear()
-    cells = pd.concat(parts).fillna("")
-    cells.attrs |= tables[0].cells.attrs
     files = tuple(path for table in tables for path in table.paths)
+    spelt: dict[str, str] = {}
+    parts, delimiters = dict[str, pd.DataFrame](), dict[str, str]()
+    for label, table in zip(_labels(files), tables, strict=True):
+        (delimiters[label],) = table.cells.attrs["delimiter"].values()
+        names = [str(name) for name in table.cells]
+        if len({clean(name).casefold() for name in names}) == len(names):
+            names = [spelt.setdefault(clean(name).casefold(), name) for name in names]
+        cells = table.cells.set_axis(names, axis=1)
+        if len(cells):
+            parts[label] = cells.droplevel(0)
+    if not parts:
+        return tables[0]
+    cells = pd.concat(parts, names=["file"]).fillna("")
+    cells.attrs = {"delimiter": delimiters}
+    lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
     notes = tuple(note for table in tables for note in table.notes)
-    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes)
+    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes, lacking)
 
 
-def _read_file(path: Path) -> UserTable:
-    """Read the cells of one file."""
+def text_table(text: str, name: str = "own.csv") -> UserTable:
+    r"""Read the cells of a table from its text, as `read_table` from a file of that name.
+
+    >>> text_table("subject;rating\nA;1,4\n").cells.to_numpy().tolist()
+    [['A', '1,4']]
+    """
+    return _user_table(Path(name), text.encode())
+
+
+def _user_table(path: Path, data: bytes) -> UserTable:
+    """Parse the content of one file."""
     is_named = path.suffix.lower() in TABLES
     no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
     try:
-        table = read_cells(path, "a table, or the folder of a data set")
+        table = parse_table(data, printable(path), WHAT)
     except RaggedTableError as error:
         if is_named:
             raise
@@ -313,8 +343,17 @@ def _read_file(path: Path) -> UserTable:
         rows, places = rows[2:], places[2:]
     index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
     cells = pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None)
-    cells.attrs["delimiter"] = table.delimiter
+    cells.attrs["delimiter"] = {path.name: table.delimiter}
     return UserTable((path,), printable(path), cells, tuple(notes))
+
+
+def _labels(files: Sequence[Path]) -> list[str]:
+    """Return the names of files, with their folders where names are equal, as JATOS calls all files data.txt."""
+    labels = [path.name for path in files]
+    if len({*labels}) == len(labels):
+        return labels
+    root = os.path.commonpath([path.absolute().parent for path in files])
+    return [path.absolute().relative_to(root).as_posix() for path in files]
 
 
 def _person(file: str) -> str:
@@ -323,8 +362,8 @@ def _person(file: str) -> str:
     >>> _person("sub-01_task-depth_run-2_events.tsv"), _person("anna.csv")
     ('sub-01', 'anna')
     """
-    stem = Path(file).stem
-    return stem.partition("_")[0] if SUBJECT.match(stem) else stem
+    path = Path(file)
+    return path.stem.partition("_")[0] if SUBJECT.match(path.name) else path.with_suffix("").as_posix()
 
 
 def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
@@ -343,11 +382,11 @@ def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> b
         If several files hold one participant each, all of the same name.
     """
     people: list[set[str]] = []
-    for table in map(read_table, paths):
+    tables = [read_table(path) for path in paths]
+    for label, table in zip(_labels([part.paths[0] for part in tables]), tables, strict=True):
         columns = {} if participant is None else {"participant": participant}
         theirs = found_columns(table.name, table.cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
-        names = {clean(cell) for cell in table.cells[theirs]} - {""} if theirs else {_person(str(table.paths[0]))}
-        people.append(names)
+        people.append({clean(cell) for cell in table.cells[theirs]} - {""} if theirs else {_person(label)})
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
             f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
@@ -375,20 +414,19 @@ def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) 
     return cells
 
 
-def with_points(table: pd.DataFrame, roles: Sequence[str], delimiter: str) -> pd.DataFrame:
-    """Return the table with decimal points in the columns of numbers; the mark is decided for all of them."""
+def with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
+    """Return the table with decimal points in the columns of numbers; the mark is decided for all of a file."""
     if not roles or table.empty:
         return table
-    cells = [[clean(cell) for cell in table[role]] for role in roles]
-    files = table.index.get_level_values(0)
-    several = files.nunique() > 1
-    places = tuple(f"{label[1]} of {label[0]}" if several else int(label[1]) for label in table.index)
-    name = f"{files[0]} and {files.nunique() - 1} more" if several else str(files[0])
-    whole = TextTable(name, tuple(roles), tuple(zip(*cells, strict=True)), places, delimiter)
-    changed = whole.with_points()
-    if changed is whole:
-        return table
-    return table.assign(**{role: [row[number] for row in changed.rows] for number, role in enumerate(roles)})
+    files, places = (table.index.get_level_values(level) for level in (0, 1))
+    texts = table[[*roles]].to_numpy(object, copy=True)
+    changed = False
+    for file, rows in table.groupby(files, sort=False).indices.items():
+        cells = tuple(tuple(map(clean, row)) for row in texts[rows])
+        whole = TextTable(str(file), tuple(roles), cells, tuple(places[rows]), delimiters[str(file)])
+        if (pointed := whole.with_points()) is not whole:
+            texts[rows], changed = pointed.rows, True
+    return table.assign(**dict(zip(roles, texts.T, strict=True))) if changed else table
 
 
 def found_columns(

@@ -47,8 +47,12 @@ ROLES = {
 """Required and optional columns, each with the names recognised automatically."""
 
 WORDS = {
-    **dict.fromkeys(("1", "true", "yes", "y", "t", "correct", "right", "hit", "1.0", "richtig", "juste"), True),
-    **dict.fromkeys(("0", "false", "no", "n", "f", "incorrect", "wrong", "error", "miss", "0.0", "falsch"), False),
+    **dict.fromkeys(
+        ("1", "true", "yes", "y", "t", "correct", "right", "hit", "1.0", "richtig", "juste", "wahr", "vrai"), True
+    ),
+    **dict.fromkeys(
+        ("0", "false", "no", "n", "f", "incorrect", "wrong", "error", "miss", "0.0", "falsch", "faux"), False
+    ),
 }
 """Recognised words for correct and incorrect answers."""
 
@@ -145,12 +149,8 @@ def read_thresholds(
 
     Examples
     --------
-    >>> import tempfile
-    >>> from pathlib import Path
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     file = Path(folder, "own.csv")
-    ...     _ = file.write_text("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n")
-    ...     own = read_thresholds(file)
+    >>> from focalgradient.statistics.own_tables import text_table
+    >>> own = read_thresholds(text_table("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n"))
     >>> own.table[["participant_id", "level", "correct"]].values.tolist(), own.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
     """
@@ -186,11 +186,12 @@ def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
         return given
     if stated is not None:
         return stated
-    below = _below_half(table) or _below_guess(table)
+    at_level = _below_half(table)
+    below, at = at_level or _below_guess(table), "at" if at_level else "up to"
     if below is not None:
         level, right, shown = below
         raise InputError(
-            f"{own.name}: at level {level:g} {right} of {shown} answers are right, fewer than guessing among "
+            f"{own.name}: {at} level {level:g} {right} of {shown} answers are right, fewer than guessing among "
             "two gives, so the guess rate is not known: give it, like 0.25 for four alternatives and 0 for yes and no, "
             "or a column alternatives."
         )
@@ -199,10 +200,15 @@ def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
 
 
 def _below_guess(table: pd.DataFrame) -> tuple[float, int, int] | None:
-    """Return level, correct answers and trials if the lowest level has a share below `LOWEST_SHARE`, else None."""
-    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
-    right, shown = int(counted["sum"].iloc[0]), int(counted["count"].iloc[0])
-    return (float(counted.index[0]), right, shown) if shown >= FEWEST and right / shown < LOWEST_SHARE else None
+    """Return level, correct answers and trials if those at the lowest levels have a share below `LOWEST_SHARE`.
+
+    Levels are counted upwards until there are `FEWEST` trials, as staircases show each level a few times.
+    """
+    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"]).cumsum()
+    enough = counted[counted["count"] >= FEWEST]
+    if enough.empty or enough["sum"].iloc[0] / enough["count"].iloc[0] >= LOWEST_SHARE:
+        return None
+    return float(enough.index[0]), int(enough["sum"].iloc[0]), int(enough["count"].iloc[0])
 
 
 def _below_half(table: pd.DataFrame) -> tuple[float, int, int] | None:

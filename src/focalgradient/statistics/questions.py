@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from itertools import combinations
 from typing import Any, Literal, Protocol
 
 import numpy as np
@@ -177,9 +178,17 @@ class Answers:
     def __iter__(self) -> Iterator[Answer]:
         return iter(self.rows)
 
+    def __len__(self) -> int:
+        return len(self.rows)
+
     def to(self, name: str) -> dict[str, Any]:
         """Return the outcomes of a question by level; empty if it was not asked."""
         return {row.level: row.outcome for row in self.rows if row.name == name}
+
+    def pairs(self, name: str, levels: Iterable[str]) -> dict[tuple[str, str], Any]:
+        """Return the outcomes of a question about pairs of levels, by pair; empty if it was not asked."""
+        found = self.to(name)
+        return {pair: found[" less ".join(pair)] for pair in combinations(levels, 2) if found}
 
     @property
     def headlines(self) -> tuple[Answer, ...]:

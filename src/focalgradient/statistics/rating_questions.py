@@ -144,8 +144,9 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
             lambda data: {name: tested(data.rises(name), over_subjects) for name in fixations},
             "check",
             log,
+            ratio=True,
         ),
-        Question(PINHOLE + HERE, lambda data: against(data, over_subjects), "check", log),
+        Question(PINHOLE + HERE, lambda data: against(data, over_subjects), "check", log, ratio=True),
     ]
     compared = [
         Question(
@@ -157,7 +158,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
             "ratio of the depth effects, {pair}",
             True,
         ),
-        Question(DIFFERENCE + HERE, lambda data: differences(data, over_subjects), "check", log),
+        Question(DIFFERENCE + HERE, lambda data: differences(data, over_subjects), "check", log, ratio=True),
     ]
     return Analysis(
         [
@@ -171,7 +172,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
                 True,
             ),
             *(compared if pairs else []),
-            Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY),
+            Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY, ratio=True),
             Question(
                 SLOPE,
                 lambda data: {name: slope(data, name) for name in fixations},
@@ -179,9 +180,15 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
                 f"{log} per mm",
                 SECONDARY,
             ),
-            Question(EQUIVALENT, lambda data: {name: equal(data.effect(name)) for name in fixations}, "secondary", log),
+            Question(
+                EQUIVALENT,
+                lambda data: {name: equal(data.effect(name)) for name in fixations},
+                "secondary",
+                log,
+                ratio=True,
+            ),
             *here,
-            Question(BOOTSTRAP, lambda data: {fixations[0]: resampled(data)}, "check", log),
+            Question(BOOTSTRAP, lambda data: {fixations[0]: resampled(data)}, "check", log, ratio=True),
         ]
     )
 

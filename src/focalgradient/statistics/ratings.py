@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
-from focalgradient.scales import Analysis, OrdinalSteps, Ratios, analysis_named
+from focalgradient.scales.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.cells import Cells
 from focalgradient.statistics.crossed import Components, components

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from focalgradient.scales import Analysis
+from focalgradient.scales.analyses import Analysis
 from focalgradient.statistics.cells import cells, slope_weights
 from focalgradient.statistics.records import NotComputed
 from focalgradient.statistics.tables import fixations_of
@@ -56,7 +56,7 @@ def rating_residuals(table: pd.DataFrame, analysis: Analysis) -> tuple[Residuals
     --------
     >>> rows = [{"participant_id": who, "scene": scene, "aperture_mm": mm, "fixation": "nearest", "catch": False,
     ...          "rating": np.exp(mm * (0.1 + 0.01 * who))} for who in range(3) for scene in "ab" for mm in (0.0, 10.0)]
-    >>> from focalgradient.scales import Ratios
+    >>> from focalgradient.scales.analyses import Ratios
     >>> [found] = rating_residuals(pd.DataFrame(rows), Ratios())
     >>> found.subjects.round(2).tolist(), bool(np.allclose(found.residual, 0))
     ([1.0, 1.1, 1.2], True)

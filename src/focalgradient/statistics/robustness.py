@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.scales import Analysis, analysis_named
+from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.effects import analyse, effects
 from focalgradient.statistics.exclusions import kept_rows, quality

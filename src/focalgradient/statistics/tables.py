@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.scales import Analysis, analysis_named
+from focalgradient.scales.analyses import Analysis, analysis_named
 
 __all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "rating_table", "report_table"]
 

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError
 from focalgradient.optics import Side
-from focalgradient.psf import Psf, PsfName
+from focalgradient.psf import Psf
 from focalgradient.psf.profile import edge_profile
+from focalgradient.quantities import Range
 from focalgradient.stimuli.layers import (
     blurred,
     check_equalise,
@@ -24,11 +25,19 @@ from focalgradient.stimuli.layers import (
     same_spectrum,
 )
 from focalgradient.stimuli.stimulus import (
+    Amount,
+    Angle,
+    Contrast,
+    Degrees,
     Frame,
+    Luminance,
+    Metres,
+    Millimetres,
     Region,
+    Resolution,
+    Shape,
     Stimulus,
-    check_amount,
-    check_choice,
+    arguments,
     check_light,
     check_shape,
     depth_of_blur,
@@ -55,19 +64,19 @@ def texture_border(
     border_blur_arcmin: float | None = None,
     border: Literal["straight", "sinusoidal"] = "sinusoidal",
     near: Literal["left", "right"] | None = None,
-    amplitude_deg: float = 0.5,
-    period_deg: float = 2.0,
-    phase_deg: float = 0.0,
-    width_deg: float = 8.0,
-    height_deg: float = 8.0,
-    pixels_per_degree: float = 32.0,
-    mean: float = 0.5,
-    contrast: float = 0.2,
-    slope: float = 1.0,
+    amplitude_deg: Degrees = 0.5,
+    period_deg: Degrees = 2.0,
+    phase_deg: Angle = 0.0,
+    width_deg: Degrees = 8.0,
+    height_deg: Degrees = 8.0,
+    pixels_per_degree: Resolution = 32.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.2,
+    slope: Annotated[float, Amount("powers of spatial frequency", 0)] = 1.0,
     equalise: Sequence[str] = (),
-    psf: Psf | PsfName = "gaussian",
-    focus_m: float = 0.57,
-    pupil_mm: float = 4.0,
+    psf: Shape = "gaussian",
+    focus_m: Metres = 0.57,
+    pupil_mm: Millimetres = 4.0,
     seed: int = 0,
 ) -> Stimulus:
     """Draw a vertical border between two random textures; the blur of each side and of the border are parameters.
@@ -121,11 +130,9 @@ def texture_border(
     >>> one.shape, one.controlled["near"], one.depth_m[0, [0, -1]].round(3).tolist()
     ((128, 128), 'left', [0.57, 1.693])
     """
-    parameters = dict(locals())
+    parameters = arguments(texture_border, locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
     check_light(mean, contrast, seed, MAX_TEXTURE_SD)
-    check_amount("slope", slope, "powers of spatial frequency", least=0)
-    check_choice("border", border, ("straight", "sinusoidal"))
     shape = check_shape(psf, parameters)
     names = check_equalise(equalise)
     sides = {"left": left_blur_arcmin, "right": right_blur_arcmin}
@@ -134,7 +141,6 @@ def texture_border(
     if near is None:
         closer = edge is not None and abs(blur["right"] - edge) < abs(blur["left"] - edge)
         near = "right" if closer else "left"
-    check_choice("near", near, ("left", "right"))
     far = "left" if near == "right" else "right"
     if "spectrum" in names:
         sides = dict.fromkeys(sides, max(sides.values()))
@@ -147,9 +153,6 @@ def texture_border(
     inside = slice(pad, pad + height), slice(pad, pad + width)
     bend = 0.0
     if border == "sinusoidal":
-        for name, value in (("amplitude_deg", amplitude_deg), ("period_deg", period_deg)):
-            check_amount(name, value, "degrees", positive=True)
-        check_amount("phase_deg", phase_deg, "degrees")
         bend = amplitude_deg * pixels_per_degree
     angle = 2 * math.pi / (period_deg * pixels_per_degree) if bend else 0.0
     factor = fineness(edge)
@@ -248,17 +251,17 @@ def _ending(
 def blurred_edge(
     *,
     pedestal_arcmin: float = 1.0,
-    increment_arcmin: float = 0.0,
-    orientation_deg: float = 0.0,
+    increment_arcmin: Annotated[float, Range("arcmin")] = 0.0,
+    orientation_deg: Angle = 0.0,
     polarity: Literal["bright left", "bright right"] = "bright right",
-    width_deg: float = 4.0,
-    height_deg: float = 4.0,
-    pixels_per_degree: float = 60.0,
-    mean: float = 0.5,
-    contrast: float = 0.5,
-    psf: Psf | PsfName = "gaussian",
-    focus_m: float = 0.57,
-    pupil_mm: float = 4.0,
+    width_deg: Degrees = 4.0,
+    height_deg: Degrees = 4.0,
+    pixels_per_degree: Resolution = 60.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.5,
+    psf: Shape = "gaussian",
+    focus_m: Metres = 0.57,
+    pupil_mm: Millimetres = 4.0,
     side: Side = "beyond",
 ) -> Stimulus:
     """Draw a straight edge between two luminances with a pedestal blur and an increment (Watson and Ahumada 2011).
@@ -303,15 +306,11 @@ def blurred_edge(
     >>> round(float(np.diff(edge.picture[0]).max() / 0.4 * 5 * np.sqrt(2 * np.pi)), 3)
     0.997
     """
-    parameters = dict(locals())
+    parameters = arguments(blurred_edge, locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
     check_light(mean, contrast, 0, 1.0)
     shape = check_shape(psf, parameters)
-    check_choice("side", side, ("beyond", "nearer"))
-    check_choice("polarity", polarity, ("bright left", "bright right"))
-    check_amount("orientation_deg", orientation_deg, "degrees")
     frame.blur("pedestal_arcmin", pedestal_arcmin)
-    check_number("increment_arcmin", increment_arcmin, "arcmin")
     if increment_arcmin < -pedestal_arcmin:
         raise InputError(
             f"increment_arcmin is {increment_arcmin:g}, but the pedestal is {pedestal_arcmin:g}: give an increment of "

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.files import read_array
 from focalgradient.parallel import completed
@@ -29,9 +29,19 @@ from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
-from focalgradient.stimuli.controls import Sharp, against_prediction, judged, refuse_seams
+from focalgradient.stimuli.controls import Sharp, against_prediction
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set
+from focalgradient.stimuli.sets import (
+    Fixation,
+    StimulusSet,
+    add_picture,
+    begin_set,
+    disc_ends,
+    judge_set,
+    npy,
+    png,
+    read_set,
+)
 from focalgradient.stimuli.sharpness import sharpest
 from focalgradient.stimuli.sheet import sheet_png
 
@@ -125,25 +135,18 @@ def make_depth_rating(
         "samples": samples,
         "chromatic": chromatic,
         "lights_nm": list(LIGHTS) if chromatic else None,
-        "picture_px": [size, size],
-        "picture_deg": [display.degrees(size)] * 2,
         "camera_field_deg": [math.degrees(2 * math.atan(FIELD / 2))] * 2,
         "natural_viewing_distance_m": size * display.pixel_pitch / FIELD,
         "pixel_angle_rad": FIELD / size,
     }
-    settings = {"set": "depth-rating", "seed": seed, "parameters": parameters, "display": display_json(display)}
-    folder = Folder(out, settings, _versions(how))
+    folder = begin_set(out, display, (size, size), parameters, seed=seed, versions=_versions(how))
     if not folder.complete:
         recipes = {
             f"spheres-{index:02}": Recipe(MOST_SCENES * seed + index, (size, size), how, samples, chromatic, lenses)
             for index in range(scenes)
         }
         _make_scenes(folder, recipes, display, executor, say)
-        measured = folder.content["controls"]["scenes"]
-        refuse_seams(measured)
-        folder.content["controls"] |= judged(
-            [one for scene in measured.values() for stem, one in scene["pictures"].items() if stem != "pinhole"]
-        )
+        judge_set(folder)
         say(1.0, "sheet")
         folder.put({"sheet.png": sheet_png(out, folder.content, _note(folder.content["controls"], display, size))})
         folder.finish()
@@ -354,8 +357,6 @@ def _make_scenes(
 ) -> None:
     """Make the missing pictures and depths of all scenes, and their entries in the folder's content."""
     content = folder.content
-    content.setdefault("scenes", {})
-    content.setdefault("controls", {"scenes": {}})
     lacking = [_scene_to_make(folder, name, recipe, display) for name, recipe in recipes.items()]
     for made, picture in _made(executor, [one for one in lacking if one.lacking], say):
         known = content["controls"]["scenes"].setdefault(made.name, {"pictures": {}})
@@ -376,36 +377,27 @@ def _make_scenes(
     content["pictures"] = []
     for name, recipe in recipes.items():
         depth = read_array(folder.path / name / "depth.npy")
-        content["pictures"] += [
-            _entry(name, aperture, end, recipe, depth, content["scenes"][name][end]["distance_m"], display)
-            for end in FIXATIONS
-            for aperture in recipe.apertures
-        ]
+        for end in FIXATIONS:
+            for aperture in recipe.apertures:
+                focus = content["scenes"][name][end]["distance_m"]
+                blur = _blur_ends(recipe, aperture, focus, depth)
+                add_picture(
+                    *(folder, f"{name}/{stem_of(aperture, end)}", aperture, end),
+                    focus_m=focus,
+                    aperture_mm=1e3 * FOCAL_LENGTH / recipe.apertures[aperture],
+                    blur_px=blur,
+                    blur_arcmin=[display.arcmin(diameter) for diameter in blur],
+                )
 
 
-def _entry(
-    name: str, aperture: str, end: Fixation, recipe: Recipe, depth: NDArray[np.float32], focus: float, display: Display
-) -> dict[str, Any]:
-    """Return the manifest's entry for a picture."""
-    vergence = 1 / np.array([depth.min(), depth.max()], float)
+def _blur_ends(recipe: Recipe, aperture: str, focus: float, depth: NDArray[np.float32]) -> list[float]:
+    """Return the smallest and the largest blur disc (px) in all colours, over the whole range of depth."""
+    ends = np.array([depth.min(), depth.max()], float)
     discs = []
     for one in recipe.optics(aperture, 1 / focus):
-        ends = one.aperture_diameter * np.abs(one.focus_vergence - vergence) / recipe.pixel_angle
-        inside = vergence[1] <= one.focus_vergence <= vergence[0]
-        discs += [0.0 if inside else float(ends.min()), float(ends.max())]
-    blur = [min(discs), max(discs)]
-    stem = f"{name}/{stem_of(aperture, end)}"
-    return {
-        "scene": name,
-        "aperture": aperture,
-        "fixation": end,
-        "png": f"{stem}.png",
-        "linear": f"{stem}.npy",
-        "focus_m": focus,
-        "aperture_mm": 1e3 * FOCAL_LENGTH / recipe.apertures[aperture],
-        "blur_px": blur,
-        "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
-    }
+        least, most = disc_ends(one, ends, recipe.pixel_angle)
+        discs += [0.0 if 1 / ends[1] <= one.focus_vergence <= 1 / ends[0] else least, most]
+    return [min(discs), max(discs)]
 
 
 def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
@@ -450,8 +442,7 @@ def _part(progress: Progress, start: float, end: float, what: str) -> Progress:
 
 def _engine(engine: str) -> Engine:
     """Return the engine to use: without Mitsuba the ray caster, unless another was requested."""
-    if engine not in get_args(Engine):
-        raise InputError(f"engine is {engine!r}, but must be one of {', '.join(get_args(Engine))}.")
+    check_one_of("engine", engine, get_args(Engine))
     if engine == "cast":
         return "cast"
     if variant() is None:

@@ -15,7 +15,13 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_array, read_arrays, read_bytes
 from focalgradient.stimuli.manifest import StimulusRecord
-from focalgradient.stimuli.sets import display_json, npy, png, stored_display
+from focalgradient.stimuli.sets import (
+    check_size,
+    display_json,
+    npy,
+    png,
+    stored_display,
+)
 from focalgradient.stimuli.stimulus import Stimulus
 from focalgradient.tables import check_table
 
@@ -40,11 +46,7 @@ def stimulus_files(one: Stimulus, display: Display) -> tuple[dict[str, bytes], d
         If the picture does not fit the display.
     """
     height, width = one.shape
-    if width > display.size_px[0] or height > display.size_px[1]:
-        raise InputError(
-            f"the picture has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-            "give a smaller picture, or the display that shows it."
-        )
+    check_size("the picture", one.shape, display)
     masks = io.BytesIO()
     named = {name.replace(" ", "_"): mask for name, mask in one.masks.items()}
     np.savez_compressed(masks, **named)  # type: ignore[arg-type]

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-import platform
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +15,23 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
 from focalgradient.progress import Progress
-from focalgradient.stimuli.controls import judged, refuse_seams
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import StimulusSet, display_json, npy, png, read_set, stored_distance
-from focalgradient.stimuli.stimulus import Stimulus, check_amount
+from focalgradient.stimuli.sets import (
+    StimulusSet,
+    add_picture,
+    begin_set,
+    check_size,
+    judge_set,
+    npy,
+    png,
+    read_set,
+    stored_distance,
+)
+from focalgradient.stimuli.stimulus import (
+    PUPIL,
+    Stimulus,
+)
 
 __all__ = ["make_from_stimuli"]
 
@@ -83,24 +93,15 @@ def make_from_stimuli(
         "scenes": len(stimuli),
         "apertures": ["pinhole", aperture],
         "focal_length_mm": FOCAL_LENGTH * 1e3,
-        "picture_px": [shape[1], shape[0]],
-        "picture_deg": [display.degrees(shape[1]), display.degrees(shape[0])],
         "pixel_angle_rad": next(iter(stimuli.values())).pixel_angle,
         "stimuli": {name: _about(one) for name, one in stimuli.items()},
     }
-    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
-    versions = {"python": platform.python_version()}
-    folder = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
-        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         for number, (name, one) in enumerate(stimuli.items()):
             say(number / len(stimuli), name)
             _scene(folder, name, one, aperture, pupil_mm, display)
-        measured = [
-            scene["pictures"][stem_of(aperture, FOCUS)] for scene in folder.content["controls"]["scenes"].values()
-        ]
-        refuse_seams(folder.content["controls"]["scenes"])
-        folder.content["controls"] |= judged(measured)
+        judge_set(folder)
         folder.put({})
         folder.finish()
     say(1.0, "finished")
@@ -116,7 +117,7 @@ def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[i
         plain_name(name, "the name of a scene")
         if not isinstance(one, Stimulus):
             raise InputError(f"{name} is not a Stimulus: give the result of a function such as slanted_plane.")
-        check_amount(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan), "millimetres", positive=True)
+        PUPIL.check(f"pupil_mm of {name}", one.parameters.get("pupil_mm", math.nan))
         pupils = [each.parameters.get("pupil_mm") for each in (first, one)]
         if one.shape != first.shape or pupils[0] != pupils[1]:
             raise InputError(
@@ -129,13 +130,7 @@ def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[i
                 f"{name} is drawn for {drawn:.4g} pixels per degree, but the display has "
                 f"{display.pixels_per_degree:.4g}: draw it with pixels_per_degree={display.pixels_per_degree:.4g}."
             )
-    height, width = first.shape
-    if width > display.size_px[0] or height > display.size_px[1]:
-        raise InputError(
-            f"the stimuli have {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-            "draw smaller ones, or use another display."
-        )
-    return first.shape, float(first.parameters["pupil_mm"])
+    return check_size(next(iter(stimuli)), first.shape, display), float(first.parameters["pupil_mm"])
 
 
 def _about(one: Stimulus) -> dict[str, Any]:
@@ -173,18 +168,12 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
         colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
         folder.put({f"{name}/{stem}.png": png(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
         pictures[stem] = {"mean_luminance": float(light.mean()), "clipped": 0.0}
-        folder.content["pictures"].append(
-            {
-                "scene": name,
-                "aperture": shown,
-                "fixation": FOCUS,
-                "png": f"{name}/{stem}.png",
-                "linear": f"{name}/{stem}.npy",
-                "focus_m": focus_m,
-                "aperture_mm": 0.0 if shown == "pinhole" else pupil_mm,
-                "blur_px": [diameter / per_px for diameter in diameters],
-                "blur_arcmin": diameters,
-            }
+        add_picture(
+            *(folder, f"{name}/{stem}", shown, FOCUS),
+            focus_m=focus_m,
+            aperture_mm=0.0 if shown == "pinhole" else pupil_mm,
+            blur_px=[diameter / per_px for diameter in diameters],
+            blur_arcmin=diameters,
         )
     pictures[stem_of(aperture, FOCUS)] |= {
         "mean_luminance_percent": 100 * (float(one.picture.mean()) / mean - 1) if mean > 0 else 0.0,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +14,20 @@ from focalgradient.render import necker_frame
 from focalgradient.render.wireframe import Gradient, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import EDGES, Direction
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_amount, check_choice, measured
+from focalgradient.stimuli.stimulus import (
+    ARCMIN,
+    Amount,
+    Angle,
+    Degrees,
+    Frame,
+    Luminance,
+    Metres,
+    Millimetres,
+    Resolution,
+    Stimulus,
+    arguments,
+    measured,
+)
 
 __all__ = ["fixated_cube"]
 
@@ -26,18 +39,18 @@ def fixated_cube(
     *,
     fixation: Literal["nearest", "farthest", "centre"] = "nearest",
     gradient: Gradient = "rigid",
-    turn: float = 0.08,
-    edge_deg: float = 8.0,
-    perspective: float = 0.4,
-    distance_m: float = 0.5,
-    tilt_deg: float = 20.0,
+    turn: Annotated[float, Amount("turns")] = 0.08,
+    edge_deg: Degrees = 8.0,
+    perspective: Annotated[float, Amount("edge length / distance", positive=True)] = 0.4,
+    distance_m: Metres = 0.5,
+    tilt_deg: Angle = 20.0,
     direction: Direction = "right",
-    line_arcmin: float = 4.0,
-    line_light: float = 0.45,
-    width_deg: float = 16.0,
-    height_deg: float = 16.0,
-    pixels_per_degree: float = 30.0,
-    pupil_mm: float = 12.0,
+    line_arcmin: Annotated[float, Amount("arcmin", positive=True)] = 4.0,
+    line_light: Luminance = 0.45,
+    width_deg: Degrees = 16.0,
+    height_deg: Degrees = 16.0,
+    pixels_per_degree: Resolution = 30.0,
+    pupil_mm: Millimetres = 12.0,
 ) -> Stimulus:
     """Draw one frame of the rotating Necker cube, in focus at the fixation point.
 
@@ -79,16 +92,8 @@ def fixated_cube(
     >>> round(float(one.blur_arcmin[one.masks["fixation"] & one.masks["lines"]].min()), 1)
     0.0
     """
-    parameters = dict(locals())
+    parameters = arguments(fixated_cube, locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
-    check_choice("fixation", fixation, ("nearest", "farthest", "centre"))
-    check_choice("gradient", gradient, ("none", "rigid", "nonrigid"))
-    for name in ("turn", "tilt_deg"):
-        check_amount(name, parameters[name], "turns" if name == "turn" else "degrees")
-    for name in ("edge_deg", "line_arcmin", "perspective", "distance_m"):
-        check_amount(name, parameters[name], "its unit", positive=True)
-    check_amount("line_light", line_light, "shares of white", positive=True)
-    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
     cube = NeckerCube(
         size=math.radians(edge_deg),
         perspective=perspective,

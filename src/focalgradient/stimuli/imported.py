@@ -5,13 +5,11 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-import platform
 import re
 import warnings
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -28,11 +26,22 @@ from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged, refuse_seams
+from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
+from focalgradient.stimuli.sets import (
+    Fixation,
+    StimulusSet,
+    add_picture,
+    begin_set,
+    check_size,
+    judge_set,
+    npy,
+    png,
+    read_set,
+    stored_distance,
+)
 from focalgradient.stimuli.sharpness import sharpest
 
 __all__ = ["import_pictures"]
@@ -135,18 +144,13 @@ def import_pictures(
         "kind": "imported",
         "apertures": _apertures(rows),
         "focal_length_mm": focal_length * 1e3,
-        "picture_px": list(size),
-        "picture_deg": [display.degrees(side) for side in size],
         "table_sha256": hashlib.sha256(read_bytes(table, "a table of pictures")).hexdigest(),
         "sources_sha256": hashes,
     }
     if field is not None:
         parameters["pixel_angle_rad"] = 2 * math.tan(field / 2) / size[0]
-    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
-    versions = {"python": platform.python_version()}
-    made = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    made = begin_set(out, display, size[::-1], parameters)
     if not made.complete:
-        made.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         scenes = list(dict.fromkeys(row.scene for row in rows))
         every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
         ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
@@ -165,7 +169,7 @@ def import_pictures(
             _picture(made, folder, row, display, focal_length)
         if field is not None:
             _measure(out, made.content, parameters["pixel_angle_rad"])
-        _compare(made.content)
+        _compare(made)
         made.put({})
         made.finish()
     say(1.0, "finished")
@@ -266,7 +270,7 @@ def _row(where: str, cells: dict[str, str], every: tuple[Fixation, ...]) -> Row:
 def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[str, str], tuple[int, int]]:
     """Return the SHA-256 of every source, and the common width and height."""
     hashes: dict[str, str] = {}
-    size: tuple[int, int] | None = None
+    first: tuple[int, int] | None = None
     for row in rows:
         for column, name in (("file", row.file), ("depth", row.depth)):
             if name is not None and name not in hashes:
@@ -276,27 +280,15 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
                     raise InputError(f"{row.where}, column {column}: {error}") from error
                 hashes[name] = hashlib.sha256(data).hexdigest()
         height, width = _values(folder, row).shape[:2]
-        size = size or (width, height)
-        where = f"{row.where}, column file: {row.file} has {width} x {height} pixels, but"
-        if (width, height) != size:
-            raise InputError(f"{where} those before it {size[0]} x {size[1]}: crop all pictures to one size.")
-        if width % 2 or height % 2:
-            even = f"{width - width % 2} x {height - height % 2}"
-            raise InputError(
-                f"{where} both must be even, as displays interpolate centred pictures of odd size: crop it to {even}."
-            )
-        if width > display.size_px[0] or height > display.size_px[1]:
-            raise InputError(
-                f"{where} the display {display.size_px[0]} x {display.size_px[1]}: reduce it, or use another display."
-            )
+        first = check_size(f"{row.where}, column file: {row.file}", (height, width), display, first)
         if row.position is not None:
-            for column, value, side in zip(("x_px", "y_px"), row.position, size, strict=True):
+            for column, value, side in zip(("x_px", "y_px"), row.position, first[::-1], strict=True):
                 if value >= side:
                     raise InputError(
                         f"{row.where}, column {column}: is {value:g}, but must lie within the picture's {side} pixels."
                     )
-    assert size is not None
-    return hashes, size
+    assert first is not None
+    return hashes, first[::-1]
 
 
 def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
@@ -380,20 +372,14 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
     for end in row.fixations:
         scene = made.content["scenes"][row.scene]
         focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]
-        made.content["pictures"].append(
-            {
-                "scene": row.scene,
-                "aperture": row.aperture,
-                "fixation": end,
-                "png": f"{row.stem}.png",
-                "linear": f"{row.stem}.npy",
-                "focus_m": focus,
-                "aperture_mm": 0.0 if row.aperture == "pinhole" else 1e3 * focal_length / float(row.aperture[2:]),
-                "blur_px": [None, None],
-                "blur_arcmin": [None, None],
-                "source": row.file,
-                "further": dict(row.further),
-            }
+        add_picture(
+            *(made, row.stem, row.aperture, end),
+            focus_m=focus,
+            aperture_mm=0.0 if row.aperture == "pinhole" else 1e3 * focal_length / float(row.aperture[2:]),
+            blur_px=[None, None],
+            blur_arcmin=[None, None],
+            source=row.file,
+            further=dict(row.further),
         )
     known = made.content["controls"]["scenes"].setdefault(row.scene, {"pictures": {}})
     known["pictures"][row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
@@ -420,17 +406,14 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
             known[stem] |= sharpest(blurred, light, distance, [optics], pixel_angle)
 
 
-def _compare(content: dict[str, Any]) -> None:
+def _compare(made: Folder) -> None:
     """Compute mean luminance relative to the pinhole picture, for every scene that has one."""
-    for scene in content["controls"]["scenes"].values():
+    for scene in made.content["controls"]["scenes"].values():
         sharp = [one for stem, one in scene["pictures"].items() if stem.startswith("pinhole")]
         for one in scene["pictures"].values():
             if sharp and sharp[0]["mean_luminance"] > 0 and one is not sharp[0]:
                 one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp[0]["mean_luminance"] - 1)
-    refuse_seams(content["controls"]["scenes"])
-    content["controls"] |= judged(
-        [one for scene in content["controls"]["scenes"].values() for one in scene["pictures"].values()]
-    )
+    judge_set(made)
 
 
 def _apertures(rows: Sequence[Row]) -> list[str]:

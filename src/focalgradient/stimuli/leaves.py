@@ -5,22 +5,29 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
-from focalgradient.errors import InputError, check_list
+from focalgradient.errors import InputError
 from focalgradient.optics import Side
-from focalgradient.psf import Psf, PsfName
+from focalgradient.psf import Psf
 from focalgradient.render.shaped import shape_picture
 from focalgradient.stimuli.layers import check_equalise, equalised, reach_of
 from focalgradient.stimuli.stimulus import (
+    Amount,
+    Contrast,
+    Degrees,
     Frame,
+    Luminance,
+    Metres,
+    Millimetres,
+    Resolution,
+    Shape,
     Stimulus,
-    check_amount,
-    check_choice,
+    arguments,
     check_light,
     check_shape,
     depth_of_blur,
@@ -68,19 +75,19 @@ def dead_leaves(
     *,
     blurs_arcmin: Sequence[float] = (0.0, 1.0, 2.0, 4.0),
     order: Literal["random", "depth"] = "random",
-    smallest_deg: float = 0.25,
-    largest_deg: float = 2.0,
-    exponent: float = 3.0,
-    aspect: float = 1.0,
-    width_deg: float = 8.0,
-    height_deg: float = 8.0,
-    pixels_per_degree: float = 32.0,
-    mean: float = 0.5,
-    contrast: float = 0.5,
+    smallest_deg: Degrees = 0.25,
+    largest_deg: Degrees = 2.0,
+    exponent: Annotated[float, Amount("powers of the radius", 0)] = 3.0,
+    aspect: Annotated[float, Amount("long axis / short axis", 1)] = 1.0,
+    width_deg: Degrees = 8.0,
+    height_deg: Degrees = 8.0,
+    pixels_per_degree: Resolution = 32.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.5,
     equalise: Sequence[str] = (),
-    psf: Psf | PsfName = "gaussian",
-    focus_m: float = 0.57,
-    pupil_mm: float = 4.0,
+    psf: Shape = "gaussian",
+    focus_m: Metres = 0.57,
+    pupil_mm: Millimetres = 4.0,
     side: Side = "beyond",
     seed: int = 0,
 ) -> Stimulus:
@@ -132,24 +139,19 @@ def dead_leaves(
     >>> sorted(one.masks), bool(0 <= one.picture.min() < one.picture.max() <= 1)
     (['0 arcmin', '3 arcmin'], True)
     """
-    parameters = dict(locals())
+    parameters = arguments(dead_leaves, locals())
     frame = Frame(width_deg, height_deg, pixels_per_degree)
     check_light(mean, contrast, seed, UNIFORM_PEAK)
-    check_choice("order", order, ("random", "depth"))
     shape = check_shape(psf, parameters)
-    check_choice("side", side, ("beyond", "nearer"))
     names = check_equalise(equalise)
-    blurs = [
-        float(one) if isinstance(one, int | float) else one for one in check_list("blurs_arcmin", blurs_arcmin, "")
-    ]
+    blurs = [float(one) for one in blurs_arcmin]
     sds = [frame.blur("blurs_arcmin", one) for one in blurs]
-    blurs = [float(one) for one in blurs]
     if not blurs or len(set(blurs)) < len(blurs):
         raise InputError(f"blurs_arcmin is {blurs!r}, but must be different blurs, one at least: give each once.")
     if order == "depth":
         nearest_first = side == "nearer"
         sds, blurs = sorted(sds, reverse=nearest_first), sorted(blurs, reverse=nearest_first)
-    _check_sizes(smallest_deg, largest_deg, exponent, aspect, frame)
+    _check_sizes(smallest_deg, largest_deg, aspect, frame)
     depths = depth_of_blur(blurs, side, focus_m=focus_m, pupil_mm=pupil_mm)
     sizes = smallest_deg * pixels_per_degree, largest_deg * pixels_per_degree
     leaves = _leaves(frame.shape, sizes, exponent, aspect, max(sds), (mean, contrast), seed)
@@ -178,11 +180,7 @@ def dead_leaves(
     )
 
 
-def _check_sizes(smallest: Any, largest: Any, exponent: Any, aspect: Any, frame: Frame) -> None:
-    check_amount("smallest_deg", smallest, "degrees", positive=True)
-    check_amount("largest_deg", largest, "degrees", positive=True)
-    check_amount("exponent", exponent, "powers of the radius", least=0)
-    check_amount("aspect", aspect, "long axis / short axis", least=1)
+def _check_sizes(smallest: float, largest: float, aspect: float, frame: Frame) -> None:
     if aspect > 10:
         raise InputError(f"aspect is {aspect:g}, but must be 1 to 10.")
     if smallest > largest:

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-import math
-import platform
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,17 +13,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_number
 from focalgradient.files import plain_name
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs, judged, refuse_seams
+from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
-from focalgradient.stimuli.sets import Fixation, StimulusSet, display_json, npy, png, read_set, stored_distance
+from focalgradient.stimuli.sets import (
+    Fixation,
+    StimulusSet,
+    add_picture,
+    begin_set,
+    check_size,
+    disc_ends,
+    judge_set,
+    npy,
+    png,
+    read_set,
+    stored_distance,
+)
 from focalgradient.stimuli.sharpness import sharpest
 from focalgradient.stimuli.sheet import sheet_png
 
@@ -79,8 +88,7 @@ def make_from_photographs(
     """
     out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
     lenses = named_apertures(apertures)
-    if not (pixel_angle > 0 and math.isfinite(pixel_angle)):
-        raise InputError(f"pixel_angle is {pixel_angle!r}, but must be a positive angle in radians.")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
     targets = {
         name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
@@ -97,28 +105,19 @@ def make_from_photographs(
         "scenes": len(photographs),
         "apertures": list(lenses),
         "focal_length_mm": FOCAL_LENGTH * 1e3,
-        "picture_px": [shape[1], shape[0]],
-        "picture_deg": [display.degrees(shape[1]), display.degrees(shape[0])],
         "pixel_angle_rad": pixel_angle,
         "natural_viewing_distance_m": display.pixel_pitch / pixel_angle,
         "sources_sha256": {name: [_sha256(array) for array in pair] for name, pair in photographs.items()},
     }
-    settings = {"set": "depth-rating", "seed": None, "parameters": parameters, "display": display_json(display)}
-    versions = {"python": platform.python_version()}
-    folder = Folder(out, settings, versions | {name: version(name) for name in ("focalgradient", "numpy", "pillow")})
+    folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
-        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         for number, (name, pair) in enumerate(photographs.items()):
 
             def share(done: float, words: str, before: int = number) -> None:
                 say((before + done) / len(photographs), words)
 
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
-        refuse_seams(folder.content["controls"]["scenes"])
-        measured = folder.content["controls"]["scenes"].values()
-        folder.content["controls"] |= judged(
-            [one for scene in measured for stem, one in scene["pictures"].items() if stem != "pinhole"]
-        )
+        judge_set(folder)
         light = folder.content["controls"]["mean_luminance_percent"]["worst"]
         note = (
             f"Rings: point in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
@@ -142,24 +141,7 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
                 f"{name} has a picture of shape {light.shape} and a depth of {distance.shape}, but must have H x W or "
                 "H x W x 3 and H x W: give the depth of every pixel."
             )
-        height, width = distance.shape
-        first = first or (height, width)
-        if (height, width) != first:
-            raise InputError(
-                f"{name} has {width} x {height} pixels, but those before it {first[1]} x {first[0]}: crop all to one "
-                "size."
-            )
-        if height % 2 or width % 2:
-            raise InputError(
-                f"{name} has {width} x {height} pixels, but both must be even, as displays interpolate centred "
-                "pictures of odd size: "
-                f"crop it and its depth to {width - width % 2} x {height - height % 2}."
-            )
-        if width > display.size_px[0] or height > display.size_px[1]:
-            raise InputError(
-                f"{name} has {width} x {height} pixels, but the display {display.size_px[0]} x {display.size_px[1]}: "
-                "reduce picture and depth, or use another display."
-            )
+        first = check_size(name, distance.shape, display, first)
         if not (np.isfinite(light).all() and light.min() >= 0 and light.max() > 0):
             raise InputError(
                 f"{name} contains radiance that is negative, not finite or zero everywhere: correct the picture."
@@ -226,20 +208,13 @@ def _scene(
         folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
-        diameters = optics.aperture_diameter * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
-        blur = [float(diameters.min()), float(diameters.max())]
-        folder.content["pictures"].append(
-            {
-                "scene": name,
-                "aperture": aperture,
-                "fixation": end,
-                "png": f"{name}/{stem}.png",
-                "linear": f"{name}/{stem}.npy",
-                "focus_m": targets[end][1],
-                "aperture_mm": 1e3 * optics.aperture_diameter,
-                "blur_px": blur,
-                "blur_arcmin": [display.arcmin(diameter) for diameter in blur],
-            }
+        blur = disc_ends(optics, distance, pixel_angle)
+        add_picture(
+            *(folder, f"{name}/{stem}", aperture, end),
+            focus_m=targets[end][1],
+            aperture_mm=1e3 * optics.aperture_diameter,
+            blur_px=blur,
+            blur_arcmin=[display.arcmin(diameter) for diameter in blur],
         )
     folder.content["controls"]["scenes"][name] = {"pictures": known}
     folder.content["scenes"][name] = {"seed": None, "depth": f"{name}/depth.npy"} | {

@@ -1,12 +1,14 @@
-"""Reading of finished sets of pictures."""
+"""Finished sets of pictures, and what all makers of sets share."""
 
 from __future__ import annotations
 
 import hashlib
 import io
 import math
+import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +19,9 @@ from PIL import Image
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
-from focalgradient.stimuli.controls import LIMITS
-from focalgradient.stimuli.folder import MANIFEST
+from focalgradient.optics import Optics
+from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
+from focalgradient.stimuli.folder import MANIFEST, Folder
 from focalgradient.stimuli.manifest import Manifest, StoredDisplay
 from focalgradient.tables import check_table
 
@@ -28,7 +31,12 @@ __all__ = [
     "ShownScene",
     "StimulusSet",
     "Target",
+    "add_picture",
+    "begin_set",
+    "check_size",
+    "disc_ends",
     "display_json",
+    "judge_set",
     "npy",
     "png",
     "read_set",
@@ -312,6 +320,100 @@ def read_set(folder: str | Path) -> StimulusSet:
         for one in checked.pictures
     )
     return StimulusSet(folder, manifest, display, pictures)
+
+
+def begin_set(
+    out: Path,
+    display: Display,
+    shape: tuple[int, int],
+    parameters: dict[str, Any],
+    *,
+    seed: int | None = None,
+    versions: Mapping[str, str] | None = None,
+) -> Folder:
+    """Return the folder of a set of pictures of a `shape` (height, width), empty unless it is finished or resumed.
+
+    `versions` are those of the programs by which a set that is resumed must be finished; None: a set begins anew.
+    """
+    height, width = shape
+    size = {"picture_px": [width, height], "picture_deg": [display.degrees(width), display.degrees(height)]}
+    settings = {"set": "depth-rating", "seed": seed, "parameters": size | parameters, "display": display_json(display)}
+    own = {"python": platform.python_version()}
+    own |= {name: version(name) for name in ("focalgradient", "numpy", "pillow")}
+    folder = Folder(out, settings, versions or own)
+    if not folder.complete:
+        new: dict[str, Any] = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
+        folder.content = new | (folder.content if versions else {})
+    return folder
+
+
+def check_size(
+    what: str, shape: tuple[int, int], display: Display, first: tuple[int, int] | None = None
+) -> tuple[int, int]:
+    """Return the `shape` (height, width) of the `first` picture; raise `InputError` unless another has it and fits.
+
+    >>> check_size("yard", (100, 101), Display())
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: yard has 101 x 100 pixels, but both must be even, as displays interpolate ...
+    """
+    height, width = shape
+    first = first or shape
+    has = f"{what} has {width} x {height} pixels, but"
+    if shape != first:
+        raise InputError(f"{has} those before it {first[1]} x {first[0]}: crop all pictures to one size.")
+    if width % 2 or height % 2:
+        raise InputError(
+            f"{has} both must be even, as displays interpolate centred pictures of odd size: crop it, and its depth, "
+            f"to {width - width % 2} x {height - height % 2}."
+        )
+    if width > display.size_px[0] or height > display.size_px[1]:
+        raise InputError(
+            f"{has} the display {display.size_px[0]} x {display.size_px[1]}: make it smaller, or use another display."
+        )
+    return first
+
+
+def disc_ends(optics: Optics, distance: NDArray[np.floating], pixel_angle: float) -> list[float]:
+    """Return the smallest and the largest diameter in pixels of the blur disc at the distances (m) of a picture."""
+    diameters = optics.aperture_diameter * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
+    return [float(diameters.min()), float(diameters.max())]
+
+
+def add_picture(
+    folder: Folder,
+    stem: str,
+    aperture: str,
+    fixation: Fixation,
+    *,
+    focus_m: float | None,
+    aperture_mm: float,
+    blur_px: Sequence[float | None],
+    blur_arcmin: Sequence[float | None],
+    **others: Any,
+) -> None:
+    """Add the manifest's entry of a picture, whose files are `stem`.png and `stem`.npy in the folder of its scene."""
+    folder.content["pictures"].append(
+        {
+            "scene": stem.partition("/")[0],
+            "aperture": aperture,
+            "fixation": fixation,
+            "png": f"{stem}.png",
+            "linear": f"{stem}.npy",
+            "focus_m": focus_m,
+            "aperture_mm": aperture_mm,
+            "blur_px": blur_px,
+            "blur_arcmin": blur_arcmin,
+            **others,
+        }
+    )
+
+
+def judge_set(folder: Folder) -> None:
+    """Judge the measured controls of all blurred pictures; refuse a picture sharper than its blur allows."""
+    controls = folder.content["controls"]
+    refuse_seams(controls["scenes"])
+    pictures = [scene["pictures"] for scene in controls["scenes"].values()]
+    controls |= judged([one for stems in pictures for stem, one in stems.items() if stem != "pinhole"])
 
 
 def display_json(display: Display) -> dict[str, Any]:

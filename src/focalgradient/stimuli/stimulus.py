@@ -3,24 +3,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number, check_seed, described
+from focalgradient.errors import InputError, check_arguments, check_fields, check_number, check_seed
 from focalgradient.optics import Side, distance_of_blur
 from focalgradient.psf import Psf, PsfName, psf_from, psf_of
+from focalgradient.quantities import Range
 from focalgradient.stimuli.sharpness import sharpest_place
 
 __all__ = [
+    "PUPIL",
+    "Amount",
+    "Angle",
+    "Contrast",
+    "Degrees",
     "Frame",
+    "Luminance",
+    "Metres",
+    "Millimetres",
     "Region",
+    "Resolution",
+    "Shape",
     "Stimulus",
-    "check_amount",
-    "check_choice",
+    "arguments",
     "check_light",
     "check_shape",
     "depth_of_blur",
@@ -36,6 +46,36 @@ MAX_SIDE_PX = 4096
 
 MIN_MAGNITUDE, MAX_MAGNITUDE = 1e-6, 1e6
 """Range of the magnitude of non-zero quantities: far beyond eyes and displays, but numerically safe."""
+
+
+@dataclass(frozen=True, slots=True)
+class Amount(Range):
+    """Range of a quantity of a stimulus, whose magnitude must be numerically safe.
+
+    >>> Amount("millimetres", positive=True).check("pupil_mm", 1e-300)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: pupil_mm is 1e-300, but must be 1e-06 to 1e+06 in size: give it in millimetres.
+    """
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless `value`, that of the parameter `name`, is a number within the range."""
+        Range.check(self, name, value)
+        if abs(value) > MAX_MAGNITUDE or (self.positive and value < MIN_MAGNITUDE):
+            least = f"{MIN_MAGNITUDE:g} to " if self.positive else "at most "
+            raise InputError(
+                f"{name} is {value:g}, but must be {least}{MAX_MAGNITUDE:g} in size: give it in {self.words}."
+            )
+
+
+Angle = Annotated[float, Amount("degrees")]
+Degrees = Annotated[float, Amount("degrees", positive=True)]
+Resolution = Annotated[float, Amount("pixels per degree", positive=True)]
+METRES, PUPIL = Amount("metres", positive=True), Amount("millimetres", positive=True)
+Metres = Annotated[float, METRES]
+Millimetres = Annotated[float, Amount("millimetres", 0)]
+Luminance = Annotated[float, Amount("shares of white", positive=True)]
+Shape = Psf | PsfName | dict[str, Any]
+Contrast = Annotated[float, Amount("standard deviation / mean", 0)]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,14 +136,12 @@ class Stimulus:
 class Frame:
     """Validated size of a picture: `width_deg` and `height_deg` (degrees), and central `pixels_per_degree`."""
 
-    width_deg: float
-    height_deg: float
-    pixels_per_degree: float
+    width_deg: Degrees
+    height_deg: Degrees
+    pixels_per_degree: Resolution
 
     def __post_init__(self) -> None:
-        for name in ("width_deg", "height_deg"):
-            check_amount(name, getattr(self, name), "degrees", positive=True)
-        check_amount("pixels_per_degree", self.pixels_per_degree, "pixels per degree", positive=True)
+        check_fields(self)
         height, width = self.shape
         if min(height, width) < 8 or max(height, width) > MAX_SIDE_PX:
             raise InputError(
@@ -143,24 +181,15 @@ class Frame:
         return height[:, None], width[None]
 
 
-def check_amount(name: str, value: Any, unit: str, *, least: float = -math.inf, positive: bool = False) -> None:
-    """Validate a number as `check_number` does, and its magnitude, which must be numerically safe.
-
-    >>> check_amount("pupil_mm", 1e-300, "millimetres", positive=True)
-    Traceback (most recent call last):
-    focalgradient.errors.InputError: pupil_mm is 1e-300, but must be 1e-06 to 1e+06 in size: give it in millimetres.
-    """
-    check_number(name, value, unit, least=least, positive=positive)
-    if abs(value) > MAX_MAGNITUDE or (positive and value < MIN_MAGNITUDE):
-        least_size = f"{MIN_MAGNITUDE:g} to " if positive else "at most "
-        raise InputError(f"{name} is {value:g}, but must be {least_size}{MAX_MAGNITUDE:g} in size: give it in {unit}.")
+def arguments(function: Callable[..., Stimulus], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments `given` to a function that draws a stimulus, after checking them beside their types."""
+    check_arguments(function, given)
+    return dict(given)
 
 
-def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
-    """Validate mean luminance, RMS contrast (`peak` multiples of which must stay within 0 to 1) and seed."""
+def check_light(mean: float, contrast: float, seed: int, peak: float) -> None:
+    """Validate RMS contrast (`peak` multiples of which must stay within 0 to 1) at a mean luminance, and seed."""
     check_seed(seed)
-    check_amount("mean", mean, "shares of white", positive=True)
-    check_amount("contrast", contrast, "standard deviation / mean", least=0)
     if mean * (1 + peak * contrast) > 1 + 1e-9 or peak * contrast > 1 + 1e-9:
         most = min(1 / peak, (1 / mean - 1) / peak)
         raise InputError(
@@ -169,17 +198,11 @@ def check_light(mean: Any, contrast: Any, seed: Any, peak: float) -> None:
         )
 
 
-def check_shape(psf: Psf | PsfName, parameters: dict[str, Any]) -> Psf:
+def check_shape(psf: Shape, parameters: dict[str, Any]) -> Psf:
     """Return the blur shape given to a function, and record it as plain values in `parameters`."""
     shape = psf_from(psf) if isinstance(psf, dict) else psf_of(psf)
     parameters["psf"] = psf if isinstance(psf, str) else {"shape": shape.name, **shape.stated()}
     return shape
-
-
-def check_choice(name: str, value: Any, known: tuple[str, ...]) -> None:
-    """Raise `InputError` unless `value` is one of `known`."""
-    if value not in known:
-        raise InputError(f"{name} is {described(value)}, but must be one of {', '.join(known)}.")
 
 
 def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> NDArray[np.float64]:
@@ -206,8 +229,8 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     >>> round(depth_of_blur(3.4377, "beyond", focus_m=0.5, pupil_mm=4).item(), 4)  # 1 mrad: 1 D
     1.0
     """
-    check_amount("focus_m", focus_m, "metres", positive=True)
-    check_amount("pupil_mm", pupil_mm, "millimetres", positive=True)
+    METRES.check("focus_m", focus_m)
+    PUPIL.check("pupil_mm", pupil_mm)
     if pupil_mm > 100:
         raise InputError(f"pupil_mm is {pupil_mm:g}, but an eye's pupil has 1 to 10: give its diameter in millimetres.")
     blur = np.asarray(blur_arcmin, float)

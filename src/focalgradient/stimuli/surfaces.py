@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +16,22 @@ from focalgradient.render import blur_picture
 from focalgradient.scenes.fractal import fractal
 from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
-from focalgradient.stimuli.stimulus import ARCMIN, Frame, Stimulus, check_amount, check_choice, check_light, measured
+from focalgradient.stimuli.stimulus import (
+    ARCMIN,
+    Amount,
+    Angle,
+    Contrast,
+    Degrees,
+    Frame,
+    Luminance,
+    Metres,
+    Millimetres,
+    Resolution,
+    Stimulus,
+    arguments,
+    check_light,
+    measured,
+)
 from focalgradient.stimuli.town import draw_town
 
 __all__ = ["corrugated_plane", "miniature", "slanted_plane"]
@@ -42,18 +57,18 @@ FINEST_WAVELENGTH_PX = 2.0
 
 def slanted_plane(
     *,
-    slant_deg: float = 60.0,
-    tilt_deg: float = 90.0,
-    distance_m: float = 0.57,
+    slant_deg: Annotated[float, Amount("degrees", 0)] = 60.0,
+    tilt_deg: Angle = 90.0,
+    distance_m: Metres = 0.57,
     texture: Texturing = "projected",
-    width_deg: float = 12.0,
-    height_deg: float = 12.0,
-    pixels_per_degree: float = 32.0,
-    mean: float = 0.5,
-    contrast: float = 0.25,
+    width_deg: Degrees = 12.0,
+    height_deg: Degrees = 12.0,
+    pixels_per_degree: Resolution = 32.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.25,
     equalise: Sequence[str] = (),
-    focus_m: float | None = None,
-    pupil_mm: float = 6.0,
+    focus_m: Metres | None = None,
+    pupil_mm: Millimetres = 6.0,
     optics: Optics | None = None,
     seed: int = 0,
 ) -> Stimulus:
@@ -101,12 +116,9 @@ def slanted_plane(
     >>> one.depth_m[[0, -1], 64].round(3).tolist(), one.blur_arcmin[[0, -1], 64].round(3).tolist()
     ([0.532, 0.472], [0.619, 0.619])
     """
-    parameters = dict(locals())
-    check_amount("slant_deg", slant_deg, "degrees", least=0)
-    check_amount("tilt_deg", tilt_deg, "degrees")
+    parameters = arguments(slanted_plane, locals())
     if slant_deg >= 90:
         raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 degrees is seen edge-on.")
-    check_amount("distance_m", distance_m, "metres", positive=True)
     slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
 
     def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -123,20 +135,20 @@ def slanted_plane(
 
 def corrugated_plane(
     *,
-    amplitude_m: float = 0.1,
-    cycles_per_degree: float = 0.25,
-    orientation_deg: float = 0.0,
-    phase_deg: float = 0.0,
-    distance_m: float = 0.57,
+    amplitude_m: Annotated[float, Amount("metres", 0)] = 0.1,
+    cycles_per_degree: Annotated[float, Amount("cycles per degree", positive=True)] = 0.25,
+    orientation_deg: Angle = 0.0,
+    phase_deg: Angle = 0.0,
+    distance_m: Metres = 0.57,
     texture: Texturing = "projected",
-    width_deg: float = 8.0,
-    height_deg: float = 8.0,
-    pixels_per_degree: float = 32.0,
-    mean: float = 0.5,
-    contrast: float = 0.25,
+    width_deg: Degrees = 8.0,
+    height_deg: Degrees = 8.0,
+    pixels_per_degree: Resolution = 32.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.25,
     equalise: Sequence[str] = (),
-    focus_m: float | None = None,
-    pupil_mm: float = 6.0,
+    focus_m: Metres | None = None,
+    pupil_mm: Millimetres = 6.0,
     optics: Optics | None = None,
     seed: int = 0,
 ) -> Stimulus:
@@ -188,12 +200,7 @@ def corrugated_plane(
     >>> round(float(one.depth_m.max()), 3)
     0.6
     """
-    parameters = dict(locals())
-    check_amount("amplitude_m", amplitude_m, "metres", least=0)
-    check_amount("cycles_per_degree", cycles_per_degree, "cycles per degree", positive=True)
-    for name in ("orientation_deg", "phase_deg"):
-        check_amount(name, parameters[name], "degrees")
-    check_amount("distance_m", distance_m, "metres", positive=True)
+    parameters = arguments(corrugated_plane, locals())
     if amplitude_m >= 0.9 * distance_m:
         raise InputError(f"amplitude_m is {amplitude_m:g}, but must be below 0.9 of distance_m, {distance_m:g}.")
     turn = math.radians(orientation_deg)
@@ -217,7 +224,6 @@ def _surface(
     frame = Frame(*(parameters[key] for key in ("width_deg", "height_deg", "pixels_per_degree")))
     mean, contrast, distance_m = (parameters[key] for key in ("mean", "contrast", "distance_m"))
     check_light(mean, contrast, parameters["seed"], CLIP + 0.5)
-    check_choice("texture", parameters["texture"], ("painted", "projected"))
     names = check_equalise(parameters["equalise"])
     focus_m = distance_m if parameters["focus_m"] is None else parameters["focus_m"]
     optics = _optics(parameters["optics"], focus_m, parameters["pupil_mm"])
@@ -266,13 +272,11 @@ def _record(
     return Stimulus(name, picture, sharp, metres, blur, masks, frame.pixel_angle, parameters, controlled, source)
 
 
-def _optics(optics: Any, focus_m: Any, pupil_mm: Any) -> Optics:
+def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
     """Return the given optics, or an eye with this focus and pupil."""
     if optics is not None:
         check_optics(optics)
         return optics
-    check_amount("focus_m", focus_m, "metres", positive=True)
-    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
     return Pupil(pupil_mm / 1000, 1 / focus_m)
 
 
@@ -318,16 +322,16 @@ def _standard(field: NDArray[np.float64], inside: tuple[slice, slice]) -> NDArra
 
 def miniature(
     *,
-    simulated_distance_m: float = 0.15,
-    true_distance_m: float = 100.0,
+    simulated_distance_m: Metres = 0.15,
+    true_distance_m: Metres = 100.0,
     gradient: Literal["consistent", "vertical", "horizontal"] = "consistent",
     picture: ArrayLike | None = None,
     depth_m: ArrayLike | None = None,
-    width_deg: float = 28.0,
-    height_deg: float = 20.0,
-    pixels_per_degree: float = 20.0,
+    width_deg: Degrees = 28.0,
+    height_deg: Degrees = 20.0,
+    pixels_per_degree: Resolution = 20.0,
     equalise: Sequence[str] = (),
-    pupil_mm: float = 4.6,
+    pupil_mm: Millimetres = 4.6,
     seed: int = 0,
 ) -> Stimulus:
     """Blur a large scene as an eye would blur a small model of it (Held et al. 2010; Vishwanath and Blaser 2010).
@@ -374,11 +378,8 @@ def miniature(
     >>> one.shape, round(one.controlled["aperture_m"], 2)
     ((120, 160), 2.3)
     """
-    parameters = {name: value for name, value in locals().items() if name not in ("picture", "depth_m")}
-    for name in ("simulated_distance_m", "true_distance_m"):
-        check_amount(name, parameters[name], "metres", positive=True)
-    check_amount("pupil_mm", pupil_mm, "millimetres", least=0)
-    check_choice("gradient", gradient, ("consistent", "vertical", "horizontal"))
+    given = arguments(miniature, locals())
+    parameters = {name: value for name, value in given.items() if name not in ("picture", "depth_m")}
     check_seed(seed)
     names = check_equalise(equalise)
     if (picture is None) != (depth_m is None):
@@ -402,7 +403,6 @@ def miniature(
             raise InputError(
                 "picture must contain luminance from 0 to 1, and depth_m positive distances: scale or correct them."
             )
-        check_amount("width_deg", width_deg, "degrees", positive=True)
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
     scale = true_distance_m / simulated_distance_m
     optics = Pupil(pupil_mm / 1000 * scale, 1 / true_distance_m)

@@ -3,21 +3,27 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Side
-from focalgradient.psf import Psf, PsfName
 from focalgradient.stimuli.layers import blurred, reach_of
 from focalgradient.stimuli.leaves import dead_leaves
 from focalgradient.stimuli.stimulus import (
+    Amount,
+    Contrast,
+    Degrees,
     Frame,
+    Luminance,
+    Metres,
+    Millimetres,
+    Resolution,
+    Shape,
     Stimulus,
-    check_amount,
-    check_choice,
+    arguments,
     check_shape,
     depth_of_blur,
     measured,
@@ -35,21 +41,21 @@ ANNULUS_DEG = 4.0
 
 def wide_field(
     *,
-    eccentricity_deg: float = 8.0,
+    eccentricity_deg: Annotated[float, Amount("degrees", 0)] = 8.0,
     pedestal_arcmin: float = 4.0,
     increment_arcmin: float = 4.0,
     quadrant: Quadrant = "upper right",
-    annulus_deg: float = ANNULUS_DEG,
-    transition_deg: float = 0.5,
-    window_deg: float = 46.0,
-    smallest_deg: float = 0.4,
-    largest_deg: float = 4.0,
-    pixels_per_degree: float = 16.0,
-    mean: float = 0.5,
-    contrast: float = 0.5,
-    psf: Psf | PsfName = "gaussian",
-    focus_m: float = 0.4,
-    pupil_mm: float = 6.0,
+    annulus_deg: Degrees = ANNULUS_DEG,
+    transition_deg: Degrees = 0.5,
+    window_deg: Degrees = 46.0,
+    smallest_deg: Degrees = 0.4,
+    largest_deg: Degrees = 4.0,
+    pixels_per_degree: Resolution = 16.0,
+    mean: Luminance = 0.5,
+    contrast: Contrast = 0.5,
+    psf: Shape = "gaussian",
+    focus_m: Metres = 0.4,
+    pupil_mm: Millimetres = 6.0,
     side: Side = "beyond",
     seed: int = 0,
 ) -> Stimulus:
@@ -103,19 +109,12 @@ def wide_field(
     >>> one.shape, round(float(one.masks["target"].sum() / one.masks["annulus"].sum()), 2)
     ((168, 168), 0.25)
     """
-    parameters = dict(locals())
+    parameters = arguments(wide_field, locals())
     shape = check_shape(psf, parameters)
-    check_amount("window_deg", window_deg, "degrees", positive=True)
     if window_deg > 120:
         raise InputError(f"window_deg is {window_deg:g}, but must be 120 at most on a flat screen: give less.")
-    check_amount("pixels_per_degree", pixels_per_degree, "pixels per degree", positive=True)
     flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # in degrees at the central resolution
-    check_choice("side", side, ("beyond", "nearer"))
     frame = Frame(flat, flat, pixels_per_degree)
-    check_choice("quadrant", quadrant, tuple(QUADRANTS))
-    check_amount("eccentricity_deg", eccentricity_deg, "degrees", least=0)
-    check_amount("annulus_deg", annulus_deg, "degrees", positive=True)
-    check_amount("transition_deg", transition_deg, "degrees", positive=True)
     if eccentricity_deg + annulus_deg / 2 + transition_deg > window_deg / 2:
         raise InputError(
             f"eccentricity_deg is {eccentricity_deg:g}, with which the annulus leaves the window of {window_deg:g} "

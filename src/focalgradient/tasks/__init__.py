@@ -4,10 +4,10 @@ A custom task is one class derived from `Task` in one file, registered by `regis
 "focalgradient.tasks". Built-in tasks are registered in the same way.
 """
 
+from focalgradient.files.columns import Column
 from focalgradient.tasks.adjustment import Adjustment, Refocused
 from focalgradient.tasks.base import Response, Rows, Task
 from focalgradient.tasks.check import check_task
-from focalgradient.tasks.columns import Column
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import typing
 from abc import ABC, abstractmethod
@@ -15,10 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.files.columns import Column
 from focalgradient.scales import Control
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
-from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column, added_columns
+from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
 from focalgradient.tasks.steps import Interval, Step
@@ -312,16 +312,15 @@ class Task(ABC):
         return type(self).adjustment is not Task.adjustment
 
     def run(self, sitting: Any, trial: Any) -> Any:
-        """Show a trial in the laboratory's window and return its answer: by default from its description as data."""
-        from focalgradient.lab.described import show_described
+        """Show a trial in the laboratory's window and return its answer.
 
-        return show_described(self, sitting, trial)
+        Trials that are described as data need none: the laboratory shows them (`focalgradient.lab.show_described`).
+        """
+        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def experiment(self) -> Any:
-        """Return the experiment that the laboratory runs."""
-        from focalgradient.lab.described import described_experiment
-
-        return described_experiment(self)
+        """Return the experiment that the laboratory runs; None: `focalgradient.lab.described_experiment(self)`."""
+        return None
 
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
         """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""
@@ -344,18 +343,11 @@ class Task(ABC):
         return {}
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        """Return a simulated observer's answers to all trials, in chronological order."""
-        from focalgradient.observers.answers import PAUSE, random_stream
+        """Return a simulated observer's answers to all trials, in chronological order; by default those of `simulated`.
 
-        person = observer.person(random_stream(seed, self.name, participant))
-        clock, answers, recorded = 0.0, [], list[dict[str, Any]]()
-        for number, trial in enumerate(design.trials(participant), start=1):
-            shown = self.adapted(design, trial, recorded)
-            answer = self.simulated(design, shown, person, random_stream(seed, self.name, participant, number))
-            answers.append(dataclasses.replace(answer, onset=round(clock, 4)))
-            recorded.append({**dataclasses.asdict(trial), **dataclasses.asdict(answers[-1])})
-            clock += design.least_s(trial) + answer.response_time + PAUSE
-        return tuple(answers)
+        Called where `simulates` is True and a class overrides it: see `focalgradient.observers.answers.observe`.
+        """
+        raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
 
     @property
     def simulates(self) -> bool:
@@ -409,23 +401,22 @@ class Task(ABC):
     def reported(self, root: Any, asked: Any) -> Any:
         """Return the task's part of a report (`focalgradient.report.parts.Part`) on the data set in the folder `root`.
 
-        By default the means of each condition, the tests of `tested`, a figure by factor, and all trials as CSV.
+        None, the default: the means of each condition, the tests of `tested`, a figure by factor, and all trials as
+        CSV.
         """
-        from focalgradient.report.own_tasks import analyse_own_task
-
-        return analyse_own_task(root, self)
+        return None
 
     def preregistered(self, design: Any, asked: Any) -> Any:
         """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`).
 
-        By default the tests of `planned`, with their power if the task has simulated observers.
+        None, the default: the tests of `planned`, with their power if the task has simulated observers.
         """
-        from focalgradient.report.own_tasks import preregister_own_task
-
-        return preregister_own_task(self, design, asked)
+        return None
 
     def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
         """Return the simulated experiment for the power of the report's tests: a `focalgradient.power.Study`.
+
+        None, the default: answers of the default observer, tested by `tested` (`focalgradient.power.TaskStudy`).
 
         Parameters
         ----------
@@ -441,9 +432,7 @@ class Task(ABC):
         InputError
             If the task has no such option, or no simulated observer.
         """
-        from focalgradient.power.own_tasks import TaskStudy
-
-        return TaskStudy.of(self, design, assumed, seed)
+        return None
 
 
 def _order(value: Any) -> tuple[str, Any]:

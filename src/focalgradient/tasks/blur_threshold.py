@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Ways
 from focalgradient.tasks.base import Rows, Task, paper_settings
-from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL, Column
+from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL
 from focalgradient.tasks.steps import Step
 
 if TYPE_CHECKING:

@@ -12,8 +12,10 @@ from typing import Any, TypeVar
 import numpy as np
 
 from focalgradient.errors import InputError, described
+from focalgradient.files.columns import cell_test
 from focalgradient.scales import Control, Scale, Steps, Ways
 from focalgradient.tasks.base import Task
+from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import NAME, Noted
 from focalgradient.tasks.registry import task_named
 from focalgradient.tasks.steps import Step
@@ -129,8 +131,6 @@ class _Checked:
 
     def columns(self) -> None:
         """Check that the names of columns are distinct, and not reserved."""
-        from focalgradient.dataset.session import RESERVED
-
         settings = self.design.model_dump(mode="json")
         names = [column.name for column in self.call("columns", self.task.columns, settings)]
         taken = RESERVED - {"simulated"}  # earlier tasks have such a field
@@ -163,7 +163,7 @@ class _Checked:
         own = type(self.task)
         if own.observe is not Task.observe or own.simulated is Task.simulated:
             return
-        from focalgradient.observers import observer_named
+        from focalgradient.observers.observer import observer_named
 
         person, recorded = observer_named("default"), list[dict[str, Any]]()
         until = time.monotonic() + SECONDS
@@ -249,8 +249,6 @@ class _Checked:
 
     def answers(self, trial: Any) -> None:
         """Check that the control's ends give answers within the limits of their columns."""
-        from focalgradient.dataset.events import cell_test
-
         control = self.control("control", self.call("control", self.task.asked, self.design, self.words, trial))
         for value in (control.reached()[0], control.reached()[-1]):
             times = {"onset": 0.0, "response_time": 1.0, "dropped_frames": 0}

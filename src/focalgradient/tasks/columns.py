@@ -1,99 +1,23 @@
-"""Column definitions of the long tables, used for headings, sidecars and validation."""
+"""Columns that the tables of several tasks share."""
 
 from __future__ import annotations
 
 import dataclasses
-import math
 import types
 import typing
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any, Literal, Union
 
 from focalgradient.errors import InputError
+from focalgradient.files.columns import Column, Form
 
-__all__ = ["DROPPED", "REPETITION", "SCENE", "SITTING", "STIMULUS", "TRIAL", "Column", "added_columns", "judged"]
-
-Form = Literal["integer", "number", "bool", "text"]
+__all__ = [
+    *("DROPPED", "REPETITION", "RESERVED", "SCENE", "SITTING", "STIMULUS", "TIMES", "TRIAL"),
+    *("added_columns", "judged"),
+]
 
 ENTRIES = ("about", "units", "levels", "least", "most", "above")
 """Metadata of fields of trials and answers: entries of the sidecar, and limits."""
-
-
-@dataclass(frozen=True, slots=True)
-class Column:
-    """Definition of a table column.
-
-    Parameters
-    ----------
-    name, about
-        Heading, and meaning of the values.
-    form
-        Type of the cells.
-    units
-        Unit in BIDS notation.
-    levels
-        Allowed texts with their meanings; empty if any text is allowed.
-    least, most
-        Inclusive limits of the numbers.
-    above
-        Exclusive lower limit of the numbers.
-    optional
-        True if cells may be missing ("n/a").
-    """
-
-    name: str
-    about: str
-    form: Form
-    units: str | None = None
-    levels: Mapping[str, str] = field(default_factory=dict, hash=False)
-    least: float | None = None
-    most: float | None = None
-    above: float | None = None
-    optional: bool = False
-
-    @property
-    def expected(self) -> str:
-        """Description of a valid cell, in words."""
-        if self.form == "bool":
-            return "true or false"
-        if self.form == "text":
-            if self.name == "aperture":
-                return "'pinhole' or an f-number like 'f/5.6'"
-            return f"one of {', '.join(self.levels)}" if self.levels else "a text"
-        kind = "a whole number" if self.form == "integer" else "a number"
-        if self.above is not None:
-            return f"{kind} above {self.above:g}"
-        if self.least is not None and self.most is not None:
-            return f"{kind} from {self.least:g} to {self.most:g}"
-        return kind if self.least is None else f"{kind} of {self.least:g} or more"
-
-    @classmethod
-    def noted(cls, name: str, entry: Mapping[str, Any]) -> Column:
-        """Return the column of an additional value, as described by a sidecar entry."""
-        levels = entry.get("Levels", {})
-        form: Form = "bool" if set(levels) == {"true", "false"} else "text"
-        if entry.get("Format") in ("integer", "number"):
-            form = entry["Format"]
-        return cls(name, str(entry.get("Description", "")), form, units=entry.get("Units"), optional=True)
-
-    def described(self) -> dict[str, Any]:
-        """Return the sidecar entry of the column."""
-        levels = {"true": "yes", "false": "no"} if self.form == "bool" else dict(self.levels)
-        form = {"integer": "integer", "number": "number"}.get(self.form)
-        # BIDS has no exclusive minimum.
-        minimum = self.above if self.least is None else self.least
-        range_ = {"Minimum": minimum, "Maximum": self.most}
-        entries = {"Description": self.about, "Units": self.units, "Levels": levels, "Format": form, **range_}
-        return {key: value for key, value in entries.items() if value not in (None, {})}
-
-    @property
-    def absent(self) -> Any:
-        """Placeholder for the column in rows of sessions without it."""
-        if self.optional and self.form != "text":
-            return math.nan
-        return {"bool": False, "integer": 0, "number": math.nan, "text": None}[self.form]
-
 
 TRIAL = Column("trial", "Number of the trial, in the order shown.", "integer", least=1)
 REPETITION = Column(
@@ -121,6 +45,30 @@ def judged(standard: str) -> tuple[Column, ...]:
         STIMULUS,
         SITTING,
     )
+
+
+def _onset(name: str, about: str) -> Column:
+    about = f"When {about}, on the clock of the sitting; n/a where none did."
+    return Column(name, about, "number", "s", least=0, optional=True)
+
+
+TIMES: tuple[Column, ...] = (
+    Column("sitting_began", "Date and time (UTC) at which the sitting began.", "text", optional=True),
+    _onset("mark_onset", "the mark to be fixated appeared, before the picture"),
+    _onset("mask_onset", "the mask appeared, after the picture"),
+    _onset("question_onset", "the question appeared"),
+)
+"""Columns of times, after those of the design; each is present if any trial has a value."""
+
+RESERVED = frozenset(
+    {
+        *("participant_id", "session", "simulated", "file", "row", "event", "phase", "presses", "received"),
+        *("TaskName", "TaskDescription", "Simulated", "Seed", "Design", "Keys", "StimuliSHA256", "Sittings"),
+        *("Participant", "Journal", "Repaired", "Noted"),
+        *(column.name for column in TIMES),
+    }
+)
+"""Names reserved for columns of all tables, fields of events and keys of sidecars."""
 
 
 def added_columns(record: type[Any], about: str) -> Iterator[Column]:

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.files.columns import Column
 from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
-from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
 from focalgradient.tasks.steps import Step
 
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
     from pathlib import Path
 
-__all__ = ["DepthRating", "rating_column"]
+__all__ = ["DepthRating"]
 
 COLUMNS: tuple[Column, ...] = (
     TRIAL,
@@ -65,23 +66,13 @@ GAZE = (
 )
 
 
-def rating_column(answer: AnswerColumn) -> Column:
-    """Return the table column for the answers on a scale.
-
-    >>> from focalgradient.scales import VisualAnalogue
-    >>> rating_column(VisualAnalogue().column).described()["Maximum"]
-    100.0
-    """
-    return Column("rating", form="number", **{one.name: getattr(answer, one.name) for one in fields(answer)})
-
-
 @lru_cache(maxsize=64)
 def _depth_columns(
     answer: AnswerColumn, intervals: int, factors: str, fixations: str, gaze: bool
 ) -> tuple[Column, ...]:
     columns = list(COLUMNS)
     place = {column.name: number for number, column in enumerate(columns)}
-    columns[place["rating"]] = rating_column(answer)
+    columns[place["rating"]] = answer.rating()
     own = [
         Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
         for name, levels in json.loads(factors).items()
@@ -213,11 +204,6 @@ class DepthRating(Task):
 
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
         return self.answer(rating=design.response_scale.answer_in(value, trial.interval), **times)
-
-    def run(self, sitting: Any, trial: Any) -> Any:
-        if trial.standard_before:
-            self.experiment().standard(sitting)
-        return super().run(sitting, trial)
 
     def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
         from focalgradient.observers import seen_pictures

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from focalgradient.files.columns import Column
 from focalgradient.tasks.base import Rows, Task, paper_settings
-from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, Column
+from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor

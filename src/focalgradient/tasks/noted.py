@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from focalgradient.errors import InputError, described
-from focalgradient.tasks.columns import Column, Form
+from focalgradient.files.columns import Column, Form
 
 __all__ = [
     "AGAIN",

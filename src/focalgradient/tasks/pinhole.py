@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar
 
+from focalgradient.files.columns import Column
 from focalgradient.tasks.base import Rows, Task, paper_settings
-from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, Column, judged
+from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 
 __all__ = ["PinholeDemonstration"]
 

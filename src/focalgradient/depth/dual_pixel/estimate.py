@@ -9,7 +9,6 @@ from focalgradient.depth.dual_pixel.halves import POOL, half_radius, halves_of
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.validity import blur_is_known
-from focalgradient.errors import InputError
 from focalgradient.optics import DualPixel
 
 __all__ = ["MODEL_ERROR", "estimate"]
@@ -32,8 +31,7 @@ LEAST_ERROR = 0.06
 def estimate(problem: Problem) -> Estimate:
     """Return depth from the left and the right half of one lens' dual pixels; with the side of focus."""
     pair = halves_of(problem.views)
-    if pair is None:
-        raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")
+    assert pair is not None  # as the registry asks for
     optics = problem.views[pair[0]].optics
     assert isinstance(optics, DualPixel)
     search, settings, registered = problem.search, problem.settings, problem.registered

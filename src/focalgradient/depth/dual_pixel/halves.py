@@ -227,17 +227,17 @@ def _minimum(
     cost: NDArray[np.floating], radii: FloatArray, independent: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Locate the minimum of the mean energy: return radius, sd, whether it is unambiguous (1 or 0), and value."""
+    from focalgradient.depth.read import parabola_minimum  # deferred: imports Numba
+
     step = radii[1] - radii[0]
-    best = np.clip(cost.argmin(axis=0), 1, len(radii) - 2)
-    before, here, after = (np.take_along_axis(cost, (best + way)[None], 0)[0].astype(float) for way in (-1, 0, 1))
-    bend = np.maximum(before - 2 * here + after, 1e-30)
-    shift = np.clip((before - after) / (2 * bend), -1, 1)
-    least = np.maximum(here - (before - after) ** 2 / (8 * bend), 1e-30)
+    place, least, bend = parabola_minimum(cost)
+    least = np.maximum(least, 1e-30)
     sd = step * np.sqrt(2 * least / (independent * bend))
-    radius = radii[best] + step * shift
+    radius = radii[0] + step * place
     # The best of what lies farther off than the minimum itself reaches must be clearly worse.
     away = np.abs(radii[:, None, None] - radius) > np.maximum(4 * sd, 6 * step)
     second = np.where(away, cost, np.inf).min(axis=0)
+    best = cost.argmin(axis=0)
     clear = (independent / 2 * (second / least - 1) > SECOND) & (best > 1) & (best < len(radii) - 2)
     return radius, sd, clear.astype(float), least
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +22,13 @@ from focalgradient.depth.edges.steps import Profile, fit_steps
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_one_of
 from focalgradient.psf import Psf, psf_of
 from focalgradient.view import check_mask
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
-Fit = Literal["likelihood", "regression", "unweighted"]
+Fit = Literal["likelihood", "paper"]
 
 FloatArray = NDArray[np.float64]
 
@@ -102,10 +102,9 @@ def measure_edges(
     length
         Length in pixels, along the edge, of the band in which a point is measured.
     fit
-        ``"likelihood"``: a blurred step fitted to the pixels. ``"regression"``: the paper's line through ln|C/x|
-        over x^2, weighted; ``"unweighted"``: the same with all points alike, as in the paper. These two model a
-        Gaussian only: another shape's radius is their sigma over its `sd_per_radius` (a disc's: twice). They differ in
-        `radius` and `radius_sd` alone.
+        ``"likelihood"``: a blurred step fitted to the pixels. ``"paper"``: the paper's line through ln|C/x| over x^2,
+        which models a Gaussian only: another shape's radius is its sigma over `sd_per_radius` (a disc's: twice). They
+        differ in `radius` and `radius_sd` alone.
     false_alarm
         Probability with which a sharp edge that stands alone is rejected. It is less where a misfit of 1 % of the
         edge's contrast, which is granted to real lenses, exceeds the noise.
@@ -170,7 +169,6 @@ def measure_edges(
             blur,
             length=length,
             noise=sd,
-            weighted=fit == "regression",
         )
         valid &= np.isfinite(square)
     per_radius = profile.per_radius if fit == "likelihood" else shape.sd_per_radius
@@ -277,8 +275,7 @@ def _checked(
     """Validate image and settings; return the image as 32-bit numbers."""
     if not shape.gives_edge_response:
         raise InputError(f"edges need the edge response, which {shape.name} does not give: use another psf.")
-    if fit not in ("likelihood", "regression", "unweighted"):
-        raise InputError(f"fit is {fit!r}, but must be 'likelihood', 'regression' or 'unweighted'.")
+    check_one_of("fit", fit, get_args(Fit))
     if noise is not None and not (noise > 0 and math.isfinite(noise)):
         raise InputError(f"noise is {noise!r}, but must be a positive number in the image's unit: or leave it out.")
     if not 4 <= length <= 128:

@@ -6,7 +6,7 @@ of the blur, the Gaussian that is smoothed with before, the discrete Laplacian, 
 averaged along the edge.
 
 Noise makes ln|C/x| wildly unequal in variance: unweighted, as the paper has it, the line is led by the points that
-know least. Here each point can be weighted by what it knows, (C / sd of C)^2, with C from the line itself.
+know least.
 """
 
 from __future__ import annotations
@@ -25,12 +25,8 @@ __all__ = ["regress_edges"]
 
 FloatArray = NDArray[np.float64]
 
-SMOOTHINGS = (0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
-"""Standard deviations in pixels of the smoothing Gaussians, in half octaves; each edge uses the one nearest to its own
-blur, within 19 %."""
-
-PLAIN = 1.0
-"""Standard deviation in pixels of the smoothing Gaussian of the unweighted regression. Chosen by hand."""
+SMOOTHING = 1.0
+"""Standard deviation in pixels of the smoothing Gaussian. Chosen by hand."""
 
 BIN = 0.5
 """Width in pixels, across the edge, of the bins in which C is averaged along the edge. Chosen by hand."""
@@ -38,11 +34,8 @@ BIN = 0.5
 LINE_REACH = 2.5
 """Maximum distance from the edge, in units of T, of the points to which the line is fitted. Chosen by hand."""
 
-CLEAR_SDS = 3.0
-"""Minimum magnitude of C, in its standard deviations, of points in the weighted regression. Chosen by hand."""
-
 MAX_RENEWALS = 8
-"""Maximum number of updates of weights and reach. Chosen by hand."""
+"""Maximum number of updates of the reach. Chosen by hand."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
@@ -57,12 +50,11 @@ def regress_edges(
     *,
     length: float,
     noise: float,
-    weighted: bool,
 ) -> tuple[FloatArray, FloatArray]:
     """Estimate the variance of Gaussian blur at each of P edges, in pixels^2, and its standard deviation due to noise.
 
     C, the Laplacian of the blurred image (Eq. 2), is the derivative of a Gaussian across a step (Eq. 3); the logarithm
-    of C / x (Eq. 4) is a straight line in x^2 (Eq. 5), which is fitted by least squares (Eq. 6), weighted or not.
+    of C / x (Eq. 4) is a straight line in x^2 (Eq. 5), which is fitted by least squares (Eq. 6).
 
     Parameters
     ----------
@@ -71,49 +63,36 @@ def regress_edges(
     row, column, angle, bend
         Position in pixels, direction of the normal (rad, from +column towards +row), and curvature (1/px).
     blur
-        A rough standard deviation of each, which sets the smoothing and where the line is first fitted.
+        A rough standard deviation of each, which sets where the line is first fitted.
     length
         Length in pixels along the edge over which C is averaged.
     noise
         Standard deviation of the pixels' noise.
-    weighted
-        Whether points are weighted; else all count alike, as in the paper.
 
     Returns
     -------
     ndarray, ndarray
         P each; NaN where no line falls. The variance may come out below zero, where there is no blur.
     """
-    square, sd = np.full((2, len(row)), np.nan)
-    scales = np.array(SMOOTHINGS if weighted else (PLAIN,))
-    nearest = np.argmin(np.abs(np.log(np.maximum(blur, 0.1))[:, None] - np.log(scales)), axis=1)
-    for number, scale in enumerate(scales.tolist()):
-        chosen = np.flatnonzero((nearest == number) & np.isfinite(angle))
-        if not len(chosen):
-            continue
-        curved = laplace(gaussian_filter(image, scale))
-        places = np.stack([row, column, angle, bend, blur], axis=1)[chosen]
-        found = np.full((len(chosen), 2), np.nan)
-
-        def work(first: int, last: int, curved=curved, places=places, scale=scale, found=found) -> None:  # type: ignore[no-untyped-def]
-            _regress(curved, places, first, last, scale, length, noise, weighted, found)
-
-        share_rows(len(chosen), work)
-        square[chosen], sd[chosen] = found.T
-    return square, sd
+    curved = laplace(gaussian_filter(image, SMOOTHING))
+    places, found = np.stack([row, column, angle, bend, blur], axis=1), np.full((len(row), 2), np.nan)
+    share_rows(len(row), lambda first, last: _regress(curved, places, first, last, length, noise, found))
+    return found[:, 0], found[:, 1]
 
 
 @_compiled
-def _regress(curved, places, first, last, scale, length, noise, weighted, found):  # type: ignore[no-untyped-def]
+def _regress(curved, places, first, last, length, noise, found):  # type: ignore[no-untyped-def]
     for place in range(first, last):
         row, column, angle, bend, blur = places[place]
+        if not math.isfinite(angle):
+            continue
         c, s = math.cos(angle), math.sin(angle)
-        added = scale**2 + (c**4 + s**4) / 6 + 1.0 / 12.0  # Gaussian, Laplacian, pixel
+        added = SMOOTHING**2 + (c**4 + s**4) / 6 + 1.0 / 12.0  # Gaussian, Laplacian, pixel
         total = blur**2 + added
         height_ln = 0.0
         for again in range(MAX_RENEWALS):
             reach = LINE_REACH * math.sqrt(total)
-            sums = _binned(curved, row, column, c, s, bend, length, scale, reach)
+            sums = _binned(curved, row, column, c, s, bend, length, reach)
             x, value, spread = _steep_bins(sums, length)
             if len(x) < 4:
                 break
@@ -123,7 +102,8 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
                 # A first height of the edge, from C itself where it is largest.
                 height_ln = math.log(np.abs(value).max() / math.sqrt(total) + 1e-30) + 0.5
             expected = np.abs(x) * np.exp(height_ln - x**2 / (2 * total))
-            weight, y = _weights(x, value, expected, density * _correlation(0.0, smooth), weighted)
+            weight = (value != 0).astype(np.float64)
+            y = np.log(np.where(value != 0, np.abs(value / x), 1.0))
             s0, s1, s2 = weight.sum(), (weight * x**2).sum(), (weight * x**4).sum()
             r0, r1 = (weight * y).sum(), (weight * x**2 * y).sum()
             determinant = s0 * s2 - s1 * s1
@@ -144,13 +124,13 @@ def _regress(curved, places, first, last, scale, length, noise, weighted, found)
 
 
 @_compiled
-def _binned(curved, row, column, c, s, bend, length, scale, reach):  # type: ignore[no-untyped-def]
+def _binned(curved, row, column, c, s, bend, length, reach):  # type: ignore[no-untyped-def]
     """Return the sums over the bins across an edge: of members, x, x^2 and C."""
     height, width = curved.shape
     bins = 2 * int(reach / BIN + 0.5) + 1
     sums = np.zeros((bins, 4))
     extent = reach + length / 2
-    rim = math.ceil(3 * scale)  # where the Gaussian meets what lies beyond the frame
+    rim = math.ceil(3 * SMOOTHING)  # where the Gaussian meets what lies beyond the frame
     for i in range(max(rim, math.ceil(row - extent)), min(height - 1 - rim, math.floor(row + extent)) + 1):
         for j in range(max(rim, math.ceil(column - extent)), min(width - 1 - rim, math.floor(column + extent)) + 1):
             dx, dy = j - column, i - row
@@ -178,24 +158,6 @@ def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
                 spread += sums[b, 2] / sums[b, 0] - middle**2
                 count += 1
     return x[:count], value[:count], spread / max(count, 1)
-
-
-@_compiled
-def _weights(x, value, expected, variance, weighted):  # type: ignore[no-untyped-def]
-    """Return each bin's weight (0 if excluded) and ln|C/x|; `variance` is that of C."""
-    weight, y = np.zeros(len(x)), np.zeros(len(x))
-    for n in range(len(x)):
-        clear = expected[n] ** 2 / variance
-        if weighted and (clear < CLEAR_SDS**2 or value[n] * x[n] >= 0):
-            continue
-        if value[n] == 0:
-            continue
-        y[n] = math.log(abs(value[n] / x[n]))
-        weight[n] = 1.0
-        if weighted:
-            weight[n] = clear
-            y[n] += 0.5 / clear  # noise lowers a logarithm's mean
-    return weight, y
 
 
 @_compiled

@@ -21,7 +21,6 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.candidates import Candidates
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.even import EvenCoordinate
-from focalgradient.depth.equalise.minima import read_minima
 from focalgradient.depth.equalise.residuals import BAND, Residuals, mixed_residuals
 from focalgradient.depth.filters import (
     RADII,
@@ -35,6 +34,7 @@ from focalgradient.depth.filters import (
 )
 from focalgradient.depth.numerics import SMOOTH, Growth
 from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
+from focalgradient.depth.read import read_minima
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 

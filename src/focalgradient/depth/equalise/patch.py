@@ -17,9 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.depth.filters import FINEST, LOW
+from focalgradient.depth.search import view_blur
+from focalgradient.depth.settings import AUTO
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import capabilities
-from focalgradient.psf import Disc, pixel_transfer
+from focalgradient.psf import pixel_transfer
 from focalgradient.view import View
 
 __all__ = ["likelihood_of_transfers", "ring_transfer", "vergence_likelihood"]
@@ -91,13 +93,8 @@ def vergence_likelihood(
 
 def ring_transfer(view: View, vergences: ArrayLike, *, wraps: bool = False) -> FloatArray:
     """Return the transfer of a view's blur at each of `vergences` (L, in D) in the frequency rings compared: L x F."""
-    radii = _rings(view.shape, wraps).radii / view.pixel_angle
-    levels, one = np.asarray(vergences, dtype=float), view.optics
-    stated = capabilities(one)
-    if stated.blur is not None and stated.forms_views:
-        return stated.blur.transfer(radii, levels[:, None])
-    radius = np.abs(one.focus_vergence - levels) * one.aperture_diameter / 2
-    return Disc().transfer(radii * view.pixel_angle, radius[:, None] / view.pixel_angle)
+    blur, pixel = view_blur(view.optics, AUTO, view.pixel_angle)
+    return blur.transfer(_rings(view.shape, wraps).radii / pixel, np.asarray(vergences, dtype=float)[:, None])
 
 
 def likelihood_of_transfers(

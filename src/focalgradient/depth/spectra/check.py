@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.noise import noise_from_residuals
-from focalgradient.depth.recover import check_blur, check_usable, checked_views
-from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Search
+from focalgradient.depth.recover import checked_views, problem_of
 from focalgradient.depth.settings import RecoverySettings, blur_source
 from focalgradient.depth.spectra.pairs import Differences, Pair
 from focalgradient.errors import FocalGradientWarning
@@ -95,18 +93,11 @@ def check_views(
     settings = RecoverySettings(
         "spectra", near, far, blur_source(psf, k), window, noise, align, false_alarm, lambda share, words: None
     )
-    settings.check(len(views))
-    check_usable(views, "spectra", window)
-    optics = [view.optics for view in views]
-    settings = settings.resolved(optics)
-    search = Search.over(optics, views[0].pixel_angle, near, far)
-    registered = RegisteredViews.of(views, align)
+    problem = problem_of(views, settings)
+    registered, search, shape = problem.registered, problem.search, problem.settings.shape
     for text in (*registered.warnings, *([] if search.side_known else [search.side_text])):
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
-    check_blur("spectra", settings.psf)
-    shape = settings.shape
-    blurs = search.blurs(shape)
-    noise_sd, _ = noise_from_residuals(registered, blurs, window, settings.given_noise(len(views)))
+    noise_sd, _ = noise_from_residuals(registered, search.blurs(shape), window, settings.given_noise(len(views)))
     joint = Differences.of(registered, search, noise_sd, shape, window).estimate()
 
     def pixels(values: NDArray[np.floating]) -> NDArray[np.float32]:

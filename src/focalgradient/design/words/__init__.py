@@ -19,7 +19,7 @@ from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
-from focalgradient.scales import scale_class, scale_names
+from focalgradient.scales.registry import scale_class, scale_names
 
 __all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
 
