@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from inspect import cleandoc
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -26,7 +27,7 @@ def described_experiment(task: Task) -> Experiment:
     trial = partial(show_described, task) if type(task).run is Task.run else task.run
     return Experiment(
         task=task.name,
-        about=type(task).__doc__ or task.title,
+        about=cleandoc(type(task).__doc__ or task.title),
         trial=trial,
         pictures=task.needed,
         background=GREY,
