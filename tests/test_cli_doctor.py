@@ -57,13 +57,6 @@ def test_seconds_that_are_no_number_are_refused(tmp_path):
     assert "--seconds is nan, but must be a positive number of seconds" in result.stderr
 
 
-def test_a_sentence_of_the_experiments_becomes_a_line(tmp_path, monkeypatch):
-    answered(tmp_path, monkeypatch, "", "PsychoPy is not installed: 'pip install focalgradient[lab]'.\n")
-    result = run("--data", tmp_path)
-    assert result.exit_code == 1
-    assert "| WRONG | screen | PsychoPy is not installed |  | 'pip install focalgradient[lab]' |" in result.stdout
-
-
 def test_a_keyboard_without_its_library_is_told_as_keyboard(tmp_path, monkeypatch):
     answered(tmp_path, monkeypatch, "", "PsychoPy's keyboard needs libjack: apt-get install libjack-jackd2-0.\n")
     result = run("--data", tmp_path)

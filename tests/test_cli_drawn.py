@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import json
 from pathlib import Path
 
@@ -13,7 +12,6 @@ from PIL import Image
 
 from focalgradient import stimuli
 from focalgradient.cli import main
-from focalgradient.cli.drawn import DRAWN
 from focalgradient.display import Display
 from focalgradient.stimuli.drawn_files import FILES
 
@@ -57,15 +55,6 @@ def test_the_files_are_what_the_function_draws(tmp_path: Path, name: str) -> Non
     np.testing.assert_array_equal(Image.open(tmp_path / "made" / "picture.png"), display.encode(one.picture))
     with np.load(tmp_path / "made" / "masks.npz") as masks:
         assert set(masks) == {mask.replace(" ", "_") for mask in one.masks}
-
-
-def test_every_parameter_that_is_no_array_has_an_option_with_a_help_text() -> None:
-    for command in DRAWN[:-1]:
-        known = inspect.signature(getattr(stimuli, command.name.replace("-", "_"))).parameters
-        options = {option.name: option for option in command.params}
-        assert set(known) - set(options) <= {"optics", "picture", "depth_m"}
-        for name in set(known) & set(options):
-            assert len(options[name].help.partition("  [default")[0]) > 10, (command.name, name)
 
 
 def test_replicas(tmp_path: Path) -> None:

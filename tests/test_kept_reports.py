@@ -27,7 +27,6 @@ from recorded import record_necker, record_ratings
 from test_report_rules import careful
 from test_scales import design_of, record
 
-from focalgradient.cli import main
 from focalgradient.power import Model
 from focalgradient.report import Report, Stated, make_report
 from focalgradient.report.meta import combined_report
@@ -53,22 +52,6 @@ def exclusions(root: Path) -> Path:
     return root.with_suffix(".csv")
 
 
-def incomplete(root: Path) -> Path:
-    """Of a table of one's own, with names of its own, a fifth of the rows, and some cells, are not there."""
-    table = careful(2, 6, 0.2).drop(columns=["trial", "catch"]).sample(frac=0.8, random_state=1).sort_index()
-    table = table[~((table["participant_id"] == "02") & (table["scene"] == "s3"))]
-    table.to_csv(root.with_suffix(".csv"), index=False)
-    return root.with_suffix(".csv")
-
-
-def steps(root: Path) -> Path:
-    """Whole numbers of 1 to 7 in a table of one's own."""
-    table = careful(3, 5, 0.3).drop(columns=["trial", "catch"])
-    table["rating"] = np.digitize(np.log(table["rating"]), np.linspace(-0.6, 0.6, 6)) + 1
-    table.to_csv(root.with_suffix(".csv"), index=False)
-    return root.with_suffix(".csv")
-
-
 def factors(root: Path) -> Path:
     light = {"light": {"levels": ["dim", "bright"]}}
     return record(root, design_of(factors=light), 6)
@@ -80,15 +63,6 @@ def thresholds(root: Path) -> Path:
     table.loc[table["subject"] == "P3", "correct"] = np.random.default_rng(1).integers(0, 2, sum(table.subject == "P3"))
     table.drop(columns=["interval", "response"]).to_csv(root.with_suffix(".csv"), index=False)
     return root.with_suffix(".csv")
-
-
-def simulated_thresholds(root: Path) -> Path:
-    design = root.with_suffix(".toml")
-    design.write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
-    words = ["simulate", "blur-threshold", "--observers", 3, "--seed", 3, "--design", design, "--out", root]
-    with pytest.raises(SystemExit, match=r"^0$"):
-        main([str(word) for word in words])
-    return root
 
 
 def table_of(made: Callable[[], pd.DataFrame]) -> Callable[[Path], Path]:
@@ -110,16 +84,12 @@ WHOSE, WHERE = {"columns": {"participant": "participant_id"}}, {"columns": {"con
 CASES = {
     "ratings": Case(lambda root: record_ratings(root, 6, Model(effect=1.6)), {"bound": 1.25}),
     "exclusions": Case(exclusions, WHOSE),
-    "incomplete": Case(incomplete, WHOSE),
     "factors": Case(factors),
     "steps": Case(lambda root: record(root, design_of(scale="steps"), 5)),
-    "own_steps": Case(steps, {"scale": "ordinal", **WHOSE}),
     "comparisons": Case(lambda root: record(root, design_of(scale="bipolar"), 6)),
     "choices": Case(lambda root: record(root, design_of(scale="choice"), 6)),
-    "visual_analogue": Case(lambda root: record(root, design_of(scale="visual-analogue"), 5)),
     "cube": Case(lambda root: record_necker(root, 6)),
     "thresholds": Case(thresholds, WHERE),
-    "simulated_thresholds": Case(simulated_thresholds),
     "detection": Case(table_of(functools.partial(test_report_own_detection.answers, 4, 120)), WHERE),
 }
 
@@ -131,9 +101,6 @@ def pooled(root: Path) -> Report:
 
 PLANS = {
     "plan_of_ratings": 'task = "depthrating"\n',
-    "plan_of_steps": 'task = "depthrating"\nscale = "steps"\nsteps = 5\nscenes = ["a", "b"]\n',
-    "plan_of_choices": 'task = "depthrating"\nscale = "choice"\nreference = "same-scene"\n',
-    "plan_of_comparisons": 'task = "depthrating"\nscale = "bipolar"\nscenes = ["a", "b"]\n',
     "plan_of_the_cube": 'task = "necker"\n',
     "plan_of_thresholds": 'task = "blurthreshold"\n',
 }
@@ -194,7 +161,7 @@ def numbers(text: str) -> Iterator[tuple[float, float]]:
         yield float(found), 10.0 ** -len(found.partition(".")[2])
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", [*CASES, pytest.param("pooled", marks=pytest.mark.slow), *PLANS])
 def test_a_report_is_as_it_was(name: str, tmp_path: Path) -> None:
     report = report_of(name, tmp_path)
     kept = (KEPT / f"{name}.md").read_text("utf-8").splitlines()

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.text import Text
 
 from focalgradient import DepthMap, InputError, Lens, View
-from focalgradient.plotting import depth_figure, describe_optics, draw_depth, new_figure
+from focalgradient.plotting import depth_figure, describe_optics
 from focalgradient.stimuli import sheet
 
 SHAPE = (60, 80)
@@ -104,18 +104,6 @@ def test_colour_bar_reads_in_metres():
     assert min(read)[0] < 1.0
     assert max(read)[0] > 2.5
     assert bar.yaxis_inverted()  # vergence falls upwards: far on top
-
-
-@pytest.mark.parametrize("shape", [(20, 200), (64, 400), (100, 300), (300, 60)])
-def test_labels_of_a_narrow_picture_stay_on_the_page(shape):
-    depth = ramp(shape=shape, evidence=np.full(shape, 2, np.uint8))
-    figure = depth_figure(views(16, 5.6, shape=shape), depth)
-    boxes = {text.get_text(): text.get_window_extent() for text in texts(figure)}
-    assert any("(m)" in text or text == "metres" for text in boxes)
-    outside = [
-        text for text, box in boxes.items() if not all(figure.bbox.contains(*corner) for corner in box.corners())
-    ]
-    assert outside == []
 
 
 def test_infinity_is_on_the_bar_and_nothing_behind_it():
@@ -221,11 +209,6 @@ def test_a_map_of_rejected_pixels_alone_can_be_drawn(truth):
     assert "0 % valid" in written(figure)
 
 
-def test_one_depth_everywhere_can_be_drawn():
-    figure = depth_figure(views(16, 5.6), ramp(1.5, 1.5))
-    assert not is_grey(pixels(figure, panel(figure, "Recovered"))).any()
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"names": ["one"]}, "1 entries for 2 views"), ({"truth": np.ones((3, 4))}, r"shape \(3, 4\)")],
@@ -242,12 +225,6 @@ def test_any_optics_can_be_described():
 
     assert describe_optics(Eye()) == "4 mm, focus -0.5 D"
     assert describe_optics(Lens(0.05, np.inf, np.inf)) == "pinhole, focus ∞ m"
-
-
-def test_helpers_draw_into_the_axes_given():
-    ax = new_figure().add_subplot()
-    assert draw_depth(ax, ramp(), title="mine") is ax
-    assert ax.get_title(loc="left") == "mine"
 
 
 def test_a_large_map_is_drawn_by_every_other_pixel(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -173,6 +173,7 @@ def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> Non
     assert "--effect and --far-effect belong to a preregistration" in ran(path, "--effect", 2)
 
 
+@pytest.mark.slow
 def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:
     path = design_of(tmp_path, "steps", 1, NEAR, 3)
     texts = [
@@ -211,6 +212,8 @@ def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
     kept, everyone = rises["with exclusions"], rises["without exclusions"]
     assert (kept["subjects"], everyone["subjects"]) == (5, 8)
     assert kept["value"] != everyone["value"]
+    assert {one["exclusions"] for one in told} == {"with exclusions", "without exclusions"}
+    assert json.loads(made.files["results.json"])["problems"] == []
     for text in (made.files["report.md"].decode(), made.files["report.html"].decode()):
         assert "Without exclusions (8 subjects, 256 trials): depth effect at the largest aperture" in text
         assert "Main results with and without exclusions" in text
@@ -224,12 +227,3 @@ def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
         ratios = [float(ratio) for ratio in re.findall(r"([\d.]+) without the rule", sentence)]
         assert ratios == pytest.approx(np.exp(own["estimate"]), rel=5e-3)
         assert own["subjects"].max() > 5
-
-
-def test_results_are_in_json(tmp_path: Path) -> None:
-    root = record(tmp_path / "data", load_design(design_of(tmp_path, "ratio", repetitions=1)), 3)
-    made = make_report(root).files
-    assert "in focus and fixated, once in random order" in made["report.md"].decode()
-    reported = json.loads(made["results.json"])
-    assert {one["exclusions"] for one in reported["results"]} == {"with exclusions", "without exclusions"}
-    assert reported["problems"] == []

@@ -7,7 +7,6 @@ import io
 import itertools
 import math
 import re
-import shutil
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -15,9 +14,9 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.text import Text
-from recorded import RATING, rating_file, record_necker, record_ratings
+from recorded import rating_file, record_necker, record_ratings
 
-from focalgradient.design import DepthRatingDesign, NeckerDesign
+from focalgradient.design import DepthRatingDesign
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
@@ -45,6 +44,16 @@ def made(data):
     return make_report(data, bound=1.25)
 
 
+@pytest.fixture(scope="module")
+def ratings(data):
+    return analyse_ratings(data, bound=1.25)
+
+
+@pytest.fixture(scope="module")
+def cube(data):
+    return analyse_necker(data)
+
+
 def table(made, name: str) -> pd.DataFrame:
     return pd.read_csv(io.BytesIO(made.files[name]))
 
@@ -55,9 +64,9 @@ def page(made) -> str:
     return re.sub("</?(?:i|sub)>", "", html)
 
 
-def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
+def test_every_table_is_there_with_the_numbers_of_the_analysis(ratings, cube, made):
     assert not any("observers" in name for name in made.files)  # on demand
-    result = analyse_ratings(data, bound=1.25).result
+    result = ratings.result
     results = table(made, "results.csv").drop_duplicates(["name", "level"]).set_index(["name", "level"])
     near, far = (each.rise for each in result.fixations)
     assert near.p_holm is None
@@ -68,9 +77,8 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(data, made):
         assert results.loc[("mean rating", f"{mean.fixation}, {mean.aperture}"), "estimate"] == mean.rating.estimate
     assert "bound 0.223144, 90 %" in results.loc[("equivalence to zero", "nearest"), "method"]
     assert len(table(made, "depth_rating_subjects.csv")) == 6 * 8
-    cube = analyse_necker(data).result
     odds = table(made, "results.csv").query("name == 'log odds of the nonrigid reading'")
-    assert odds["p"].tolist() == [effect.odds_of_time.p for effect in cube.effects]
+    assert odds["p"].tolist() == [effect.odds_of_time.p for effect in cube.result.effects]
     assert len(table(made, "necker_durations.csv")) == 6
     assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
@@ -109,47 +117,15 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
 
-def test_markdown_names_its_figures_and_says_what_html_says(made):
-    text = made.files["report.md"].decode()
-    named = re.findall(r"!\[.*\]\((.*)\)", text)
-    assert named == [
-        "depth_rating.png",
-        "depth_rating_scenes.png",
-        "depth_rating_residuals.png",
-        "necker.png",
-    ]
-    assert all(made.files[name].startswith(b"\x89PNG") for name in named)
-    assert made.files["necker.pdf"].startswith(b"%PDF")
-    cells = {cell for line in text.splitlines() if line.startswith("| ") for cell in line[2:-2].split(" | ")}
-    assert {"sub-06", "p (Holm)", "log-normal: CV"} <= cells
-
-
-def test_it_tells_of_design_exclusions_methods_and_provenance(made, data):
+def test_the_files_are_named_by_their_hash_and_not_by_their_place(made, data):
     text = page(made)
-    for part in (
-        "6 subjects with 192 trials before exclusions",
-        "pinhole, f/22, f/11 and f/5.6",
-        "within a factor 2 of 1",
-        "for these scenes only: fewer than 5 scenes",
-        "against a factor of 1.25",
-        "scipy",
-        "seed of depthrating",
-        "once with the nearest and once with the farthest object in focus and fixated, twice in random order",
-        "Each condition was shown for 20.0 s, twice",
-        "2 catch trials checked attention",
-        "bootstrap-t over subjects, for these scenes (Hall, 1988",
-        "Blur that agrees with the rigid reading (4 mm) lowered the nonrigid share of the time (odds ratio 0.",
-        "Blur that agrees with the nonrigid reading (4 mm) raised the nonrigid share of the time (",
-    ):
-        assert part in text, part
     assert hashlib.sha256(rating_file(data, "03").read_bytes()).hexdigest() in text
     assert str(data) not in text
-    assert "is the default" not in text
 
 
-def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, data):
+def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, ratings, cube):
     assert "Simulated observers, not people" in page(made)
-    for part, draw in ((analyse_ratings(data), depth_rating_figure), (analyse_necker(data), necker_figure)):
+    for part, draw in ((ratings, depth_rating_figure), (cube, necker_figure)):
         assert part.simulated
         for simulated in (True, False):
             texts = {text.get_text() for text in draw(part.result, simulated=simulated).findobj(Text)}
@@ -161,8 +137,8 @@ def test_people_are_not_called_simulated(tmp_path):
     assert "imulated" not in text.split("<h2>Provenance")[0]
 
 
-def test_every_subject_and_the_mean_are_drawn(data):
-    result = analyse_ratings(data).result
+def test_every_subject_and_the_mean_are_drawn(ratings):
+    result = ratings.result
     (ax,) = depth_rating_figure(result, simulated=True).axes
     heights = [tuple(line.get_ydata()) for line in ax.lines]
     for fixation in ("nearest", "farthest"):
@@ -185,9 +161,9 @@ def test_every_subject_and_the_mean_are_drawn(data):
 
 
 def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
-    made = make_report(record_ratings(tmp_path / "data", 1))
-    assert "two or more" in page(made)
-    assert made.files["depth_rating.png"].startswith(b"\x89PNG")
+    result = analyse_ratings(record_ratings(tmp_path / "data", 1)).result
+    assert "two or more" in result.fixations[0].rise.reason
+    depth_rating_figure(result, simulated=True)
 
 
 def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
@@ -298,14 +274,6 @@ def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_find
         assert [told["value_low"], told["value_high"]] == pytest.approx([test.ratio.low, test.ratio.high])
 
 
-def test_a_finding_gives_ratio_and_interval_with_two_decimals() -> None:
-    result = rated(0.7, 0.0)
-    low, high = (f"{result.fixations[0].rise.ratio.low:.2f}", f"{result.fixations[0].rise.ratio.high:.2f}")
-    sentence = rating_findings(result)[0].replace("\N{NO-BREAK SPACE}", " ")
-    assert sentence.startswith("Primary outcome. With the nearest object in focus, ratings rose from the pinhole")
-    assert f"(ratio {result.fixations[0].rise.ratio.estimate:.2f}, 95 % CI [{low}, {high}]; t(" in sentence
-
-
 def test_effects_are_tabled_as_ratios_with_what_was_not_tested_in_notes() -> None:
     result = rated(0.7, 0.0)
     (table,) = answer_tables(result.answers, "Checks", CHECKS)
@@ -326,8 +294,8 @@ def test_effects_are_tabled_as_ratios_with_what_was_not_tested_in_notes() -> Non
     assert answer_tables([one], "Own") == []
 
 
-def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: Path) -> None:
-    part = analyse_ratings(data)
+def test_findings_without_trials_that_left_are_beside_how_many_there_were(ratings) -> None:
+    part = ratings
     table = part.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
     shown = table.index[~table["catch"]]
     table.loc[shown[:3], ["gaze_left", "gaze_away"]] = [[True, 4.0], [True, 6.0], [True, np.nan]]
@@ -343,8 +311,8 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(data: 
     assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
 
 
-def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(data: Path) -> None:
-    result = analyse_necker(data).result
+def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(cube) -> None:
+    result = cube.result
     sentences = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
     assert len(sentences) == len(result.effects) + 1
     for effect, sentence in zip(result.effects, sentences, strict=False):
@@ -376,12 +344,6 @@ def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     assert "with its lines sharp. The data are a table" in made.files["report.md"].decode()
     shares = table(made, "results.csv").query("name == 'share of the time'").set_index("level")
     assert shares.loc["none gradient, 0 mm, rigid", "estimate"] == pytest.approx(9.5 / 20)
-
-
-def test_a_cube_shown_without_gradients_is_described_so(tmp_path):
-    design = NeckerDesign(gradients=["none"], practice_trials=0, trial_s=20.0)
-    methods = make_report(record_necker(tmp_path / "data", 2, design=design)).files["report.md"].decode()
-    assert "Its lines were all sharp. Each condition was shown for" in methods
 
 
 def wide_table(trials: pd.DataFrame) -> pd.DataFrame:
@@ -419,31 +381,6 @@ def test_numbers_of_a_list_are_rounded_where_shown_and_whole_in_the_file() -> No
     assert sheet.digits["value"].iloc[0] == 12345.678
 
 
-def test_ordinal_answers_have_their_own_tables(tmp_path):
-    root = record_ratings(tmp_path / "data", 4)
-    shutil.rmtree(root / "sourcedata")
-    for file in root.glob("sub-*/beh/*.tsv"):
-        rows = pd.read_csv(file, sep="\t", keep_default_na=False, dtype=str)
-        rows["rating"] = np.digitize(rows["rating"].astype(float), [0.8, 1.1, 1.6]) + 1
-        rows.to_csv(file, sep="\t", index=False)
-    made = make_report(root, scale="ordinal")
-    assert "Cumulative-link mixed model" in page(made)
-    for sentence in (
-        "Primary outcome. With the nearest object in focus, ratings",
-        "With the farthest object in focus, ratings",
-    ):
-        assert page(made).count(sentence) == 1
-    assert page(made).count("The two slopes ") == 1
-    assert "odds ratio of a higher answer at the largest aperture" in page(made)
-    assert {"depth_rating_thresholds.csv", "depth_rating_shares.csv"} <= set(made.files)
-    assert "mean rating" not in set(table(made, "results.csv")["name"])
-    conditions = [f"{focus} {aperture}" for focus in ("nearest", "farthest") for aperture in RATING.apertures]
-    wide, rows = table(made, "depth_rating_wide.csv"), table(made, "depth_rating_trials.csv")
-    assert list(wide) == ["participant_id", *conditions]
-    first = rows.query("participant_id == 'sub-01' and fixation == 'farthest' and aperture == 'f/11' and not catch")
-    assert wide.set_index("participant_id").loc["sub-01", "farthest f/11"] == pytest.approx(first["rating"].mean())
-
-
 @pytest.mark.parametrize("fixations", [("nearest", "farthest"), ("a", "b", "c")])
 def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) -> None:
     rows = [
@@ -459,8 +396,8 @@ def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) 
     assert list(found.to("slope on aperture, these scenes")) == list(fixations)
 
 
-def test_a_table_of_ones_own_is_described_without_its_catch_trials(data: Path) -> None:
-    part = analyse_ratings(data)
+def test_a_table_of_ones_own_is_described_without_its_catch_trials(ratings) -> None:
+    part = ratings
     main = part.table[~part.table["catch"]]
     catch = main.head(2).assign(catch=True, scene=["flat", "deep"], aperture="f/32", aperture_mm=99.0)
     own = dataclasses.replace(part, table=pd.concat([main, catch]), data=None)
@@ -493,18 +430,8 @@ def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
     assert len(types) == len(trials[0].split(","))
 
 
-def test_symbols_are_italic_and_every_choice_has_its_paragraph(made):
-    html, markdown = made.files["report.html"].decode(), made.files["report.md"].decode()
-    assert "p_Holm" not in html + markdown
-    assert "<i>t</i>(" in html
-    assert "*p*<sub>Holm</sub>" in markdown
-    links = set(re.findall(r'href="#([\w-]+)"', html))
-    assert len(links) >= 5
-    assert links <= set(re.findall(r'id="([\w-]+)"', html))
-
-
-def test_normal_quantiles_and_residuals_are_drawn(data):
-    part = analyse_ratings(data)
+def test_normal_quantiles_and_residuals_are_drawn(ratings):
+    part = ratings
     found = rating_residuals(part.kept, part.analysis)
     for one, fixation in zip(found, part.result.fixations, strict=True):
         assert one.subjects.mean() == pytest.approx(fixation.rise.estimate)

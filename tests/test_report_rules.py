@@ -15,7 +15,7 @@ from scipy import stats
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.design import NeckerDesign
-from focalgradient.power import CubeModel, CubeStudy, Model, quick_cube_power
+from focalgradient.power import CubeModel, CubeStudy, quick_cube_power
 from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
@@ -120,16 +120,6 @@ def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
     assert b"lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
 
 
-@pytest.mark.slow
-def test_the_wide_tables_hold_what_was_tested(own: Path, tmp_path: Path) -> None:
-    made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
-    wide = pd.read_csv(io.BytesIO(made.files["depth_rating_wide.csv"]))
-    near = pd.read_csv(io.BytesIO(made.files["results.csv"])).iloc[0]
-    assert len(wide) == 5 * 12
-    assert wide["nearest"].mean() == pytest.approx(near["estimate"])
-    assert wide["difference"].to_numpy() == pytest.approx((wide["nearest"] - wide["farthest"]).to_numpy())
-
-
 def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) -> None:
     """Shares of .2 without a gradient, .2 + own shift with one: the t-test of log odds, half a report (10 s) added."""
     shifts = [0.05, 0.1, 0.2, 0.15, 0.1]
@@ -178,28 +168,6 @@ def test_nothing_in_a_data_set_becomes_markup() -> None:
     markdown = as_markdown(bad, blocks)
     assert not re.search(r"(?<!\\)\]\(javascript", markdown)
     assert "\n# head" not in markdown
-
-
-def test_a_folded_table_is_closed() -> None:
-    table = Table("hashes", ["file"], [["a"], ["b"]], csv="files.csv", folded=True)
-    assert "<details><summary>hashes (2 rows)</summary>" in as_html("t", [table])
-    assert as_markdown("t", [table]).endswith("**hashes** (2 rows)\n\nAs a file: files.csv.\n")
-
-
-def test_a_preregistration_is_written_from_a_design(tmp_path: Path) -> None:
-    (tmp_path / "design.toml").write_text('task = "depthrating"\n')
-    files = preregistration(tmp_path / "design.toml", bound=1.25, stated=Stated(Rules()), model=Model(effect=1.6))
-    text = files["preregistration.md"].decode()
-    for part in ("H1 (primary)", "within a factor of 1.25", "12 scenes", "crossed as random effects", "the fewest"):
-        assert part in text, part
-    assert b"bound = 1.25" in files["rules.toml"]
-
-
-def test_a_preregistration_of_the_cube(tmp_path: Path) -> None:
-    (tmp_path / "cube.toml").write_text('task = "necker"\nstrengths_mm = [3.0]\nrepetitions = 1\n')
-    text = preregistration(tmp_path / "cube.toml", stated=Stated(Rules()))["preregistration.md"].decode()
-    for part in ("H1 (primary). Blur that agrees with the nonrigid reading (3 mm) raises", "H2", "Holm", "| 40 |"):
-        assert part in text, part
 
 
 @pytest.mark.slow

@@ -1,5 +1,6 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
+import functools
 import io
 import re
 import shutil
@@ -26,11 +27,17 @@ APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
 needs_r = pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
 
 
+@functools.cache
+def has_package(name: str) -> bool:
+    """Whether R finds the package; it is not loaded for that."""
+    command = ["Rscript", "-e", f'quit(status = !nzchar(system.file(package = "{name}")))']
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
 def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> str:
     """What the script prints, in the report's folder."""
     for package in packages:
-        command = ["Rscript", "-e", f'quit(status = !requireNamespace("{package}", quietly = TRUE))']
-        if subprocess.run(command, capture_output=True, check=False).returncode:
+        if not has_package(package):
             pytest.skip(f"the R package {package} is not installed")
     for name, content in files.items():
         (folder / name).write_bytes(content)

@@ -208,6 +208,7 @@ print(json.dumps(told))
 """
 
 
+@pytest.mark.slow
 def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_report(
     installed: Path, tmp_path: Path
 ) -> None:

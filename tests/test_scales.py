@@ -70,21 +70,6 @@ def test_the_report_takes_the_analysis_that_the_scale_asks_for(scale, tmp_path):
     assert near.significant
     if isinstance(far, Effect):
         assert far.estimate < near.estimate / 2
-    made = make_report(root)
-    assert made.problems == ()
-    page = made.files["report.md"].decode()
-    word = {
-        "ratio": "analysed on their logarithm",
-        "steps": "cumulative-link",
-        "bipolar": "straight line",
-        "choice": "slope of the proportion of choices",
-    }
-    assert word[scale] in page
-    assert ("within a factor 2 of 1" in page) == (scale == "ratio")
-    assert ("the standard itself, rated within one step of 0" in page) == (scale == "bipolar")
-    assert ("spread answers to one picture" in page) == (scale == "ratio")
-    assert ("they apply to ratios" in page) == (scale != "ratio")
-    assert ("the paper’s increase is relative to the same scene’s" in page) == (scale == "ratio")
 
 
 def test_answers_that_are_off_the_scale_are_refused_and_found(tmp_path):

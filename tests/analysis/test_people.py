@@ -1,9 +1,6 @@
 """Depth over a population: the same eyes in a larger one, none in focus, each read with its own optics."""
 
-from pathlib import Path
-
 import numpy as np
-import people
 import pytest
 from population import PUPILS, Look, at_focus, cones_of, drawn, looked, population, read, seen, walls
 
@@ -27,16 +24,3 @@ def test_an_eye_reads_depth_with_its_own_optics_and_worse_with_anothers() -> Non
     another = cones_of("bands", at_focus(drawn(everyone, 2), 0.005))
     views = seen(cones_of("bands", at_focus(own, 0.005)), -0.6, 1001)
     assert read(views, another, -0.6)["unmasked_error_D"] > 2 * rows[0]["unmasked_error_D"]
-
-
-def test_the_figure_holds_a_panel_for_each_pupil_and_says_what_it_shows(tmp_path: Path) -> None:
-    row = {"views": "bands", "reader": "own"}
-    rows = [
-        {**row, "eye": eye, "pupil_mm": mm, "beyond_D": beyond, "unmasked_error_D": 0.01 * (1 + eye)}
-        for eye in range(3)
-        for mm in (3.0, 5.0)
-        for beyond in (-0.5, 0.5)
-    ]
-    figure = people.draw(rows)
-    assert [ax.get_title("left") for ax in figure.axes] == [f"bands, pupil {mm} mm, simulated eyes" for mm in (3, 5)]
-    figure.savefig(tmp_path / "people.png")

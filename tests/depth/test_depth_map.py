@@ -92,15 +92,6 @@ def test_refuses_what_is_no_depth_map(kind: str, depth: DepthMap, tmp_path: Path
         DepthMap.load(path)
 
 
-def test_prints_short_and_sums_itself_up(depth: DepthMap) -> None:
-    median = np.median(depth.distance[depth.valid])
-    assert repr(depth) == f"<DepthMap of 5 x 7 pixels: median {median:.3g} m, {depth.valid.mean():.0%} valid>"
-    assert "standard deviation (median): 0.01 D" in depth.summary()
-    nothing = DepthMap(depth.vergence, depth.vergence_sd, depth.valid & False, depth.side_known)
-    assert repr(nothing) == "<DepthMap of 5 x 7 pixels: 0% valid>"
-    assert nothing.summary() == "Depth map of 5 x 7 pixels: 0% valid"
-
-
 def test_a_map_of_order_only_has_no_metres() -> None:
     two = np.full((2, 3), 1.5)
     depth = DepthMap(two, 0.1 * two, two > 0, two > 0, {"order_only": 5})

@@ -227,13 +227,6 @@ def test_threads_do_not_meddle(pair: list[View], reading: DepthMap) -> None:
     assert len(found) == 4
 
 
-def test_progress_is_told_in_words(pair: list[View]) -> None:
-    said: list[str] = []
-    recover_depth(pair, near=0.85, progress=lambda share, words: said.append(words))
-    assert len(said) >= 3
-    assert len(set(said)) == len(said)
-
-
 # --- what must be rejected --------------------------------------------------------------------------------------------
 
 

@@ -500,18 +500,6 @@ def test_residuals_are_those_of_least_squares_on_subjects_and_scenes() -> None:
     assert found.largest == pytest.approx(np.abs(left).max() / found.residual)
 
 
-def test_results_print_in_short_and_tell_their_tests() -> None:
-    result = analyse(ratings(6, 0.5, 0.0))
-    assert repr(result) == "<DepthRatingResult: 6 subjects, 192 ratings, scale 'ratio'>"
-    lines = result.summary().splitlines()
-    assert [line.partition(":")[0] for line in lines[1:]] == [
-        "log depth effect, nearest in focus",
-        "log depth effect, farthest in focus",
-        "difference",
-    ]
-    assert ["p (Holm)" in line for line in lines[1:]] == [False, True, False]
-
-
 def test_the_primary_effect_is_not_corrected_and_secondary_comparisons_are_one_family() -> None:
     """Near effect, equivalence and difference stand alone; far effect, middle apertures and slopes are corrected."""
     result = analyse(ratings(8, 0.4, 0.1))

@@ -111,16 +111,13 @@ class SceneFit:
     ----------
     calibration
         Camera; the variance of its focus includes that between scenes.
-    focus_offsets
-        Deviation of the focus in each scene, in dioptres; NaN with too few pixels.
     repeat
-        Standard deviation of the deviations, in dioptres.
+        Standard deviation of the focus between scenes, in dioptres.
     scatter
         Robust scatter of the pixels around the fit, in dioptres.
     """
 
     calibration: Calibration
-    focus_offsets: FloatArray
     repeat: float
     scatter: float
 
@@ -228,8 +225,6 @@ def fit_scenes(
         extra = math.sqrt(max(scatter**2 - float(np.median(pixels.sd)) ** 2, 0.0))
         if np.abs(step[:3]).max() < 1e-7:
             break
-    offsets = np.full(len(scenes), np.nan)
-    offsets[names] = theta[8:]
     marks = sorted(set(f_numbers))
     change = np.zeros((3 + len(marks) + 1, 8))
     change[2, 2] = 1
@@ -260,7 +255,7 @@ def fit_scenes(
         psf=psf,
         field=field,
     )
-    return SceneFit(calibration, offsets, repeat, scatter)
+    return SceneFit(calibration, repeat, scatter)
 
 
 def _residuals(pixels: _Pixels, place: NDArray[np.intp], theta: FloatArray) -> tuple[FloatArray, FloatArray]:

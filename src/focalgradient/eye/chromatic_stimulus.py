@@ -124,14 +124,7 @@ def chromatic_stimulus(
         distances = np.append(np.asarray(distance, dtype=float), screen)
         wavelengths = parts_needed(distances, eye, pixel_angle=pixel_angle, basis=basis)
     wanted, by_primary = caught_by_cones(
-        picture,
-        distance,
-        eye,
-        pixel_angle=pixel_angle,
-        wavelengths=wavelengths,
-        primaries=primaries,
-        basis=basis,
-        progress=lambda share, words: say(0.6 * share, words),
+        picture, distance, eye, basis, pixel_angle, wavelengths, lambda share, words: say(0.6 * share, words)
     )
     # Catches are in units of each cone class's catch of the display's white.
     white = by_primary.sum(axis=0)
@@ -153,15 +146,7 @@ def chromatic_stimulus(
         return float(off[0]), float(off[1]), float(off[2])
 
     own = np.clip(fft.irfft2(target @ plain, size, axes=(0, 1)), 0, 1)
-    alike, _ = caught_by_cones(
-        picture,
-        distance,
-        replace(eye, chromatic_scale=0.0),
-        pixel_angle=pixel_angle,
-        wavelengths=1,
-        primaries=primaries,
-        basis=basis,
-    )
+    alike, _ = caught_by_cones(picture, distance, replace(eye, chromatic_scale=0.0), basis, pixel_angle, 1)
     grey = np.clip(np.pad(alike @ np.linalg.inv(by_primary), (*around, (0, 0)), mode="symmetric"), 0, 1)
     say(1.0, "done")
     inside = tuple(slice(reach, reach + n) for n in shape)

@@ -84,16 +84,8 @@ def retinal_image(
     >>> green > 3 * blue, seen.sum(axis=(0, 1)).round(2).tolist()  # light is kept
     (True, [1.0, 1.0, 1.0])
     """
-    cones, caught = caught_by_cones(
-        picture,
-        distance,
-        eye,
-        pixel_angle=pixel_angle,
-        wavelengths=wavelengths,
-        primaries=primaries,
-        basis=basis,
-        progress=progress,
-    )
+    lights = _basis(basis, primaries)
+    cones, caught = caught_by_cones(picture, distance, eye, lights, pixel_angle, wavelengths, progress)
     back: NDArray[np.float32] = (cones @ np.linalg.inv(caught)).astype(np.float32)
     return back
 
@@ -102,11 +94,9 @@ def caught_by_cones(
     picture: ArrayLike,
     distance: ArrayLike,
     eye: EyeModel,
-    *,
+    lights: SpectralBasis,
     pixel_angle: float,
     wavelengths: int | None,
-    primaries: str,
-    basis: SpectralBasis | None = None,
     progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return L, M and S catches of the `retinal_image` (H x W x 3) and of each primary (primaries x cones)."""
@@ -116,7 +106,7 @@ def caught_by_cones(
     check_eye("eye", eye)
     if wavelengths is not None and not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
         raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
-    shown = SpectralPicture(image, _basis(basis, primaries))
+    shown = SpectralPicture(image, lights)
     cones = np.zeros(image.shape)
     for number, band in enumerate(CLASSES):
         if progress is not None:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import special
 
-from focalgradient.plotting.figures import COLOURS, GREY, ORANGE, new_figure, shortened, style
+from focalgradient.plotting.figures import COLOURS, GREY, ORANGE, laid_out, shortened
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics.detection import DetectionGroup, RatingRoc
 
@@ -23,8 +23,7 @@ def detection_figure(
     group: DetectionGroup, curves: Mapping[tuple[str, str], RatingRoc], *, simulated: bool = False
 ) -> Figure:
     """Draw hit and false-alarm rates of each participant (ROC with confidence ratings), and d' with 95 % intervals."""
-    with style():
-        figure = new_figure(180, 90, layout="constrained")
+    with laid_out(180, 90) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
         for number, condition in enumerate(group.d_prime):
             colour = COLOURS[number % len(COLOURS)]

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.maps import depth_figure
 
 if TYPE_CHECKING:
@@ -40,8 +40,7 @@ def focus_figure(
     times: NDArray[np.float64], focus: Mapping[str, NDArray[np.float64]], moments: Sequence[float] = ()
 ) -> Figure:
     """Draw the vergence in focus (D) of each band over `times` (s), and the `moments` (s) of views."""
-    with style():
-        figure = new_figure(120, 62, layout="constrained")
+    with laid_out(120, 62) as figure:
         ax = figure.subplots()
         for band, values in focus.items():
             ax.plot(1e3 * times, values, color=COLOURS[band])
@@ -53,14 +52,12 @@ def focus_figure(
             ax.text(1e3 * moments[-1] + 12, between, "the views’ moments", color=GREY, va="center")
         ax.set(xlim=(1e3 * times[0], 1e3 * times[-1]), xlabel="time (ms)", ylabel="vergence in focus (D)")
         ax.set_title("Focus of a simulated eye")
-        figure.draw_without_rendering()
     return figure
 
 
 def accommodation_figure(course: Course, target: Callable[[float], float], title: str) -> Figure:
     """Draw the `target` (D, at a time in s), its estimate with two standard deviations, and focus over time."""
-    with style():
-        figure = new_figure(150, 80, layout="constrained")
+    with laid_out(150, 80) as figure:
         ax = figure.subplots()
         low, high = (course.estimate + way * 2 * course.estimate_sd for way in (-1, 1))
         ax.fill_between(course.times, low, high, color=BLUE, alpha=0.2, linewidth=0)
@@ -75,7 +72,6 @@ def accommodation_figure(course: Course, target: Callable[[float], float], title
         ax.set_ylim(float(every.min()) - margin, float(every.max()) + 1.6 * margin)
         ax.set_title(f"A simulated eye that focuses by its own estimate of depth: {title}")
         ax.legend(loc="upper left", ncols=3)
-        figure.draw_without_rendering()
     return figure
 
 
@@ -96,8 +92,7 @@ def through_focus_figure(
     stated
         What the title states about the eye, such as "pupil 4.0 mm".
     """
-    with style():
-        figure = new_figure(200, 120, layout="constrained")
+    with laid_out(200, 120) as figure:
         above, below = figure.subfigures(2, 1, height_ratios=(1, 1.5), squeeze=False)[:, 0]
         for column, (change, image) in enumerate(images.items()):
             half = len(image) * math.degrees(pixel_angle) * 60 / 2
@@ -123,7 +118,6 @@ def through_focus_figure(
             )
         figure.suptitle("\n".join(["Image of a simulated eye through focus", *_lines(stated)]))
         above.supxlabel("arcmin; square root of the light, each picture with its own maximum", fontsize="small")
-        figure.draw_without_rendering()
     return figure
 
 

@@ -24,6 +24,7 @@ __all__ = [
     "ORANGE",
     "as_file",
     "as_files",
+    "laid_out",
     "new_figure",
     "people_grid",
     "person_colours",
@@ -84,6 +85,16 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
     figure = Figure(figsize=(width_mm * MM, height_mm * MM), dpi=200, **options)
     FigureCanvasAgg(figure)
     return figure
+
+
+@contextmanager
+def laid_out(width_mm: float, height_mm: float) -> Iterator[Figure]:
+    """Yield a figure in the house style; its layout is computed once, at the end of the block, for all file formats."""
+    with style():
+        figure = new_figure(width_mm, height_mm, layout="constrained")
+        yield figure
+        figure.draw_without_rendering()
+        figure.set_layout_engine("none")
 
 
 def people_grid(people: Sequence[str], row_mm: float = 36.0) -> tuple[Figure, list[Axes]]:

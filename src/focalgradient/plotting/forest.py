@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, GREY, ORANGE, new_figure, shortened, style
+from focalgradient.plotting.figures import BLUE, GREY, ORANGE, laid_out, shortened
 from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.plotting.subjects import SIMULATED
 
@@ -39,8 +39,7 @@ def forest_figure(
     simulated
         Whether the observers were simulated.
     """
-    with style():
-        figure = new_figure(150, 24 + 7 * (len(studies) + 2), layout="constrained")
+    with laid_out(150, 24 + 7 * (len(studies) + 2)) as figure:
         ax = figure.add_subplot()
         rows = range(len(studies) + 1, 1, -1)
         for row, (_, estimate, low, high) in zip(rows, studies, strict=True):
@@ -58,6 +57,5 @@ def forest_figure(
             ratio_axis(ax, "x")
         if simulated:
             ax.text(0.99, 0.98, SIMULATED, transform=ax.transAxes, va="top", ha="right")
-        figure.draw_without_rendering()
         figure.set_layout_engine("none")
     return figure

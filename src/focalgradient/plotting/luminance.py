@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from focalgradient.luminance import DEVIATION, Luminance
-from focalgradient.plotting.figures import GREY, new_figure, style
+from focalgradient.plotting.figures import GREY, laid_out
 
 __all__ = ["luminance_figure"]
 
@@ -15,8 +15,7 @@ COLOURS = {"red": "#C8102E", "green": "#007A33", "blue": "#0050B5", "grey": "#44
 
 def luminance_figure(found: Luminance) -> Figure:
     """Draw luminance by level with the fitted curve of each gun, and the residuals with their limits."""
-    with style():
-        figure = new_figure(180, 80, layout="constrained")
+    with laid_out(180, 80) as figure:
         left, right = figure.subplots(1, 2)
         fine = np.linspace(0, 1, 200)
         for gun, curve in found.curves.items():

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics.posteriors import BayesResult, Posterior
 
@@ -27,14 +27,12 @@ DASHED = (0, (4, 3))
 
 def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
     """Draw priors and posteriors of the depth effects, with the bound shaded, and of the near effect's SDs."""
-    with style():
-        figure = new_figure(180, 80, layout="constrained")
+    with laid_out(180, 80) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
         draw_posterior_rises(left, result)
         draw_posterior_spread(right, result)
         if simulated:
             left.text(0.02, 0.97, SIMULATED, transform=left.transAxes, va="top")
-        figure.draw_without_rendering()
         figure.set_layout_engine("none")
     return figure
 

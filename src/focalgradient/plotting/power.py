@@ -9,7 +9,7 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.power import AnyStudy, Power, share_interval
 
 __all__ = ["power_figure"]
@@ -19,8 +19,7 @@ COLOURS = (BLUE, ORANGE, GREEN, "#AA3377", "#66CCEE", "#BBAA22")
 
 def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
     """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects."""
-    with style():
-        figure = new_figure(150, 75, layout="constrained")
+    with laid_out(150, 75) as figure:
         left, right = figure.subplots(1, 2)
         subjects = [each.subjects for each in found]
         handles = []
@@ -59,7 +58,6 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)
         left.set_title("simulated subjects", fontsize=8)
-        figure.draw_without_rendering()
         figure.set_layout_engine("none")
     return figure
 

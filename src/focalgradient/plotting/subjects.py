@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy import stats
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, new_figure, style
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
@@ -73,13 +73,11 @@ def _sides(count: int) -> list[float]:
 
 def depth_rating_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw Fig. 3: perceived depth relative to the pinhole, by aperture, for both fixations."""
-    with style():
-        figure = new_figure(120, 90, layout="constrained")
+    with laid_out(120, 90) as figure:
         ax = draw_depth_rating(figure.add_subplot(), result, simulated=simulated)
         subjects, scenes = len(result.participants), len(result.scenes)
         who = "simulated observer" if simulated else "subject"
         ax.set_title(f"{_count(subjects, who)}, {_count(scenes, 'scene')}")
-        _freeze_layout(figure)
     return figure
 
 
@@ -95,8 +93,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
     simulated
         Whether the observers were simulated.
     """
-    with style():
-        figure = new_figure(120, 90, layout="constrained")
+    with laid_out(120, 90) as figure:
         ax = figure.add_subplot()
         names = {mean.aperture_mm: mean.aperture for mean in result.subject_means}
         labels = []
@@ -118,18 +115,15 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
         _labels(ax, labels, 0.15)
         if simulated:
             _label_simulated(ax)
-        _freeze_layout(figure)
     return figure
 
 
 def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw the ratios to the pinhole by scene: curves of all scenes, and each scene's depth effect."""
-    with style():
-        figure = new_figure(180, 90, layout="constrained")
+    with laid_out(180, 90) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.2))
         draw_scenes(left, result, simulated=simulated)
         draw_scene_rises(right, result)
-        _freeze_layout(figure)
     return figure
 
 
@@ -137,8 +131,7 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw ordinal responses: proportions by aperture for each fixation, and the latent scale with its thresholds."""
     shown = result.ordinal.fixations if isinstance(result.ordinal, OrdinalResult) else ()
     looks = fixation_looks(shown)
-    with style():
-        figure = new_figure(180 + 45 * max(len(looks) - 2, 0), 80, layout="constrained")
+    with laid_out(180 + 45 * max(len(looks) - 2, 0), 80) as figure:
         axes = figure.subplots(1, len(looks) + 1, width_ratios=(*[1] * len(looks), 1.2))
         if isinstance(result.ordinal, OrdinalResult):
             for ax, fixation in zip(axes, looks, strict=False):
@@ -148,19 +141,16 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
             low, high = axes[-1].get_ylim()
             axes[-1].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
             _label_simulated(axes[-1])
-        _freeze_layout(figure)
     return figure
 
 
 def necker_figure(result: NeckerResult, *, simulated: bool) -> Figure:
     """Draw the percepts of the rotating cube by focal gradient: proportions of time, and durations."""
-    with style():
-        figure = new_figure(180, 82, layout="constrained")
+    with laid_out(180, 82) as figure:
         left, middle, right = figure.subplots(1, 3)
         draw_nonrigid_share(left, result, simulated=simulated)
         draw_shares(middle, result)
         draw_durations(right, result)
-        _freeze_layout(figure)
     return figure
 
 
@@ -433,12 +423,6 @@ def _labels(ax: Axes, labels: list[tuple[float, str, str]], apart: float) -> Non
 
 def _count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
-
-
-def _freeze_layout(figure: Figure) -> None:
-    """Compute the layout once, for all file formats."""
-    figure.draw_without_rendering()
-    figure.set_layout_engine("none")
 
 
 def _label_simulated(ax: Axes) -> None:

@@ -15,7 +15,7 @@ from focalgradient.plotting.figures import (
     COLOURS,
     GREY,
     ORANGE,
-    new_figure,
+    laid_out,
     people_grid,
     person_colours,
     shortened,
@@ -41,8 +41,7 @@ def threshold_figure(
     `level` is the label of the axis of levels; by default it follows from the unit.
     """
     conditions = _conditions(results)
-    with style():
-        figure = new_figure(180, 90, layout="constrained")
+    with laid_out(180, 90) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
         for name, result in conditions.items():
             draw_functions(left, result, colour=_colour(conditions, name), label=name)

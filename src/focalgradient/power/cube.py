@@ -134,6 +134,8 @@ class CubeStudy(AnyStudy):
     version: ClassVar[int] = 5
     seconds: ClassVar[float] = 0.012
     width_label: ClassVar[str] = "95 % interval of the log odds ratio of the nonrigid time: width"
+    widths: ClassVar[tuple[str, str]] = ("nonrigid gradient", "rigid gradient")
+    spreads: ClassVar[tuple[str, ...]] = ("between", "between_levels", "between_dominances")
 
     @classmethod
     def of(cls, design: NeckerDesign, assumed: Mapping[str, float], seed: int) -> CubeStudy:
@@ -152,14 +154,6 @@ class CubeStudy(AnyStudy):
     def tests(self) -> Mapping[str, str]:
         gradients = {"nonrigid": "nonrigid_longer", "rigid": "nonrigid_shorter"}
         return {name: CUBE_TESTS[name] for gradient, name in gradients.items() if gradient in self.design.gradients}
-
-    @property
-    def widths(self) -> tuple[str, str]:
-        return "nonrigid gradient", "rigid gradient"
-
-    @property
-    def spreads(self) -> tuple[str, ...]:
-        return "between", "between_levels", "between_dominances"
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         return simulated_reports(self.design, subjects, self.model, rng)

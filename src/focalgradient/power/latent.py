@@ -28,7 +28,7 @@ from focalgradient.statistics import Effect, NotComputed, analyse, quality
 from focalgradient.statistics.effects import effects
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.tables import FIXATIONS
+from focalgradient.statistics.tables import in_order
 
 __all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers", "study_of_ratings"]
 
@@ -101,6 +101,7 @@ class LatentStudy(AnyStudy):
     seed: int = 1
 
     width_label: ClassVar[str] = "95 % interval of the change with the aperture: width"
+    spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes")
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -112,8 +113,7 @@ class LatentStudy(AnyStudy):
     @property
     def fixations(self) -> tuple[str, ...]:
         """Fixations in the order of the report."""
-        names = self.design.fixations
-        return (*(name for name in FIXATIONS if name in names), *sorted({*names} - {*FIXATIONS}))
+        return in_order(self.design.fixations)
 
     @property
     def tests(self) -> Mapping[str, str]:
@@ -127,10 +127,6 @@ class LatentStudy(AnyStudy):
     def widths(self) -> tuple[str, str]:
         first, *others = self.fixations
         return f"{first} in focus", f"{others[0]} in focus" if others else ""
-
-    @property
-    def spreads(self) -> tuple[str, ...]:
-        return "between", "between_scenes"
 
     @property
     def seconds(self) -> float:  # type: ignore[override]

@@ -113,6 +113,8 @@ class Study(AnyStudy):
     seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
+    widths: ClassVar[tuple[str, str]] = ("near object in focus", "far object in focus")
+    spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes", "scenes", "noise")
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -132,14 +134,6 @@ class Study(AnyStudy):
     @property
     def tests(self) -> Mapping[str, str]:
         return TESTS
-
-    @property
-    def widths(self) -> tuple[str, str]:
-        return "near object in focus", "far object in focus"
-
-    @property
-    def spreads(self) -> tuple[str, ...]:
-        return "between", "between_scenes", "scenes", "noise"
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         return simulated_ratings(self.design, subjects, self.model, rng)

@@ -59,6 +59,8 @@ class AnyStudy(ABC):
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
+    spreads: ClassVar[tuple[str, ...]] = ()
+    """Names of the assumed standard deviations."""
 
     seed: int
     design: Any
@@ -81,11 +83,6 @@ class AnyStudy(ABC):
     def widths(self) -> tuple[str, str]:
         """Descriptions of the two widths: of the primary test, and of another; empty if there is none."""
         return "", ""
-
-    @property
-    def spreads(self) -> tuple[str, ...]:
-        """Names of the assumed standard deviations."""
-        return ()
 
     @abstractmethod
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:

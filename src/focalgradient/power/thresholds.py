@@ -87,6 +87,8 @@ class ThresholdStudy(AnyStudy):
     seconds: ClassVar[float] = 0.0005
     logs: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the mean threshold: ratio of its ends"
+    widths: ClassVar[tuple[str, str]] = ("mean threshold", "")
+    spreads: ClassVar[tuple[str, ...]] = ("between",)
 
     @classmethod
     def of(cls, design: BlurThresholdDesign, assumed: Mapping[str, float], seed: int) -> ThresholdStudy:
@@ -105,14 +107,6 @@ class ThresholdStudy(AnyStudy):
     @property
     def tests(self) -> Mapping[str, str]:
         return {"precise": f"mean threshold known to a factor of {self.bound:g}"}
-
-    @property
-    def widths(self) -> tuple[str, str]:
-        return "mean threshold", ""
-
-    @property
-    def spreads(self) -> tuple[str, ...]:
-        return ("between",)
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         """Draw people from the pool; return their fitted log thresholds."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
@@ -43,6 +44,11 @@ class CubePart(Part):
         As in `reports`.
     """
 
+    title: ClassVar[str] = "Necker cube"
+    name: ClassVar[str] = "necker"
+    rules: ClassVar[tuple[str, ...]] = OF_CUBE
+    choices: ClassVar[tuple[str, ...]] = CUBE
+
     reports: Reports
     data: DataSet | None
     simulated: bool
@@ -58,21 +64,9 @@ class CubePart(Part):
         return cls.of(analyse_necker(root, rules=asked.rules))
 
     @property
-    def title(self) -> str:
-        return "Necker cube"
-
-    @property
-    def name(self) -> str:
-        return "necker"
-
-    @property
     def quality(self) -> Quality:
         """Data quality and exclusions."""
         return self.reports.quality
-
-    @property
-    def rules(self) -> tuple[str, ...]:
-        return OF_CUBE
 
     def findings(self, output: Output) -> Iterator[Block]:
         part, result = self.reports, self.reports.result
@@ -114,10 +108,6 @@ class CubePart(Part):
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, methods_necker(self.reports))
         yield from output.tables(self.design_table())
-
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return CUBE
 
     def exports(self) -> Mapping[str, bytes]:
         part = self.reports

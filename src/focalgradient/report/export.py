@@ -22,12 +22,23 @@ from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD,
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
-__all__ = ["r_script", "reader", "report_files", "safe_csv", "trial_files"]
+__all__ = ["r_script", "reader", "report_files", "safe_csv", "table_files", "trial_files"]
 
-MEANING = {
+FIRST = {
     "participant_id": "participant",
     "session": "session label; empty without one",
     "trial": "number of the trial within its participant and session",
+}
+
+LAST = {
+    "dropped_frames": "frames dropped by the display in this trial",
+    "catch": "whether the trial was a catch trial, not analysed",
+    "kind": "human or simulated",
+    "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
+}
+
+MEANING = {
+    **FIRST,
     "scene": "scene shown",
     "aperture": "aperture: pinhole, or its f-number",
     "aperture_mm": "diameter of the aperture in millimetres; 0 for the pinhole",
@@ -36,16 +47,11 @@ MEANING = {
     "rating": "rating as given: ratio to the standard, or step of the scale",
     "log_rating": "natural logarithm of the rating",
     "response_time": "seconds from the picture to the answer",
-    "dropped_frames": "frames dropped by the display in this trial",
-    "catch": "whether the trial was a catch trial, not analysed",
-    "kind": "human or simulated",
-    "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
+    **LAST,
 }
 
 CUBE_MEANING = {
-    "participant_id": "participant",
-    "session": "session label; empty without one",
-    "trial": "number of the trial within its participant and session",
+    **FIRST,
     "gradient": "reading that the blur agrees with: none, rigid or nonrigid",
     "strength": "aperture of the blur in millimetres; 0 without a gradient",
     "onset": "seconds from the start of the trial",
@@ -53,10 +59,7 @@ CUBE_MEANING = {
     "percept": "reported reading: rigid, nonrigid, none (no key) or both",
     "censored": "whether the end of the trial cut the report off",
     "trial_duration": "seconds that the trial lasted",
-    "dropped_frames": "frames dropped by the display in this trial",
-    "catch": "whether the trial was a catch trial, not analysed",
-    "kind": "human or simulated",
-    "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
+    **LAST,
 }
 
 CONSTANTS = {
@@ -102,11 +105,8 @@ def trial_files(
         included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
     )
     out = _ordered(out, MEANING)
-    files = {
-        "depth_rating_trials.csv": safe_csv(out),
-        "depth_rating_trials_dictionary.csv": _dictionary(out, MEANING, data),
-        "read_depth_rating_trials.R": reader("depth_rating_trials.csv", out),
-    }
+    files = table_files("depth_rating_trials", out)
+    files["depth_rating_trials_dictionary.csv"] = _dictionary(out, MEANING, data)
     if isinstance(result, ComparisonResult):
         script = r_script("headline_comparisons") + (r_script("largest") if result.analysis.alike is not None else "")
         files["headline_comparisons.R"] = (script + _found(result.answers)).encode()
@@ -190,11 +190,8 @@ def report_files(
     """
     out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
     out = _ordered(out, CUBE_MEANING)
-    files = {
-        "necker_reports.csv": safe_csv(out),
-        "necker_reports_dictionary.csv": _dictionary(out, CUBE_MEANING, data),
-        "read_necker_reports.R": reader("necker_reports.csv", out),
-    }
+    files = table_files("necker_reports", out)
+    files["necker_reports_dictionary.csv"] = _dictionary(out, CUBE_MEANING, data)
     found = "" if result is None else _found(result.answers)
     if result is not None:
         odds = {
@@ -203,6 +200,12 @@ def report_files(
         wide = pd.Series(odds, dtype=float).unstack().rename_axis("participant_id").reset_index()
         files["necker_wide.csv"] = safe_csv(wide)
     return files | ({"necker_headline.R": (r_script("necker_headline") + found).encode()} if found else {})
+
+
+def table_files(name: str, table: pd.DataFrame) -> dict[str, bytes]:
+    """Return a table as CSV, and an R script that reads it."""
+    file = f"{name}.csv"
+    return {file: safe_csv(table), f"read_{name}.R": reader(file, table)}
 
 
 def reader(file: str, table: pd.DataFrame) -> bytes:

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import answer_tables, many
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules
@@ -39,6 +40,10 @@ class ConditionPart(Part):
         As in every section.
     """
 
+    title: ClassVar[str] = "Ratings by condition"
+    name: ClassVar[str] = "ratings_by_condition"
+    choices: ClassVar[tuple[str, ...]] = OWN
+
     own: OwnConditions
     tests: tuple[ConditionTest, ...]
     everyone: tuple[ConditionTest, ...]
@@ -55,14 +60,6 @@ class ConditionPart(Part):
     @property
     def rules(self) -> tuple[str, ...]:
         return tuple(rule for rule in RULES if rule in self.own.table)
-
-    @property
-    def title(self) -> str:
-        return "Ratings by condition"
-
-    @property
-    def name(self) -> str:
-        return "ratings_by_condition"
 
     def findings(self, output: Output) -> Iterator[Block]:
         everyone = self.own.table[~self.own.table["catch"]]
@@ -115,13 +112,8 @@ class ConditionPart(Part):
             "of effects."
         )
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return OWN
-
     def exports(self) -> Mapping[str, bytes]:
-        file = f"{self.name}_trials.csv"
-        return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
+        return table_files(f"{self.name}_trials", self.own.table)
 
 
 def _sentence(test: ConditionTest, effect: Effect) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -13,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.choices import DETECTION
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import r_script, reader, safe_csv
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -60,6 +61,10 @@ class DetectionPart(Part):
         As in every section.
     """
 
+    title: ClassVar[str] = "Signal detection"
+    name: ClassVar[str] = "detection"
+    choices: ClassVar[tuple[str, ...]] = DETECTION
+
     own: OwnDetection
     group: DetectionGroup
     curves: Mapping[tuple[str, str], RatingRoc | NotComputed]
@@ -96,14 +101,6 @@ class DetectionPart(Part):
         simulated = bool((own.table["kind"] == "simulated").any())
         left_out = tuple(map(tuple, without.astype(str).to_numpy().tolist()))
         return cls(own, detection_by_person(kept), curves, areas, type2_areas, left_out, simulated)
-
-    @property
-    def title(self) -> str:
-        return "Signal detection"
-
-    @property
-    def name(self) -> str:
-        return "detection"
 
     def findings(self, output: Output) -> Iterator[Block]:
         table, group = self.own.table, self.group
@@ -212,18 +209,8 @@ class DetectionPart(Part):
                 "with more confidence than a wrong one. The mean of the ratio of SDs is geometric."
             )
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return DETECTION
-
     def exports(self) -> Mapping[str, bytes]:
-        file = f"{self.name}_trials.csv"
-        read = f"read_{file.removesuffix('.csv')}.R"
-        return {
-            file: safe_csv(self.own.table),
-            read: reader(file, self.own.table),
-            "detection.R": r_script("detection").encode(),
-        }
+        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection").encode()}
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

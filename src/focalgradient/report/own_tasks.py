@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
@@ -19,7 +19,7 @@ from focalgradient.plotting.traces import trace_figure
 from focalgradient.power import TaskStudy, power, run_here
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
@@ -60,6 +60,8 @@ class OwnTask(Part):
     tests
         Tests of the task with their effects.
     """
+
+    choices: ClassVar[tuple[str, ...]] = OWN
 
     task: Task
     data: DataSet
@@ -137,13 +139,8 @@ class OwnTask(Part):
         yield from map(Paragraph, _methods(self.task, self.settings, self.tests))
         yield from output.tables(self.design_table())
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return OWN
-
     def exports(self) -> Mapping[str, bytes]:
-        file = f"{self.name}_trials.csv"
-        return {file: safe_csv(self.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.table)}
+        return table_files(f"{self.name}_trials", self.table)
 
 
 def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from typing import ClassVar
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables, decimals, freedom, many, number
@@ -50,6 +51,10 @@ class OwnThresholdPart(Part):
         As in every section.
     """
 
+    title: ClassVar[str] = "Thresholds"
+    name: ClassVar[str] = "threshold"
+    choices: ClassVar[tuple[str, ...]] = THRESHOLDS
+
     own: OwnThresholds
     results: Mapping[str, ThresholdResult]
     simulated: bool
@@ -65,14 +70,6 @@ class OwnThresholdPart(Part):
             for name, rows in table.groupby("condition", sort=True)
         }
         return cls(own, results, bool((table["kind"] == "simulated").any()))
-
-    @property
-    def title(self) -> str:
-        return "Thresholds"
-
-    @property
-    def name(self) -> str:
-        return "threshold"
 
     def findings(self, output: Output) -> Iterator[Block]:
         table, unit = self.own.table, self.own.unit
@@ -161,13 +158,8 @@ class OwnThresholdPart(Part):
             f"{BIAS}"
         )
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return THRESHOLDS
-
     def exports(self) -> Mapping[str, bytes]:
-        file = f"{self.name}_trials.csv"
-        return {file: safe_csv(self.own.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.own.table)}
+        return table_files(f"{self.name}_trials", self.own.table)
 
 
 def _level(value: float, unit: str) -> str:

@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.tables import FIXATIONS
+from focalgradient.statistics.tables import FIXATIONS, in_order
 
 __all__ = ["CONFIDENCE_PLAN", "ENOUGH_SUBJECTS", "PLANS", "Plan", "in_focus", "plan_of"]
 
@@ -107,6 +107,17 @@ class Plan(ABC):
             f"H{number}{' (primary)' if number == 1 else ''}. {text}" for number, text in enumerate(sentences, start=1)
         ]
 
+    def _changes(self, what: str, *others: str, until: str = "with the aperture") -> list[str]:
+        """Return hypotheses that something changes with the first object in focus, and differs with each other one."""
+        first = in_focus(self.fixations[0])
+        rows = [f"With {first}, {what} {until}; a rise is expected (two-sided test).", *others]
+        rows += [
+            f"That change differs between {first} and {in_focus(other)}; a larger rise with the former is expected "
+            "(two-sided test)."
+            for other in (self.fixations[1:] if self.pairs else ())
+        ]
+        return self._numbered(rows)
+
 
 ENOUGH_SUBJECTS = 60
 """Number of subjects from which Student's t rejects at most .06 at a level of .05 where 20 % of subjects have an effect
@@ -145,23 +156,12 @@ class RatioPlan(Plan):
 
     @property
     def hypotheses(self) -> list[str]:
-        first, *others = self.fixations
-        return self._numbered(
-            [
-                f"With {in_focus(first)}, ratings of depth change from the pinhole to the largest aperture; a rise is "
-                "expected (two-sided test).",
-                *(
-                    f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {self.bound:g}, "
-                    "the smallest depth effect that would matter."
-                    for other in others
-                ),
-                *(
-                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
-                    "former is expected (two-sided test)."
-                    for other in others
-                ),
-            ]
-        )
+        equal = [
+            f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {self.bound:g}, the "
+            "smallest depth effect that would matter."
+            for other in self.fixations[1:]
+        ]
+        return self._changes("ratings of depth change", *equal, until="from the pinhole to the largest aperture")
 
     @property
     def analysis(self) -> str:
@@ -215,18 +215,7 @@ class StepsPlan(Plan):
 
     @property
     def hypotheses(self) -> list[str]:
-        first, *others = self.fixations
-        return self._numbered(
-            [
-                f"With {in_focus(first)}, the odds of a higher answer change with the aperture; a rise is expected "
-                "(two-sided test).",
-                *(
-                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
-                    "former is expected (two-sided test)."
-                    for other in others
-                ),
-            ]
-        )
+        return self._changes("the odds of a higher answer change")
 
     @property
     def analysis(self) -> str:
@@ -315,18 +304,7 @@ class SlopesPlan(_Comparison):
 
     @property
     def hypotheses(self) -> list[str]:
-        first, *others = self.fixations
-        return self._numbered(
-            [
-                f"With {in_focus(first)}, the {self.statistic.mean} changes with the aperture; a rise is expected "
-                "(two-sided test).",
-                *(
-                    f"That change differs between {in_focus(first)} and {in_focus(other)}; a larger rise with the "
-                    "former is expected (two-sided test)."
-                    for other in others
-                ),
-            ]
-        )
+        return self._changes(f"the {self.statistic.mean} changes")
 
     @property
     def analysis(self) -> str:
@@ -357,12 +335,7 @@ class ChoicePlan(_Comparison):
 
     @property
     def hypotheses(self) -> list[str]:
-        return self._numbered(
-            [
-                f"With {in_focus(self.fixations[0])}, the proportion of choices changes with the aperture; a rise is "
-                "expected (two-sided test)."
-            ]
-        )
+        return self._changes("the proportion of choices changes")
 
     @property
     def analysis(self) -> str:
@@ -408,8 +381,7 @@ def plan_of(
     'the nearest object in focus.'
     """
     design = design or {}
-    ordered = (*(name for name in FIXATIONS if name in fixations), *sorted({*fixations} - {*FIXATIONS}))
     steps = int(design["steps"]) if "steps" in design else None
     reference = REFERENCES[str(design.get("reference", "standard"))]
     statistic = analysis_named(analysis)
-    return PLANS[type(statistic)](ordered, scenes, bound, reference, steps, statistic)
+    return PLANS[type(statistic)](in_order(fixations), scenes, bound, reference, steps, statistic)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from typing import ClassVar
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
@@ -84,6 +85,9 @@ class RatingPart(Part):
         All effects.
     """
 
+    title: ClassVar[str] = "Depth ratings"
+    name: ClassVar[str] = "depth_rating"
+
     ratings: Ratings
     asked: Asked
     posterior: BayesResult | None
@@ -109,14 +113,6 @@ class RatingPart(Part):
             root, bound=asked.used_bound, scale=asked.scale, rules=asked.rules, progress=asked.progress
         )
         return cls.of(ratings, asked)
-
-    @property
-    def title(self) -> str:
-        return "Depth ratings"
-
-    @property
-    def name(self) -> str:
-        return "depth_rating"
 
     @property
     def quality(self) -> Quality:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from focalgradient.report.plans import in_focus
 from focalgradient.statistics import ComparisonResult, Effect, NotComputed
-from focalgradient.statistics.comparisons import RANDOM, SLOPE, slope_unit
+from focalgradient.statistics.comparisons import RANDOM, SLOPE
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.questions import HERE
 from focalgradient.statistics.tables import FIXATIONS
@@ -28,7 +28,7 @@ def comparison_findings(found: ComparisonResult) -> Iterator[str]:
             yield f"{focused}, the slope on the aperture was not tested: {slope.reason}"
         else:
             verb = "was not shown to change" if not slope.significant else "rose" if slope.estimate > 0 else "fell"
-            unit = f"{slope_unit(found.analysis)} per millimetre"
+            unit = f"{found.analysis.unit} per millimetre"
             sentence = f"{focused}, {what} {verb} with the aperture ({unit}: {_worded(slope)}; {_over(slope)})."
             yield sentence + _beside(slope, beside[name])
         if found.analysis.alike is None:

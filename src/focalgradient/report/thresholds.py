@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
@@ -15,7 +15,7 @@ from focalgradient.plotting.thresholds import threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT
-from focalgradient.report.export import reader, safe_csv
+from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, many, number
@@ -63,19 +63,15 @@ class Thresholds(Part):
         True for simulated observers.
     """
 
+    title: ClassVar[str] = "Blur thresholds"
+    name: ClassVar[str] = "blur_threshold"
+    choices: ClassVar[tuple[str, ...]] = THRESHOLDS
+
     data: DataSet
     table: pd.DataFrame
     result: ThresholdResult
     design: Mapping[str, Any]
     simulated: bool
-
-    @property
-    def title(self) -> str:
-        return "Blur thresholds"
-
-    @property
-    def name(self) -> str:
-        return "blur_threshold"
 
     def findings(self, output: Output) -> Iterator[Block]:
         result = self.result
@@ -112,13 +108,8 @@ class Thresholds(Part):
         yield from map(Paragraph, methods_thresholds(self.design))
         yield from output.tables(self.design_table())
 
-    @property
-    def choices(self) -> tuple[str, ...]:
-        return THRESHOLDS
-
     def exports(self) -> Mapping[str, bytes]:
-        file = "blur_threshold_trials.csv"
-        return {file: safe_csv(self.table), f"read_{file.removesuffix('.csv')}.R": reader(file, self.table)}
+        return table_files(f"{self.name}_trials", self.table)
 
 
 def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:

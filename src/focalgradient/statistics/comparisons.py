@@ -32,7 +32,6 @@ __all__ = [
     "compare_pictures",
     "confidence_answers",
     "own_slopes",
-    "slope_unit",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -121,7 +120,7 @@ class ComparisonResult:
     def summary(self) -> str:
         """Return slopes, their differences and comparisons with the reference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} answers"]
-        slope = f"{slope_unit(self.analysis)} per mm"
+        slope = f"{self.analysis.unit} per mm"
         both = zip(self.fixations, self.slopes, self.against_reference, strict=True)
         for name, change, compared in both:
             lines.append(line(f"{slope}, {name} in focus", change))
@@ -129,15 +128,6 @@ class ComparisonResult:
                 lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
         pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
         return "\n".join([*lines, *(line(*one) for one in pairs or [("difference", self.interaction)])])
-
-
-def slope_unit(analysis: Slopes | Choices) -> str:
-    """Return the unit of the slopes, per millimetre of aperture.
-
-    >>> slope_unit(Choices())
-    'share of choices'
-    """
-    return analysis.unit
 
 
 def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonResult:
@@ -243,7 +233,7 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
     def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
         return lambda of: {name: tested(found, test) for name, found in values(of).items()}
 
-    unit = f"{slope_unit(analysis)} per millimetre"
+    unit = f"{analysis.unit} per millimetre"
     apart = "differences" if len(pairs) > 1 else ""
     head = f"slope, {{level}} in focus ({unit})"
     # Choices are tested over subjects, as the test over subjects and scenes finds fewer effects of few of both.
@@ -256,7 +246,7 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
         head = "difference of the slopes, {level}"
         asked.append(Question(DIFFERENCE, asked_of(differences, deciding), "secondary", unit, apart, head))
         checks.append(Question(DIFFERENCE + end, asked_of(differences, other), "check", unit))
-    unit = slope_unit(analysis)
+    unit = analysis.unit
     asked.append(Question(LARGEST, asked_of(largest, deciding), "secondary", unit, SECONDARY))
     checks.append(Question(LARGEST + end, asked_of(largest, other), "check", unit))
     return Questions([*asked, *checks])

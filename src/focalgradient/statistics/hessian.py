@@ -32,7 +32,7 @@ at most a third of it.
 """
 
 
-def hessian(function: Callable[[FloatArray], float], at: FloatArray, step: ArrayLike = STEP) -> FloatArray:
+def hessian(function: Callable[[FloatArray], float], at: FloatArray) -> FloatArray:
     """Return the second derivatives of a function, exact up to third order.
 
     Parameters
@@ -41,22 +41,19 @@ def hessian(function: Callable[[FloatArray], float], at: FloatArray, step: Array
         Function of the n parameters.
     at
         Point, shape (n,).
-    step
-        Step of each parameter, in its unit, or one for all.
 
     Examples
     --------
     >>> hessian(lambda x: 3 * x[0] ** 2 - x[0] * x[1], np.array([1.0, 2.0])).round(6).tolist()
     [[6.0, -1.0], [-1.0, 0.0]]
     """
-    sizes = np.broadcast_to(np.asarray(step, float), at.shape)
-    steps = np.diag(sizes)
+    steps = STEP * np.eye(len(at))
     second = np.empty((len(at), len(at)))
     for i in range(len(at)):
         for j in range(i + 1):
             corners = ((1, 1), (1, -1), (-1, 1), (-1, -1))
             found = sum(a * b * function(at + a * steps[i] + b * steps[j]) for a, b in corners)
-            second[i, j] = second[j, i] = found / (4 * sizes[i] * sizes[j])
+            second[i, j] = second[j, i] = found / (4 * STEP**2)
     return second
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from typing import Final
 
 import numpy as np
@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, analysis_named
 
-__all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "rating_table", "report_table"]
+__all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "in_order", "rating_table", "report_table"]
 
 PINHOLE: Final = "pinhole"
 """Aperture without blur, the reference of all comparisons."""
@@ -105,8 +105,12 @@ def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:
     >>> fixations_of(pd.DataFrame({"fixation": ["middle", "farthest", "nearest"]}))
     ('nearest', 'farthest', 'middle')
     """
-    there = set(table["fixation"])
-    return (*(name for name in FIXATIONS if name in there), *sorted(there - {*FIXATIONS}))
+    return in_order(set(table["fixation"]))
+
+
+def in_order(fixations: Collection[str]) -> tuple[str, ...]:
+    """Return fixations in the order of reports: nearest, farthest, then others in alphabetical order."""
+    return (*(name for name in FIXATIONS if name in fixations), *sorted({*fixations} - {*FIXATIONS}))
 
 
 def report_table(table: pd.DataFrame) -> pd.DataFrame:
