@@ -86,7 +86,7 @@ def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, s
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
     mask = None
-    if sitting.design.mask == "noise":
+    if sitting.design.mask == "noise" and sitting.stimuli is not None:
         mask = sitting.screen.picture(sitting.stimuli.mask(seed), recorded=False)
     file = None if scene in DRAWINGS else picture.png
     return Part((image, sitting.mark(picture), mask), sitting.place(picture), file)
