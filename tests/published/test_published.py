@@ -262,9 +262,7 @@ def test_the_documents_print_the_records() -> None:
 
 
 def test_the_documents_count_the_scores_of_their_table() -> None:
-    text, other = (
-        (ROOT / "docs" / "report" / name).read_text(encoding="utf-8") for name in ("published.md", "observers.md")
-    )
+    text = (ROOT / "docs" / "report" / "published.md").read_text(encoding="utf-8")
     score, rows = Counter(cells[6] for cells in documented()), len(documented())
     independent = sum(cells[6] == "agrees" and cells[7] == "yes" for cells in documented())
     assert (
@@ -272,12 +270,8 @@ def test_the_documents_count_the_scores_of_their_table() -> None:
         f"differs from {score['differs']}; {score['undecided']} are undecided and {score['cannot be asked']} cannot be "
         "asked."
     ) in text
-    assert f"five of {rows} findings differ](published.md), three cannot be asked" in other
-    assert (score["differs"], score["cannot be asked"]) == (5, 3)
     with_findings = sum(bool(experiment.findings) for experiment in EXPERIMENTS.values())
-    assert (
-        f"each of {len(EXPERIMENTS)} published experiments: its design, its conditions and, of {with_findings}," in text
-    )
+    assert f"each of {len(EXPERIMENTS)} published experiments: its design, conditions and, of {with_findings}," in text
 
 
 @pytest.mark.parametrize("key", THRESHOLDS)

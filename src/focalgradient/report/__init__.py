@@ -24,7 +24,7 @@ from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
 from focalgradient.report.choices import chosen, explained
 from focalgradient.report.cube_part import CubePart
-from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
+from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown, folded
 from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
@@ -41,8 +41,9 @@ from focalgradient.statistics import Rules, read_detection, read_ratings, read_r
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_detection import holds_detection
+from focalgradient.statistics.own_files import Paths, UserTable, read_table
 from focalgradient.statistics.own_reports import holds_reports
-from focalgradient.statistics.own_tables import Paths, UserTable, Where, read_table
+from focalgradient.statistics.own_tables import Where
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.questions import Answers
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
@@ -110,7 +111,7 @@ def make_report(
     ----------
     root
         Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant, or
-        what `focalgradient.statistics.own_tables.read_table` read of them), which is analysed by its columns by
+        what `focalgradient.statistics.own_files.read_table` read of them), which is analysed by its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
         answers) or `read_detection` (signals and answers).
     bound
@@ -205,7 +206,7 @@ def make_report(
 
         fitted = fitted_observers(found.parts, progress)
     for part in found.parts:
-        body += [Heading(part.title), *part.findings(output)]
+        body += [Heading(part.title), *folded(part.findings(output))]
         body += [block for one in fitted if one.part is part for block in one.findings(output)]
     body.append(Heading("Methods"))
     for part in found.parts:

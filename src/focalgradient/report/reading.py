@@ -7,9 +7,10 @@ from typing import Any
 
 from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
+from focalgradient.statistics.own_files import Paths
 from focalgradient.statistics.own_names import few
 from focalgradient.statistics.own_numbers import factor_of
-from focalgradient.statistics.own_tables import Paths, Source, Where
+from focalgradient.statistics.own_tables import Source, Where
 
 __all__ = ["explained_table"]
 

@@ -300,6 +300,10 @@ def necker_sheets(result: NeckerResult) -> list[Sheet]:
     return sheets
 
 
+OF_PEOPLE = ("geometric_mean", "geometric_mean_log_se", "shape", "shape_se", "log_sd", "log_sd_se")
+"""Estimates of the durations over subjects, each with its standard error."""
+
+
 def _durations_of_people(result: NeckerResult) -> Sheet:
     """Return the distribution over subjects of each reading's durations without a gradient."""
     cells = _Cells()
@@ -312,22 +316,9 @@ def _durations_of_people(result: NeckerResult) -> Sheet:
             rows.append([*first, *cells.missing(fit, 7)])
             digits.append(names | {"not_computed": fit.reason})
             continue
-        of_people = [number(value) for value in (fit.geometric_mean, fit.shape, fit.log_sd)]
-        errors = [NONE if se is None else number(se) for se in (fit.geometric_mean_log_se, fit.shape_se, fit.log_sd_se)]
-        paired = [cell for pair in zip(of_people, errors, strict=True) for cell in pair]
-        rows.append([*first, str(len(fit.people)), *paired])
-        digits.append(
-            names
-            | {
-                "subjects": len(fit.people),
-                "geometric_mean": fit.geometric_mean,
-                "geometric_mean_log_se": fit.geometric_mean_log_se,
-                "shape": fit.shape,
-                "shape_se": fit.shape_se,
-                "log_sd": fit.log_sd,
-                "log_sd_se": fit.log_sd_se,
-            }
-        )
+        found = {name: getattr(fit, name) for name in OF_PEOPLE}
+        rows.append([*first, str(len(fit.people)), *map(number, found.values())])
+        digits.append(names | {"subjects": len(fit.people)} | found)
     header = ["blur agrees with", "mm", "percept", "subjects"]
     header += ["geometric mean (s)", "SE of its log", "gamma shape", "SE"]
     header += ["SD of log mean", "SE"]

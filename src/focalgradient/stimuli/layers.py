@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.errors import InputError, check_list, check_one_of
+from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
 
@@ -121,7 +121,8 @@ def check_equalise(equalise: Any) -> tuple[str, ...]:
     """Return the validated names of the properties to equalise."""
     names = check_list("equalise", equalise, "names")
     for name in names:
-        check_one_of("equalise", name, Equal)
+        if name not in Equal:
+            raise InputError(f"equalise has {name!r}, but must be some of {', '.join(Equal)}.")
     return tuple(name for name in Equal if name in names)
 
 

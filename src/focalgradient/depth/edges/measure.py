@@ -159,17 +159,9 @@ def measure_edges(
     valid = np.isfinite(steps["square"]) & (_p_value(steps, freedom, noise is not None) >= false_alarm)
     square, square_sd = steps["square"], steps["square_sd"]
     if fit != "likelihood":
-        to_edge = steps["offset"]
-        square, square_sd = regress_edges(
-            whole,
-            row + to_edge * np.sin(steps["angle"]),
-            column + to_edge * np.cos(steps["angle"]),
-            steps["angle"],
-            steps["bend"],
-            blur,
-            length=length,
-            noise=sd,
-        )
+        to_edge, normal = steps["offset"], steps["angle"]
+        place = row + to_edge * np.sin(normal), column + to_edge * np.cos(normal)
+        square, square_sd = regress_edges(whole, *place, normal, steps["bend"], blur, length=length, noise=sd)
         valid &= np.isfinite(square)
     per_radius = profile.per_radius if fit == "likelihood" else shape.sd_per_radius
     square, square_sd = square / per_radius**2, square_sd / per_radius**2
