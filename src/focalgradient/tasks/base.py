@@ -176,11 +176,10 @@ class Task(ABC):
         """
         return trial
 
-    def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
-    ) -> Interval | Step | Sequence[Interval | Step]:
+    def shown(self, *given: Any, **named: Any) -> Interval | Step | Sequence[Interval | Step]:
         """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
+        It is called with the design, the trial and the number of pixels per degree.
         Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
         `pause_s` of the design and with `blank_s` after each picture. A method with the parameter `seed` receives the
@@ -247,8 +246,11 @@ class Task(ABC):
         shown = self.steps(design, trial, pixels_per_degree, seed)
         return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
-        """Return the description of a trial's response control; a method with the parameter `design` receives it."""
+    def control(self, *given: Any, **named: Any) -> Control:
+        """Return the description of a trial's response control, called with the texts and the trial.
+
+        A method with the parameter `design` receives it.
+        """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def asked(self, design: Any, words: Any, trial: Any) -> Control:
