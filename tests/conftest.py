@@ -70,6 +70,12 @@ def whole_figures(request: pytest.FixtureRequest) -> Iterator[None]:
                 check_figure(figure)
 
 
+@pytest.fixture
+def unrendered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write no pixels of a report's figures, which take most of its time; each figure is checked as it is drawn."""
+    monkeypatch.setattr("focalgradient.report.parts.as_files", lambda figure: {"png": b"\x89PNG", "pdf": b"%PDF"})
+
+
 @pytest.fixture(scope="module")
 def pictures() -> dict[str, np.ndarray]:
     return {"a.png": picture(16), "b.png": picture(5.6)}

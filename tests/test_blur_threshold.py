@@ -20,6 +20,8 @@ from focalgradient.observers import OBSERVERS, choose, known_threshold, right_sh
 from focalgradient.report.thresholds import analyse_thresholds
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 SHORT = BlurThresholdDesign(scenes=["spheres-01"], repetitions=3, catch_trials=2, practice_trials=2, level_steps=9)
 
 

@@ -12,6 +12,8 @@ from recorded import edit, rating_file, record_necker, record_ratings
 from focalgradient.cli.program import Program
 from focalgradient.cli.report import report
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 def run(*args: object) -> Result:
     return CliRunner().invoke(Program("focalgradient", commands=[report]), ["report", *map(str, args)])

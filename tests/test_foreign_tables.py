@@ -20,6 +20,8 @@ from focalgradient.report import make_report
 from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.own_conditions import read_conditions
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 HEAD = ("participant", "scene", "aperture", "fixation", "rating")
 ROWS = [
     (f"p{who}", scene, aperture, fixation, f"{1 + 0.1 * who * (aperture != 'pinhole') + 0.03 * (scene == 'hall'):.2f}")
@@ -156,6 +158,18 @@ def test_codes_of_missing_values_are_named_in_every_kind_of_table(tmp_path: Path
             parse_luminance("level,grey\n" + rows, "table")
 
 
+def test_people_of_one_name_or_of_another_unit_are_noticed(tmp_path: Path) -> None:
+    path = tmp_path / "own.csv"
+    again = "".join(",".join((*row[:4], f"{float(row[4]) + 0.2:.2f}")) + "\n" for row in ROWS if row[0] == "p1")
+    path.write_text(written() + again)
+    assert "Rows in several places of the table count as of one person: p1." in read_ratings(path).notices
+    path.write_text(re.sub(r"(?m)^(p2,.*),(\d)\.(\d\d)$", r"\1,\2\3", written()))
+    assert "The ratings of p2 are 94 times those of the others" in " ".join(read_ratings(path).notices)
+    path.write_text(written().replace("p1,", "5.7E+23,").replace("p2,", "5.7E+23,"))
+    with pytest.raises(InputError, match=r"row 2: the participant is 5.7E\+23, to which a spreadsheet"):
+        read_ratings(path)
+
+
 @pytest.mark.parametrize("head", ["dioptres,time", "frame,dioptres", "time,frame", "D,s"])
 def test_a_course_of_other_columns_is_refused(tmp_path: Path, head: str) -> None:
     path = tmp_path / "course.csv"
@@ -184,6 +198,10 @@ def test_four_alternatives_of_a_staircase_are_asked_for(tmp_path: Path) -> None:
     path.write_text("\n".join(["subject,level,correct", *rows]))
     with pytest.raises(InputError, match=r"up to level 0.195 5 of 20 answers are right"):
         read_thresholds(path)
+    shown = CliRunner().invoke(main, ["report", str(path), "--guess-rate", "0.25", "--explain"])
+    assert "80 rows, taken for 80 answers at levels" in shown.output
+    shown = CliRunner().invoke(main, ["report", str(path), "--order", "no,yes", "--explain"])
+    assert "order is for answers in words, but the table contains answers at levels" in shown.output
 
 
 WORDS = {"1": "strongly disagree", "2": "disagree", "3": "none", "4": "agree, mostly"}

@@ -15,6 +15,8 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 PIXELS = 40.0
 """Per degree."""
 

@@ -33,6 +33,8 @@ from focalgradient.report.meta import combined_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 KEPT = Path(__file__).parent / "kept_reports"
 
 DIGITS, RELATIVE = 5, 2e-3
@@ -126,9 +128,14 @@ NAMES = [*CASES, "pooled", *PLANS]
 
 
 def words_of(report: Report) -> str:
-    """The text, but for lines that name versions, hashes, dates or random identifiers."""
+    """The text, but for lines that count or name versions, hashes, dates or random identifiers."""
     lines = report.files["report.md"].decode().splitlines()
-    return "\n".join(line for line in lines if not re.search(r"[0-9a-f]{16}|\d{4}-\d\d-\d\d|\d\.\d+\.\d", line)) + "\n"
+    return (
+        "\n".join(
+            line for line in lines if not re.search(r"Analysed with|[0-9a-f]{16}|\d{4}-\d\d-\d\d|\d\.\d+\.\d", line)
+        )
+        + "\n"
+    )
 
 
 def numbers_of(report: Report) -> pd.DataFrame:

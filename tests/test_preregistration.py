@@ -22,6 +22,8 @@ from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 DESIGN = """task = "depthrating"
 scale = "{scale}"
 reference = "{reference}"
@@ -173,7 +175,6 @@ def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> Non
     assert "--effect and --far-effect belong to a preregistration" in ran(path, "--effect", 2)
 
 
-@pytest.mark.slow
 def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:
     path = design_of(tmp_path, "steps", 1, NEAR, 3)
     texts = [

@@ -7,6 +7,7 @@ import io
 import itertools
 import math
 import re
+import sys
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -20,15 +21,23 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
-from focalgradient.report import analyse_necker, analyse_ratings, make_report
+from focalgradient.report import Stated, analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.exclusions import both_results, exclusions_table, main_results
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
-from focalgradient.report.provenance import listed
+from focalgradient.report.provenance import listed, provenance
 from focalgradient.report.tables import CHECKS, Sheet, answer_tables, interval, probability
 from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
-from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, compare_pictures, depth_rating
+from focalgradient.statistics import (
+    DepthRatingResult,
+    Effect,
+    Interval,
+    NotComputed,
+    Rules,
+    compare_pictures,
+    depth_rating,
+)
 from focalgradient.statistics.questions import COLUMNS, stated
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -132,6 +141,7 @@ def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, ratings, 
             assert ("simulated observers" in texts) == simulated
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_people_are_not_called_simulated(tmp_path):
     text = page(make_report(record_ratings(tmp_path / "data", 2, kind="human")))
     assert "imulated" not in text.split("<h2>Provenance")[0]
@@ -237,6 +247,7 @@ def visible(page: str) -> str:
     return html.unescape(re.sub(r"<[^>]*>", "", body))
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tmp_path: Path) -> None:
     report = make_report(record_ratings(tmp_path / "data", 12, Model(effect=1.6)))
     shown = visible(report.files["report.html"].decode())
@@ -250,6 +261,25 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
     assert sensitivity["method"].tolist() == ["bootstrap-t over subjects"]
     assert (sensitivity["low"] < sensitivity["estimate"]).all()
     assert (sensitivity["p"] < 0.05).all()
+
+
+def test_a_report_on_the_cube_folds_all_tables_but_the_first(tmp_path: Path) -> None:
+    """With four gradients its six tables were 2,171 words, and each gradient had a sentence."""
+    report = make_report(record_necker(tmp_path / "data", 6))
+    shown = visible(report.files["report.html"].decode())
+    assert len(shown.split()) <= 800
+    assert "odds ratio" in shown
+    assert "Percept durations (right" not in shown
+    assert "Percept durations (right" in report.files["report.html"].decode()
+
+
+def test_versions_are_those_of_the_packages_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "statsmodels", None)
+    monkeypatch.delitem(sys.modules, "psignifit", raising=False)
+    versions = next(provenance([Path("data.csv")], [], (), 1.2, Stated(Rules())))
+    packages = versions.digits["what"].tolist()
+    assert "statsmodels" in packages
+    assert "psignifit" not in packages
 
 
 def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings() -> None:
@@ -331,6 +361,7 @@ def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(cube)
     assert sentences[-1] == "The other gradients are secondary, one family by Holm’s method."
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_cube_without_gradients_is_described(tmp_path: Path) -> None:
     lines = [
         f"{who},1,{onset},{lasts},{percept},20,none"

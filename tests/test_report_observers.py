@@ -16,6 +16,8 @@ from focalgradient.report.observers import fitted_observers
 from focalgradient.scales import analysis_named
 from focalgradient.statistics import NotComputed
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 def levels(people=4):
     """Answers at levels by people with a threshold of 0.15, simulated."""

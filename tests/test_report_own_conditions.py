@@ -15,6 +15,8 @@ from focalgradient.report.reading import explained_table
 from focalgradient.statistics import Effect, read_thresholds
 from focalgradient.statistics.own_conditions import rating_tests, read_conditions
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 @pytest.fixture
 def table(tmp_path: Path) -> Path:

@@ -16,6 +16,8 @@ from focalgradient.errors import InputError
 from focalgradient.report import make_report, other_than_ratings
 from focalgradient.statistics import read_detection
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 D_PRIME = {"fovea": 1.8, "10 deg": 0.9}
 
 

@@ -30,6 +30,8 @@ from focalgradient.statistics import (
 from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.thresholds import SubjectThreshold, threshold_differences
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
 
 TRUE = {"fovea": 0.15, "10 deg": 0.3}

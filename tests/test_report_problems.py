@@ -14,6 +14,8 @@ from focalgradient.files import plain_name
 from focalgradient.power import Model
 from focalgradient.report import analyse_ratings, make_report
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 @pytest.fixture(scope="module")
 def few(tmp_path_factory) -> Path:

@@ -25,6 +25,8 @@ from focalgradient.report.preregistered import Planned
 from focalgradient.report.rules import as_toml
 from focalgradient.statistics import Rules, quality
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 
 def test_rules_survive_their_file(tmp_path: Path) -> None:
     rules = Rules(response_time=None, dropped_frames=3, lapses=None, catch_factor=1.5)

@@ -21,6 +21,8 @@ from focalgradient.statistics.cells import cells
 from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 REFERENCE = Path(__file__).parent / "statistics" / "reference"
 APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
 

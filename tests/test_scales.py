@@ -15,6 +15,8 @@ from focalgradient.errors import InputError
 from focalgradient.report import analyse_ratings, make_report
 from focalgradient.statistics import ComparisonResult, Effect
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 APPARATUS = Apparatus("seconds of the test")
 SMALL = {"scenes": ["s1", "s2"], "repetitions": 2, "practice_trials": 3, "standard_every": 0}
 

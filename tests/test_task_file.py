@@ -17,6 +17,8 @@ from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report import make_report
 from focalgradient.statistics import fit_threshold, read_thresholds
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 
 

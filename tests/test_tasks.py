@@ -24,6 +24,8 @@ from focalgradient.report import make_report
 from focalgradient.tasks import Column, Response, Task, is_task, register, task_named, task_names
 from focalgradient.tasks.registry import FILES
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 OURS = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole", "blur-threshold": "blurthreshold"}
 
 

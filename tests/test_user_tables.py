@@ -23,7 +23,7 @@ from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
 from focalgradient.report.reading import explained_table
-from focalgradient.statistics import own_tables, read_ratings, read_thresholds
+from focalgradient.statistics import own_files, read_ratings, read_thresholds
 from focalgradient.statistics.own_tables import of_one_data_set
 
 HEAD = "participant,aperture,fixation,scene,rating"
@@ -365,13 +365,13 @@ def test_numbers_of_rows_are_those_of_the_file() -> None:
 
 def test_each_file_is_parsed_once_in_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     read: list[str] = []
-    real = own_tables.parse_table
+    real = own_files.parse_table
 
     def noted(data: bytes, name: str, what: str) -> object:
         read.append(name)
         return real(data, name, what)
 
-    monkeypatch.setattr(own_tables, "parse_table", noted)
+    monkeypatch.setattr(own_files, "parse_table", noted)
     for who in ("anna", "ben"):
         rows = "".join(f"{who},{mm},{1 + mm / (20 if who == 'ben' else 30):.3f}\n" for mm in (2, 4, 8))
         (tmp_path / f"{who}.csv").write_text(f"subject,aperture_mm,rating\n{rows}")

@@ -271,9 +271,7 @@ def test_the_documents_count_the_scores_of_their_table() -> None:
         "asked."
     ) in text
     with_findings = sum(bool(experiment.findings) for experiment in EXPERIMENTS.values())
-    assert (
-        f"each of {len(EXPERIMENTS)} published experiments: its design, its conditions and, of {with_findings}," in text
-    )
+    assert f"each of {len(EXPERIMENTS)} published experiments: its design, conditions and, of {with_findings}," in text
 
 
 @pytest.mark.parametrize("key", THRESHOLDS)

@@ -20,6 +20,8 @@ from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
 from focalgradient.statistics.own_names import same_name
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 APERTURES = (("pinhole", 0.0), ("f/22", 2.27), ("f/11", 4.55), ("f/5.6", 8.93))
 HEAD = ["participant", "scene", "aperture", "fixation", "rating"]
 Row = list[str]

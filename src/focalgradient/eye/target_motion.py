@@ -12,7 +12,7 @@ import numpy as np
 from focalgradient.errors import InputError
 from focalgradient.eye.accommodation import Accommodation, target_course
 from focalgradient.files import LARGEST_LIST, printable
-from focalgradient.files.cells import name_and_unit
+from focalgradient.files.cells import as_number, name_and_unit
 from focalgradient.files.tables import read_cells
 
 __all__ = ["TargetMotion"]
@@ -141,8 +141,5 @@ def _unit(name: str, heading: str, column: int) -> float:
 
 def _numbers(texts: list[str]) -> list[float]:
     """Return texts as numbers; an empty list unless all are finite."""
-    try:
-        numbers = [float(text) for text in texts]
-    except ValueError:
-        return []
-    return numbers if all(map(math.isfinite, numbers)) else []
+    numbers = [number for text in texts if (number := as_number(text)) is not None]
+    return numbers if len(numbers) == len(texts) else []

@@ -33,24 +33,10 @@ MIN_CODE_RATIO = 10.0
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$")
 
 SUFFIXES = (
-    *("nm", "um", "µm", "mm", "cm", "km", "ms", "us", "µs", "msec", "sec", "secs", "seconds", "milliseconds", "min"),
-    *(
-        "m",
-        "s",
-        "d",
-        "diopters",
-        "dioptres",
-        "diopter",
-        "dioptre",
-        "db",
-        "deg",
-        "arcmin",
-        "arcsec",
-        "px",
-        "cpd",
-        "inch",
-    ),
-    *("in", "ft", "waves", "percent", "pct", "pixels", "pixel"),
+    *("nm", "um", "µm", "mm", "cm", "km", "m", "in", "inch", "ft"),
+    *("ms", "us", "µs", "s", "msec", "sec", "secs", "seconds", "milliseconds", "min"),
+    *("d", "diopters", "dioptres", "diopter", "dioptre", "db", "deg", "arcmin", "arcsec"),
+    *("px", "pixel", "pixels", "cpd", "waves", "percent", "pct"),
 )
 """Units that end a name behind an underscore or a space."""
 

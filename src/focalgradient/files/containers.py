@@ -11,43 +11,32 @@ from contextlib import suppress
 from typing import Any
 
 from focalgradient.errors import InputError
-from focalgradient.files.reading import parse_json
+from focalgradient.files.reading import PICTURES, parse_json
 
 __all__ = ["is_workbook", "records_of", "refuse_other_container"]
 
-SIGNATURES = (
-    (b"\x89PNG", "a picture"),
-    (b"\xff\xd8\xff", "a picture"),
-    (b"II*\0", "a picture"),
-    (b"MM\0*", "a picture"),
-    (b"v/1\x01", "a picture"),
-    (b"GIF8", "a picture"),
-    (b"RIFF", "a picture"),
-    (b"%PDF", "a PDF document"),
-    (b"\xd0\xcf\x11\xe0", "an old Excel (XLS) or SPSS workbook"),
-    (b"SQLite format 3", "an SQLite database"),
-    (b"\x89HDF", "an HDF5 file (as PsychoPy's eye trackers and MATLAB 7.3 write it)"),
-    (b"MATLAB 5.0", "a MATLAB file"),
-    (b"\x93NUMPY", "a NumPy array"),
-    (b"PAR1", "a Parquet file"),
-    (b"ARROW1", "a Feather file"),
-    (b"FEA1", "a Feather file"),
-    (b"$FL2", "an SPSS file"),
-    (b"$FL3", "an SPSS file"),
-    (b"<stata_dta", "a Stata file"),
-    (b"ASCII SPSS PORT FILE", "an SPSS file"),
-    (bytes(12) + b"\xc2\xea\x81\x60", "a SAS file"),
-    (b"RDX", "an R data file"),
-    (b"RDA", "an R data file"),
-    (b"X\n\0\0\0", "an R data file"),
-    (b"\x1f\x8b", "a gzip archive (or an R data file)"),
-    (b"7z\xbc\xaf", "a 7z archive"),
-    (b"BZh", "a bzip2 archive"),
-    (b"{\\rtf", "an RTF document"),
-    (b"\x1aE\xdf\xa3", "a film"),
-    (b"EDF", "an eye tracker's file"),
-)
-"""Formats other than tables by the first bytes of a file."""
+SIGNATURES: dict[str, tuple[bytes, ...]] = {
+    "a picture": PICTURES,
+    "a PDF document": (b"%PDF",),
+    "an old Excel (XLS) or SPSS workbook": (b"\xd0\xcf\x11\xe0",),
+    "an SQLite database": (b"SQLite format 3",),
+    "an HDF5 file (as PsychoPy's eye trackers and MATLAB 7.3 write it)": (b"\x89HDF",),
+    "a MATLAB file": (b"MATLAB 5.0",),
+    "a NumPy array": (b"\x93NUMPY",),
+    "a Parquet file": (b"PAR1",),
+    "a Feather file": (b"ARROW1", b"FEA1"),
+    "an SPSS file": (b"$FL2", b"$FL3", b"ASCII SPSS PORT FILE"),
+    "a Stata file": (b"<stata_dta",),
+    "a SAS file": (bytes(12) + b"\xc2\xea\x81\x60",),
+    "an R data file": (b"RDX", b"RDA", b"X\n\0\0\0"),
+    "a gzip archive (or an R data file)": (b"\x1f\x8b",),
+    "a 7z archive": (b"7z\xbc\xaf",),
+    "a bzip2 archive": (b"BZh",),
+    "an RTF document": (b"{\\rtf",),
+    "a film": (b"\x1aE\xdf\xa3",),
+    "an eye tracker's file": (b"EDF",),
+}
+"""First bytes of formats other than tables."""
 
 PSYDAT = (
     "is PsychoPy's pickled data (psydat), which can run programs when it is opened and so is not read: give the CSV "
@@ -68,7 +57,7 @@ def refuse_other_container(data: bytes, name: str, what: str = "a table") -> Non
     """Raise `InputError` that says what a file is, unless it may be a table."""
     if name.lower().endswith(".psydat") or re.match(rb"\x80[\x02-\x05](?=[}\]\x95ccX(])", data):
         raise InputError(f"{name} {PSYDAT}.")
-    kinds = [kind for start, kind in SIGNATURES if data.startswith(start)]
+    kinds = [kind for kind, starts in SIGNATURES.items() if data.startswith(starts)]
     text = data[:1000].lstrip(b"\xef\xbb\xbf \t\r\n").lower()
     if text.startswith((b"<!doctype html", b"<html", b"<table", b"<meta")):
         kinds.append("a web page")

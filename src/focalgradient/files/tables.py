@@ -9,7 +9,7 @@ import math
 import os
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -62,7 +62,7 @@ class TextTable:
     rows
         Cells of the non-empty rows below the header, as many as the header has (without a header as they are).
     places
-        Number of each row in the file, from 1; of several files with the file's name, as in "3 of a.csv".
+        Number of each row in the file, from 1.
     delimiter
         Delimiter of the columns; "" if the container separates them.
     comments
@@ -74,7 +74,7 @@ class TextTable:
     name: str
     header: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
-    places: tuple[int | str, ...]
+    places: tuple[int, ...]
     delimiter: str = ""
     comments: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
@@ -120,8 +120,8 @@ class TextTable:
             )
         return decimal
 
-    def records(self) -> list[dict[str, str]]:
-        """Return the rows as cells by column, with decimal points.
+    def records(self, numeric: Collection[str] | None = None) -> list[dict[str, str]]:
+        """Return the rows as cells by column, with decimal points in the columns `numeric` (all by default).
 
         Raises
         ------
@@ -142,7 +142,8 @@ class TextTable:
         )
         if wrong:
             raise InputError(f"{self.name} {wrong}: give one row for each record below a header of their names.")
-        rows = self.with_points().rows
+        columns = None if numeric is None else [at for at, name in enumerate(self.header) if name in numeric]
+        rows = self.with_points(columns).rows
         return [dict(zip(self.header, map(str.strip, row), strict=True)) for row in rows]
 
     def with_points(self, columns: Sequence[int] | None = None) -> TextTable:
@@ -170,7 +171,7 @@ class TextTable:
     def numbers(
         self, column: int, expected: str = "a number", *, lowest: float = -math.inf, empty: bool = False
     ) -> list[float]:
-        """Return the numbers of a column, which has decimal points: see `with_points`; NaN where cells may be empty.
+        """Return the numbers of a column with decimal points; NaN where cells may be `empty`.
 
         Raises
         ------
@@ -247,8 +248,9 @@ def read_cells(
     InputError
         If the file is of another kind (which is named), or no table.
     """
-    data = read_bytes(path, what, largest)
-    return parse_table(data, printable(path), what, header=header, spaces=spaces, columns=columns)
+    return parse_table(
+        read_bytes(path, what, largest), printable(path), what, header=header, spaces=spaces, columns=columns
+    )
 
 
 class RaggedTableError(InputError):
@@ -269,8 +271,7 @@ def parse_table(
     >>> parse_table(b"sep=;\n# a comment\na;b\n1,5;2\n", "x.csv").with_points().rows
     (('1.5', '2'),)
     """
-    notes: list[str] = []
-    delimiter, comments = "", list[str]()
+    notes, comments, delimiter = list[str](), list[str](), ""
     refuse_other_container(data, name, what)
     if is_workbook(data):
         lines = sheet_rows(data, name)
@@ -440,14 +441,10 @@ def _split(text: str, name: str, *, spaces: bool, columns: int | None) -> tuple[
             if '"' in text
             else f"{name} cannot be read as a table ({error}): give a CSV or TSV file."
         ) from error
-    swallowed = [number for number, cells in rows if any("\n" in cell and delimiter in cell for cell in cells)]
     width = max((len(cells) for _, cells in rows), default=0)
-    if swallowed and width > 2:
-        for number, cells in rows:
-            if number == swallowed[0] and any(cell.count(delimiter) >= width - 1 and "\n" in cell for cell in cells):
-                raise InputError(
-                    f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close or remove it."
-                )
+    for number, cells in rows if width > 2 else ():
+        if any("\n" in cell and cell.count(delimiter) >= width - 1 for cell in cells):
+            raise InputError(f"{name}, row {number}: a quotation mark opens a cell that holds whole rows: close it.")
     return rows, delimiter
 
 

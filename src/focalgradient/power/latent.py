@@ -40,7 +40,7 @@ DRAWS = 20_000
 
 BETWEEN_LEVELS = 1.0
 """Standard deviation over subjects of the level of their answers in steps, in log odds (our choice, as in
-benchmarks/scales_error_rates.py).
+benchmarks/simulated_experiments.py).
 """
 
 

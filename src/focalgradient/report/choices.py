@@ -50,8 +50,8 @@ CHOICES = {
     "choice": (
         "Slope of the share of choices",
         "A straight line through the choices of each subject and scene gives a single value, so that subjects are the "
-        "units of the test. It finds an effect more often than the Wald test of a marginal logistic model, whose "
-        "standard error grows with the slope, and than the test over subjects and scenes, which is reported beside it. "
+        "units of the test. With few subjects, Wald’s test of a marginal logistic model (GEE) rejects too many true "
+        "null hypotheses, or finds fewer effects. The test over subjects and scenes is reported as well. "
         "Slopes are not compared between fixations: a share ends at 0 and at 1. "
         "In full: docs/statistics.md, “Steps and choices”.",
     ),

@@ -70,11 +70,11 @@ class CubePart(Part):
 
     def findings(self, output: Output) -> Iterator[Block]:
         part, result = self.reports, self.reports.result
-        yield Paragraph(counts(part.quality))
         if isinstance(result, NotComputed):
             yield Notice(result.reason)
         else:
             yield from map(Paragraph, necker_findings(result))
+        yield Paragraph(counts(part.quality))
         yield from with_and_without(part.quality, self.both)
         sheets = quality_sheets(part.quality, self.name)
         if not isinstance(result, NotComputed):

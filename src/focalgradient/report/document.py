@@ -5,10 +5,11 @@ from __future__ import annotations
 import base64
 import html
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 __all__ = [
+    "FURTHER",
     "Anchored",
     "Block",
     "Details",
@@ -20,6 +21,7 @@ __all__ = [
     "Table",
     "as_html",
     "as_markdown",
+    "folded",
     "typeset",
 ]
 
@@ -95,7 +97,33 @@ class Details:
     blocks: Sequence[Block]
 
 
+FURTHER = "Checks and further tables"
+"""Summary of the folded tables and figures of a section."""
+
 Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure | Details
+
+
+MOST_TABLES = 2
+"""Number of tables of a section that are shown without folding."""
+
+
+def folded(blocks: Iterable[Block]) -> list[Block]:
+    """Fold all tables after the first of a section with more than `MOST_TABLES`, and the figures after it.
+
+    Examples
+    --------
+    >>> blocks = folded([Table(name, ["N"], [["3"]]) for name in "ABC"] + [Paragraph("A remark.")])
+    >>> [type(block).__name__ for block in blocks]
+    ['Table', 'Paragraph', 'Details']
+    """
+    blocks = list(blocks)
+    tables = [number for number, block in enumerate(blocks) if isinstance(block, Table)]
+    if len(tables) <= MOST_TABLES:
+        return blocks
+    after = blocks[tables[0] + 1 :]
+    further = [block for block in after if isinstance(block, Table | Figure)]
+    shown = [block for block in after if not isinstance(block, Table | Figure)]
+    return [*blocks[: tables[0] + 1], *shown, Details(FURTHER, further)]
 
 
 def as_html(title: str, blocks: Sequence[Block]) -> str:

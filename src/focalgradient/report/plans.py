@@ -121,7 +121,7 @@ class Plan(ABC):
 
 ENOUGH_SUBJECTS = 60
 """Number of subjects from which Student's t rejects at most .06 at a level of .05 where 20 % of subjects have an effect
-and the others none (benchmarks/robust_tests.py --enough).
+and the others none (benchmarks/statistics_error_rates.py --tables enough).
 """
 
 CONFIDENCE_PLAN = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import platform
+import sys
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
@@ -23,6 +24,9 @@ __all__ = ["listed", "provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "matplotlib")
 """Packages that every report imports, whose versions are listed."""
+
+SOME_PACKAGES = ("statsmodels", "psignifit", "pymc")
+"""Packages that some analyses import, whose versions are listed if they were imported."""
 
 
 class Analysed(Protocol):
@@ -54,7 +58,8 @@ def provenance(
 ) -> Iterator[Sheet]:
     """Yield tables of the software, of the data set with the rules `applied` to it, and of its files with hashes."""
     root = paths[0]
-    made = [[name, version(name)] for name in PACKAGES] + [["Python", platform.python_version()]]
+    used = [*PACKAGES, *(name for name in SOME_PACKAGES if name in sys.modules)]
+    made = [[name, version(name)] for name in used] + [["Python", platform.python_version()]]
     yield listed("versions.csv", "Analysed with", ["what", "version"], made, folded=True)
     sidecars: dict[Files, Mapping[str, Any]] = {}
     for part in parts:

@@ -14,7 +14,7 @@ from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
-from focalgradient.report.document import Block, Details, Notice, Paragraph
+from focalgradient.report.document import FURTHER, Block, Details, Notice, Paragraph
 from focalgradient.report.exclusions import answers_of, exclusions_table, with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
@@ -161,7 +161,7 @@ class RatingPart(Part):
         yield from gaze_part(part, output.sheets)
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
-        yield Details("Checks and further tables", folded)
+        yield Details(FURTHER, folded)
 
     @property
     def _caption(self) -> str:

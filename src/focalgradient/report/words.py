@@ -219,7 +219,12 @@ def necker_findings(result: NeckerResult) -> list[str]:
         for each in result.shares
         if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
     }
+    largest = {
+        effect.gradient: effect.strength for effect in sorted(result.effects, key=lambda effect: effect.strength)
+    }
     for effect in result.effects:
+        if effect.strength < largest[effect.gradient]:
+            continue
         blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
         test = effect.odds_of_time
         if isinstance(test, NotComputed):
@@ -234,7 +239,7 @@ def necker_findings(result: NeckerResult) -> list[str]:
         )
     if not result.effects:
         return ["No trial had a gradient of blur: nothing was compared."]
-    if len(sentences) > 1:
+    if len(result.effects) > 1:
         sentences.append("The other gradients are secondary, one family by Holm’s method.")
     return [f"Primary outcome. {sentences[0]}", *sentences[1:]]
 

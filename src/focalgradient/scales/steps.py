@@ -16,7 +16,7 @@ __all__ = ["REACH", "OrdinalScale", "check_labels"]
 
 REACH = 3.0
 """Log odds between the middle of an ordinal scale and its outer thresholds: our choice, as in
-benchmarks/scales_error_rates.py.
+benchmarks/simulated_experiments.py.
 """
 
 

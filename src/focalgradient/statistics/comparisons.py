@@ -1,8 +1,8 @@
 """Analysis of paired comparisons (signed steps, or two-interval choices) and of visual-analogue ratings.
 
 The answers are regressed on aperture within each subject and scene, and the slopes are tested over subjects and scenes.
-For choices (0 or 1) this is the slope of the proportion: its test keeps its nominal level and has more power than the
-Wald test of a marginal logistic slope, whose standard error grows with the slope.
+For choices (0 or 1) this is the slope of the proportion: with few subjects, Wald's test of a marginal logistic slope
+does not keep its level, or has less power (docs/report/statistics.md).
 """
 
 from __future__ import annotations

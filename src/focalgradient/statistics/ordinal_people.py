@@ -21,9 +21,8 @@ FloatArray = NDArray[np.float64]
 LEVEL_SD, RISE_SD = 3.0, 2.0
 """Standard deviations of the normal penalties on a subject's level (and on the differences between fixations) and on
 the effects, in log odds: one standard deviation is an odds ratio of 7. Weakly informative (our choice). With them a
-t-test of a zero mean effect rejects .070, .018 and .072 of 400 data sets of 4 normal subjects (standard error .011),
-and .043, .052 and .040 with 6, if 69, 92 and 8 % of answers are the lowest step; and .058 of 2,000 other data sets of 4
-subjects at 69 % (benchmarks/scales_error_rates.py, `--levels`; rates in docs/report/statistics.md).
+t-test of a zero mean effect rejects .056 of 1,000 data sets of 6 normal subjects if 69 % of answers are the lowest step
+(benchmarks/statistics_error_rates.py --tables steps).
 """
 
 FAR = 50.0

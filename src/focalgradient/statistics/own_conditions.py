@@ -24,10 +24,11 @@ from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import family, student_effect
 from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
 from focalgradient.statistics.own_rows import without_codes
-from focalgradient.statistics.own_tables import Paths, Source, Where, answered, catch_trials, found_columns, read_table
+from focalgradient.statistics.own_tables import Source, Where, answered, catch_trials, completed, found_columns
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
@@ -105,7 +106,7 @@ def read_conditions(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_conditions(text_table("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n"))
     >>> dict(own.conditions), own.log
     ({'aperture_mm': [2.0, 8.0]}, True)
@@ -167,7 +168,7 @@ def read_conditions(
     silent: list[str] = []
     table = catch_trials(table, own.notes if "catch" in table else silent)
     table = numbered(own, table, [*(["scene"] if "scene" in table else []), *theirs])
-    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    table = completed(table, "kind")
     log = bool((table["rating"] > 0).all()) and not (steps or order)
     return OwnConditions(table, levels, log, tuple(own.notes), tuple(own.notices))
 

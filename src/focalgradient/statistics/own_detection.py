@@ -8,19 +8,20 @@ from dataclasses import dataclass
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
-from focalgradient.statistics.own_names import clean, few, place
+from focalgradient.statistics.own_files import Paths, read_table
+from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_rows import in_steps, without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
     catch_trials,
     columns_like,
+    completed,
+    folded,
     found_columns,
-    read_table,
+    truths,
 )
 
 __all__ = ["OwnDetection", "holds_detection", "read_detection"]
@@ -42,8 +43,8 @@ OTHERS = frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", 
 """Columns that identify tables of another kind."""
 
 WORDS = {
-    **dict.fromkeys(("1", "1.0", "true", "yes", "y", "t", "present", "signal", "old", "seen", "ja", "oui"), True),
-    **dict.fromkeys(("0", "0.0", "false", "no", "n", "f", "absent", "noise", "new", "unseen", "nein", "non"), False),
+    **dict.fromkeys(("present", "signal", "old", "seen"), True),
+    **dict.fromkeys(("absent", "noise", "new", "unseen"), False),
 }
 """Recognised words for signal and noise, and for the answers yes and no."""
 
@@ -115,7 +116,7 @@ def read_detection(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_detection(text_table("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n"))
     >>> own.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), own.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
@@ -126,33 +127,19 @@ def read_detection(
         if role not in own.columns:
             raise own.no_column(role)
     table = own.rows(["confidence"], ["signal"])
-    words = {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
+    yes_or_no = '1 or 0 (yes or no): give the words\' meaning with conditions={"NAME": "1"}'
     table = answered(own, table, "response", "answer")
     for role, ours in (("signal", "signal"), ("response", "answer")):
-        table[ours] = _truth(own, table, role, words)
+        table[ours] = truths(table, role, WORDS, folded(conditions), yes_or_no)
     if "confidence" in table:
         table = in_steps(table, "confidence", order, own.notes)
     table, steps = _steps(own, table)
     if table["signal"].all() or not table["signal"].any():
         shown = "signals" if table["signal"].all() else "noise"
         raise InputError(f"{own.name} has trials with {shown} only: give trials with signal and trials without.")
-    table = catch_trials(table, notes)
-    for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
-        table[role] = table[role].str.strip() if role in table else plain
+    table = completed(catch_trials(table, notes), "session", "condition", "kind")
     kept = ["participant_id", "session", "condition", "signal", "answer", "catch", "kind"]
     return OwnDetection(table[kept + ["confidence"] * bool(steps)].copy(), steps, tuple(notes), tuple(notices))
-
-
-def _truth(own: Source, table: pd.DataFrame, role: str, words: Mapping[str, str]) -> pd.Series[bool]:
-    """Convert a column of yes/no words to booleans."""
-    cells = table[role].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
-    wrong = ~cells.isin(list(WORDS))
-    if wrong.any():
-        raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be 1 or 0 (yes or "
-            'no): give the words\' meaning with conditions={"NAME": "1"}.'
-        )
-    return cells.map(WORDS).astype(bool)
 
 
 def _steps(own: Source, table: pd.DataFrame) -> tuple[pd.DataFrame, int]:

@@ -77,7 +77,7 @@ def numbers(
             if text.startswith("=")
             else others(texts[wrong])
         )
-        if role in ("rating", "confidence") and values.isna().all():
+        if role in ("rating", "confidence") and not texts[~absent].str.contains(r"\d").any():
             damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
         where = "" if own is None else own.apart(table.index, wrong, ": choose the other rows with {}")
         raise InputError(

@@ -13,16 +13,17 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
 from focalgradient.scales.analyses import Choices, Ratios
+from focalgradient.statistics.own_files import Paths
 from focalgradient.statistics.own_names import ABSENT, few, place, rows_named
 from focalgradient.statistics.own_rows import check_seconds, in_steps, without_codes, without_copies
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
     catch_trials,
     columns_like,
+    completed,
     renamed,
     unused,
     where_like,
@@ -143,7 +144,7 @@ def read_ratings(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_ratings(text_table("subject;fstop;focus;resp\nA ;5,6;near;1,4\nA ;0;near;1,0\n"))
     >>> own.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
@@ -181,7 +182,7 @@ def read_ratings(
         if focal_length_mm is None:
             notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
-    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
+    table = completed(table, "kind")
     checked = rating_table(table, Choices() if choices else Ratios())
     return OwnRatings(checked, tuple(notes), tuple(own.problems), tuple(notices), choices)
 
@@ -248,7 +249,7 @@ def _long(own: Source, conditions: Mapping[str, str], measure: str | None) -> pd
         parts.append(part.set_index("column", append=True))
     own.notes.extend(unused([name for name in others if name not in wide]))
     if scenes:
-        own.notes.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
+        own.notices.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
     whole = pd.concat(parts).drop(columns="trial", errors="ignore")
     again = own.cells[own.columns["participant_id"]].duplicated() if "participant_id" in own.columns else None
     if again is not None and again.any() and "session" not in own.columns:
@@ -372,11 +373,21 @@ LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S = 60.0, 0.05
 """Maximum (as in `Rules`) and minimum median response time in seconds; others indicate another unit."""
 
 
+MAX_PEOPLE_RATIO = 20.0
+"""Maximum ratio of a person's median rating to that of the others: percentages are 100 times ratios."""
+
+
 def rated(own: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.DataFrame:
     """Return the rows with a rating, with numbers parsed and times in seconds."""
     table = without_codes(in_steps(table, "rating", order, own.notes), "rating", own.notices)
     table = answered(own, table, "rating", "rating")
     table["rating"] = own.numbers(table, "rating")
+    middles = table["rating"].abs().groupby(table["participant_id"]).median()
+    if (far := middles[middles > MAX_PEOPLE_RATIO * middles.median()]).size:
+        own.notices.append(
+            f"The ratings of {few([*map(str, far.index)])} are {far.min() / middles.median():.0f} times those of the "
+            "others: check that the units are the same."
+        )
     table = own.optional(without_codes(table, "response_time", own.notices), "response_time")
     table = own.optional(table, "dropped_frames")
     if "response_time" in table:

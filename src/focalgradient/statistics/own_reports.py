@@ -12,18 +12,20 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import codes_of
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import ABSENT, place, rows_named
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import check_seconds
 from focalgradient.statistics.own_tables import (
+    NO,
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
     catch_trials,
+    completed,
     conditions_like,
-    read_table,
+    folded,
     truths,
 )
 from focalgradient.statistics.tables import CLOCK, GRADIENTS, PERCEPTS, report_table
@@ -118,12 +120,12 @@ def read_reports(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_reports(text_table("subject,trial,blur,seen,dur\nA,1,sharp,rigid,6\nA,1,sharp,non-rigid,4\n"))
     >>> own.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
     """
-    words = {word.strip().casefold(): meaning for word, meaning in (conditions or {}).items()}
+    words = folded(conditions)
     own = Source.read(path, ROLES, columns, where)
     notes, notices = own.notes, own.notices
     for role in ("percept", "gradient"):
@@ -136,8 +138,7 @@ def read_reports(
     table["strength"] = _strengths(own, table)
     table = _timed(own, table)
     table = _ended(catch_trials(table, notes), notes)
-    table["kind"] = table["kind"].str.strip() if "kind" in table else "human"
-    table = own.optional(table, "dropped_frames")
+    table = own.optional(completed(table, "kind"), "dropped_frames")
     return OwnReports(report_table(table), tuple(notes), tuple(notices))
 
 
@@ -239,7 +240,7 @@ def _ended(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
             "report."
         )
     if "censored" in table:
-        table["censored"] = truths(table, "censored")
+        table["censored"] = truths(table, "censored", NO)
     else:
         table["censored"] = ends >= table["trial_duration"] - CLOCK
         notes.append("Reports that last till the end of their trial count as cut off by it.")

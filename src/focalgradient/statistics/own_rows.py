@@ -17,7 +17,14 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, codes_of
 from focalgradient.statistics.own_names import ABSENT, clean, few, is_summary, maybe_summary, place, rows_named
 
-__all__ = ["check_seconds", "in_steps", "without_codes", "without_copies", "without_headers", "without_summaries"]
+__all__ = [
+    "check_seconds",
+    "in_steps",
+    "without_codes",
+    "without_copies",
+    "without_headers",
+    "without_summaries",
+]
 
 MAX_SHARED_ANSWERS = 0.7
 """Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
@@ -128,6 +135,8 @@ def check_seconds(table: pd.DataFrame, role: str, longest: float, shortest: floa
 def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str], notes: list[str]) -> pd.DataFrame:
     """Remove blocks of rows that repeat a block of the same subject, or all answers of another subject.
 
+    The few people whose rows are in several places are noted, as they may be two of one name.
+
     `shown` are the columns that say what was shown, such as scene, aperture and fixation.
     """
     of = [name for name in ("participant_id", "session") if name in table]
@@ -148,6 +157,11 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
             copy = rows_named(table, again)
             notices.append(f"Participant {who} appears twice with identical answers; {copy} were dropped.")
     table = table[~left_out]
+    people, files = table["participant_id"], table.index.get_level_values(0).to_series(index=table.index)
+    counts = ((people != people.shift()) | (files != files.shift())).groupby(people, sort=False).sum()
+    several = [str(name) for name in counts.index[counts > 1]]
+    if 0 < len(several) < len(counts) / 2 and "session" not in table:
+        notices.append(f"Rows in several places of the table count as of one person: {few(several)}.")
     return _without_other_names(table, shown, conditions, notices, notes)
 
 

@@ -2,45 +2,49 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes
-from focalgradient.files.cells import as_number, name_and_unit
-from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, TextTable, parse_table, unique_names
+from focalgradient.files import printable
+from focalgradient.files.cells import name_and_unit
+from focalgradient.files.tables import TextTable
+from focalgradient.statistics.own_files import SUBJECT, Paths, file_labels, person_of, read_table
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, united
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_headers, without_summaries
 
 __all__ = [
+    "NO",
     "PARTICIPANT",
-    "TABLES",
-    "Paths",
     "Source",
-    "UserTable",
     "Where",
     "answered",
     "catch_trials",
     "columns_like",
+    "completed",
     "conditions_like",
+    "folded",
     "found_columns",
     "of_one_data_set",
-    "read_table",
     "renamed",
     "rows_of",
-    "text_table",
     "truths",
     "unused",
     "where_like",
 ]
 
-TRUTH = {"true": True, "1": True, "yes": True, "false": False, "0": False, "no": False, "": False, "n/a": False}
+TRUTH = {
+    **dict.fromkeys(["1", "1.0", "true", "t", "yes", "y", "ja", "oui", "wahr", "vrai"], True),
+    **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
+}
+"""Recognised words for yes and no."""
+
+NO = {"": False, "n/a": False}
+"""Cells of optional columns that say no."""
 
 PARTICIPANT = (
     *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
@@ -60,50 +64,13 @@ EXCLUDED = re.compile(
 )
 """Names of columns that mark rows to be left out or kept."""
 
-SUBJECT = re.compile(r"sub-[^_]+_")
-"""Begin of names of files in the Brain Imaging Data Structure (BIDS)."""
 
 LISTED = 12
 """Maximum number of columns listed in an error message."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class UserTable:
-    """Cells of a file, or of the files of one data set, as `read_table` returns them.
-
-    Parameters
-    ----------
-    paths
-        Files.
-    name
-        Name for messages.
-    cells
-        All cells as text; the index is (file, row). Its attribute "delimiter" holds that of each file.
-    notes
-        What was assumed, one sentence each.
-    lacking
-        Columns that only some of the files have, with a file that lacks them.
-    """
-
-    paths: tuple[Path, ...]
-    name: str
-    cells: pd.DataFrame
-    notes: tuple[str, ...]
-    lacking: Mapping[str, str] = field(default_factory=dict)
-
-
-Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
-"""One file, or the files of one data set, or what `read_table` read of them."""
-
 Where = Mapping[str, str | Sequence[str]]
 """Value or values by column: the rows that are analysed."""
-
-TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
-"""Extensions of tables; a file with another extension is a table only if its text has the form of one."""
-
-WHAT = "a table, or the folder of a data set"
-TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set (with dataset_description.json)"
-"""Remedy for a file that is not a table."""
 
 
 def columns_like(role: str) -> str:
@@ -169,7 +136,7 @@ class Source:
             if column in table.lacking:
                 own.notices.append(f"{lacks}.")
         if "participant_id" not in own.columns and (len(table.paths) > 1 or SUBJECT.match(table.paths[0].name)):
-            people = [_person(str(file)) for file in cells.index.get_level_values(0)]
+            people = [person_of(str(file)) for file in cells.index.get_level_values(0)]
             own = replace(own, cells=cells.assign(**{"participant (file)": people}))
             own.columns["participant_id"] = "participant (file)"
             own.notices.append("No participant column: each file is treated as one participant.")
@@ -273,99 +240,6 @@ class Source:
             return table.drop(columns=role)
 
 
-def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
-    """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
-
-    Raises
-    ------
-    InputError
-        If a file is not a table; the message says what it is.
-    """
-    if isinstance(paths, UserTable):
-        return paths
-    if isinstance(paths, str | os.PathLike):
-        return _user_table(Path(paths), read_bytes(paths, WHAT, LARGEST_TABLE))
-    tables = [read_table(path) for path in paths]
-    if len(tables) == 1:
-        return tables[0]
-    files = tuple(path for table in tables for path in table.paths)
-    spelt: dict[str, str] = {}
-    parts, delimiters = dict[str, pd.DataFrame](), dict[str, str]()
-    for label, table in zip(_labels(files), tables, strict=True):
-        (delimiters[label],) = table.cells.attrs["delimiter"].values()
-        names = [str(name) for name in table.cells]
-        if len({clean(name).casefold() for name in names}) == len(names):
-            names = [spelt.setdefault(clean(name).casefold(), name) for name in names]
-        cells = table.cells.set_axis(names, axis=1)
-        if len(cells):
-            parts[label] = cells.droplevel(0)
-    if not parts:
-        return tables[0]
-    cells = pd.concat(parts, names=["file"]).fillna("")
-    cells.attrs = {"delimiter": delimiters}
-    lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
-    notes = tuple(note for table in tables for note in table.notes)
-    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes, lacking)
-
-
-def text_table(text: str, name: str = "own.csv") -> UserTable:
-    r"""Read the cells of a table from its text, as `read_table` from a file of that name.
-
-    >>> text_table("subject;rating\nA;1,4\n").cells.to_numpy().tolist()
-    [['A', '1,4']]
-    """
-    return _user_table(Path(name), text.encode())
-
-
-def _user_table(path: Path, data: bytes) -> UserTable:
-    """Parse the content of one file."""
-    is_named = path.suffix.lower() in TABLES
-    no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
-    try:
-        table = parse_table(data, printable(path), WHAT)
-    except RaggedTableError as error:
-        if is_named:
-            raise
-        raise no_table from error
-    header, rows, places = list(table.header), list(table.rows), list(table.places)
-    if not any(header) or all(as_number(name.replace(",", ".")) is not None for name in header):
-        raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
-    if len(header) == 1 and is_named:
-        raise InputError(
-            f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
-            "semicolons or tabs."
-        )
-    if not is_named and (len(header) == 1 or any(len(row) != len(header) for row in rows)):
-        raise no_table
-    notes = [note.replace(table.name, path.name) for note in table.notes]
-    if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
-        notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
-        rows, places = rows[2:], places[2:]
-    index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
-    cells = pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None)
-    cells.attrs["delimiter"] = {path.name: table.delimiter}
-    return UserTable((path,), printable(path), cells, tuple(notes))
-
-
-def _labels(files: Sequence[Path]) -> list[str]:
-    """Return the names of files, with their folders where names are equal, as JATOS calls all files data.txt."""
-    labels = [path.name for path in files]
-    if len({*labels}) == len(labels):
-        return labels
-    root = os.path.commonpath([path.absolute().parent for path in files])
-    return [path.absolute().relative_to(root).as_posix() for path in files]
-
-
-def _person(file: str) -> str:
-    """Return the participant whom a file's name states, or the name.
-
-    >>> _person("sub-01_task-depth_run-2_events.tsv"), _person("anna.csv")
-    ('sub-01', 'anna')
-    """
-    path = Path(file)
-    return path.stem.partition("_")[0] if SUBJECT.match(path.name) else path.with_suffix("").as_posix()
-
-
 def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
     """Return whether tables are the parts of one data set: files of one participant each.
 
@@ -383,10 +257,10 @@ def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> b
     """
     people: list[set[str]] = []
     tables = [read_table(path) for path in paths]
-    for label, table in zip(_labels([part.paths[0] for part in tables]), tables, strict=True):
+    for label, table in zip(file_labels([part.paths[0] for part in tables]), tables, strict=True):
         columns = {} if participant is None else {"participant": participant}
         theirs = found_columns(table.name, table.cells, {"participant_id": PARTICIPANT}, columns).get("participant_id")
-        people.append({clean(cell) for cell in table.cells[theirs]} - {""} if theirs else {_person(label)})
+        people.append({clean(cell) for cell in table.cells[theirs]} - {""} if theirs else {person_of(label)})
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
             f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
@@ -486,6 +360,12 @@ def with_participants(
     unnamed = table["participant_id"].str.lower().isin(ABSENT)
     if unnamed.any():
         raise InputError(f"{place(table, unnamed)}: the participant is missing: name it.")
+    if (wrong := table["participant_id"].str.fullmatch(r"\d(?:[.,]\d+)?[eE]\+?\d+")).any():
+        name = table["participant_id"][wrong].iloc[0]
+        raise InputError(
+            f"{place(table, wrong)}: the participant is {name}, to which a spreadsheet program may have shortened "
+            "different names: enter them again as text."
+        )
     return table
 
 
@@ -509,7 +389,7 @@ def answered(own: Source, table: pd.DataFrame, role: str, record: str, absent: f
 def catch_trials(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Add the boolean column `catch`; without such a column no trial is a catch trial, which is noted."""
     if "catch" in table:
-        return table.assign(catch=truths(table, "catch"))
+        return table.assign(catch=truths(table, "catch", NO))
     notes.append("No catch-trial column: no trial is treated as one.")
     return table.assign(catch=False)
 
@@ -526,10 +406,42 @@ def unused(names: list[str]) -> list[str]:
     return [f"Columns that were not used: {few(named)}."] if named else []
 
 
-def truths(table: pd.DataFrame, role: str) -> pd.Series[bool]:
-    """Convert yes/no cells to booleans."""
-    texts = table[role].str.strip().str.lower()
-    wrong = ~texts.isin(list(TRUTH))
+def truths(
+    table: pd.DataFrame,
+    role: str,
+    words: Mapping[str, bool],
+    meanings: Mapping[str, str] | None = None,
+    expected: str = "0 or 1",
+) -> pd.Series[bool]:
+    """Convert cells that say yes or no to booleans.
+
+    Parameters
+    ----------
+    table, role
+        Table, and the column.
+    words
+        Recognised words besides those of `TRUTH`.
+    meanings
+        Meanings of the caller's words: see `folded`.
+    expected
+        What cells must be, for the message.
+    """
+    known = {**TRUTH, **words}
+    cells = table[role].str.strip().str.casefold().map(lambda cell: (meanings or {}).get(cell, cell))
+    wrong = ~cells.isin(list(known))
     if wrong.any():
-        raise InputError(f"{place(table, wrong)}: {role} is {table[role][wrong].iloc[0]!r}, but must be 0 or 1.")
-    return texts.map(TRUTH).astype(bool)
+        raise InputError(
+            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, but must be {expected}."
+        )
+    return cells.map(known).astype(bool)
+
+
+def folded(conditions: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the meanings of the caller's words, all in lower case."""
+    return {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
+
+
+def completed(table: pd.DataFrame, *roles: str) -> pd.DataFrame:
+    """Return the table with columns session, condition and kind where they are among `roles`; people by default."""
+    plain = {"session": "", "condition": "", "kind": "human"}
+    return table.assign(**{role: table[role].str.strip() if role in table else plain[role] for role in roles})

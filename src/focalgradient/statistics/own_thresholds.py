@@ -13,19 +13,21 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import ABSENT, clean, few, place, rows_named
 from focalgradient.statistics.own_numbers import numbers
 from focalgradient.statistics.own_rows import without_codes
 from focalgradient.statistics.own_tables import (
     PARTICIPANT,
-    Paths,
     Source,
     Where,
     answered,
     catch_trials,
     columns_like,
+    completed,
+    folded,
     found_columns,
-    read_table,
+    truths,
 )
 
 __all__ = ["OwnThresholds", "holds_thresholds", "read_thresholds"]
@@ -47,12 +49,8 @@ ROLES = {
 """Required and optional columns, each with the names recognised automatically."""
 
 WORDS = {
-    **dict.fromkeys(
-        ("1", "true", "yes", "y", "t", "correct", "right", "hit", "1.0", "richtig", "juste", "wahr", "vrai"), True
-    ),
-    **dict.fromkeys(
-        ("0", "false", "no", "n", "f", "incorrect", "wrong", "error", "miss", "0.0", "falsch", "faux"), False
-    ),
+    **dict.fromkeys(("correct", "right", "hit", "richtig", "juste"), True),
+    **dict.fromkeys(("incorrect", "wrong", "error", "miss"), False),
 }
 """Recognised words for correct and incorrect answers."""
 
@@ -149,7 +147,7 @@ def read_thresholds(
 
     Examples
     --------
-    >>> from focalgradient.statistics.own_tables import text_table
+    >>> from focalgradient.statistics.own_files import text_table
     >>> own = read_thresholds(text_table("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n"))
     >>> own.table[["participant_id", "level", "correct"]].values.tolist(), own.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
@@ -158,10 +156,8 @@ def read_thresholds(
     own.columns.update(_columns(own.name, own.cells, columns or {}))
     table = own.rows(["level", "correct", "trials", "alternatives"], ["level"])
     table = _levels(own, table)
-    table = _right(own, table, _meanings(conditions or {}))
-    table = catch_trials(table, own.notes)
-    for role, plain in (("session", ""), ("condition", ""), ("kind", "human")):
-        table[role] = table[role].str.strip() if role in table else plain
+    table = _right(own, table, folded(conditions))
+    table = completed(catch_trials(table, own.notes), "session", "condition", "kind")
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
     rate = _guess(own, table, guess)
     return OwnThresholds(table[kept].copy(), _unit(own.columns["level"]), tuple(own.notes), tuple(own.notices), rate)
@@ -249,10 +245,6 @@ def _unit(header: str) -> str:
     return "D" if found.group(1).lower().startswith("diopt") else found.group(1)
 
 
-def _meanings(conditions: Mapping[str, str]) -> dict[str, str]:
-    return {clean(word).casefold(): clean(meaning).casefold() for word, meaning in conditions.items()}
-
-
 def _levels(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a level above 0, parsed as numbers."""
     if "level" not in table:
@@ -310,22 +302,18 @@ def _right(own: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.Dat
     if "correct" not in table:
         return _of_intervals(own, table, words)
     table = answered(own, table, "correct", "answer")
-    cells = table["correct"].map(lambda cell: words.get(cell.casefold(), cell.casefold()))
     if "trials" in table:
-        return _of_counts(own, table, cells)
-    wrong = ~cells.isin(list(WORDS))
-    if wrong.any():
-        raise InputError(
-            f"{place(table, wrong)}: correct is {printable(table['correct'][wrong].iloc[0])!r}, but must be 1 for a "
-            'right and 0 for a wrong answer: give the words\' meaning with conditions={"NAME": "1"}, or the counts of '
-            "trials in a column of its own (trials)."
-        )
-    return table.assign(correct=cells.map(WORDS).astype(bool))
+        return _of_counts(own, table)
+    expected = (
+        '1 for a right and 0 for a wrong answer: give the words\' meaning with conditions={"NAME": "1"}, or the counts '
+        "of trials in a column of its own (trials)"
+    )
+    return table.assign(correct=truths(table, "correct", WORDS, words, expected))
 
 
-def _of_counts(own: Source, table: pd.DataFrame, cells: pd.Series[str]) -> pd.DataFrame:
+def _of_counts(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Expand counts of trials and of correct answers to one row per trial."""
-    right = numbers(table, "correct", cells)
+    right = numbers(table, "correct", table["correct"])
     shown = numbers(table, "trials", table["trials"])
     wrong = (shown < 0) | (right < 0) | (right > shown) | (right % 1 != 0) | (shown % 1 != 0)
     if wrong.any():

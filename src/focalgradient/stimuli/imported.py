@@ -187,18 +187,14 @@ def _rows(table: Path) -> list[Row]:
             f"{name} has no column {missing[0]!r} (its columns are {there}), but must have {', '.join(REQUIRED)}: add "
             "it."
         )
-    twice = [column for column in header if header.count(column) > 1]
-    if twice:
-        raise InputError(f"{name} row 1: the column {twice[0]!r} occurs twice: remove one.")
-    numeric = [number for number, column in enumerate(header) if column in ("x_px", "y_px", "focus_m")]
-    lines = [[cell.strip() for cell in row] for row in cells.with_points(numeric).rows]
-    every = _fixations([row[header.index("fixation")] for row in lines])
+    lines = cells.records(("x_px", "y_px", "focus_m"))
+    every = _fixations([line["fixation"] for line in lines])
     rows: list[Row] = []
     known: dict[tuple[object, ...], str] = {}
     versions: Counter[tuple[str, ...]] = Counter()
     for number, line in zip(cells.places, lines, strict=True):
         where = f"{name} row {number}"
-        row = _row(where, dict(zip(header, line, strict=True)), every)
+        row = _row(where, line, every)
         for end in row.fixations:
             before = known.setdefault((row.scene, row.aperture, end, *row.further.values()), where)
             if before != where:
@@ -210,8 +206,6 @@ def _rows(table: Path) -> list[Row]:
         same = (row.scene, row.aperture, *row.fixations)
         versions[same] += 1
         rows.append(replace(row, version=versions[same]))
-    if not rows:
-        raise InputError(f"{name} has no row below its header: give one for each picture.")
     return rows
 
 

@@ -1,0 +1,152 @@
+"""Reading of the user's own files as cells of text: one file, or the files of one data set."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable, read_bytes
+from focalgradient.files.cells import as_number
+from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, parse_table, unique_names
+from focalgradient.statistics.own_names import clean
+
+__all__ = ["SUBJECT", "TABLES", "Paths", "UserTable", "file_labels", "person_of", "read_table", "text_table"]
+
+SUBJECT = re.compile(r"sub-[^_]+_")
+"""Begin of names of files in the Brain Imaging Data Structure (BIDS)."""
+
+TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
+"""Extensions of tables; a file with another extension is a table only if its text has the form of one."""
+
+WHAT = "a table, or the folder of a data set"
+
+TABLE_OR_DATA_SET = "a CSV, TSV, XLSX or JSON file, or the folder of a data set (with dataset_description.json)"
+"""Remedy for a file that is not a table."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UserTable:
+    """Cells of a file, or of the files of one data set, as `read_table` returns them.
+
+    Parameters
+    ----------
+    paths
+        Files.
+    name
+        Name for messages.
+    cells
+        All cells as text; the index is (file, row). Its attribute "delimiter" holds that of each file.
+    notes
+        What was assumed, one sentence each.
+    lacking
+        Columns that only some of the files have, with a file that lacks them.
+    """
+
+    paths: tuple[Path, ...]
+    name: str
+    cells: pd.DataFrame
+    notes: tuple[str, ...]
+    lacking: Mapping[str, str] = field(default_factory=dict)
+
+
+Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
+"""One file, or the files of one data set, or what `read_table` read of them."""
+
+
+def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
+    """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
+
+    Raises
+    ------
+    InputError
+        If a file is not a table; the message says what it is.
+    """
+    if isinstance(paths, UserTable):
+        return paths
+    if isinstance(paths, str | os.PathLike):
+        return _user_table(Path(paths), read_bytes(paths, WHAT, LARGEST_TABLE))
+    tables = [read_table(path) for path in paths]
+    if len(tables) == 1:
+        return tables[0]
+    files = tuple(path for table in tables for path in table.paths)
+    spelt: dict[str, str] = {}
+    parts, delimiters = dict[str, pd.DataFrame](), dict[str, str]()
+    for label, table in zip(file_labels(files), tables, strict=True):
+        (delimiters[label],) = table.cells.attrs["delimiter"].values()
+        names = [str(name) for name in table.cells]
+        if len({clean(name).casefold() for name in names}) == len(names):
+            names = [spelt.setdefault(clean(name).casefold(), name) for name in names]
+        cells = table.cells.set_axis(names, axis=1)
+        if len(cells):
+            parts[label] = cells.droplevel(0)
+    if not parts:
+        return tables[0]
+    cells = pd.concat(parts, names=["file"]).fillna("")
+    cells.attrs = {"delimiter": delimiters}
+    lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
+    notes = tuple(note for table in tables for note in table.notes)
+    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes, lacking)
+
+
+def text_table(text: str, name: str = "own.csv") -> UserTable:
+    r"""Read the cells of a table from its text, as `read_table` from a file of that name.
+
+    >>> text_table("subject;rating\nA;1,4\n").cells.to_numpy().tolist()
+    [['A', '1,4']]
+    """
+    return _user_table(Path(name), text.encode())
+
+
+def _user_table(path: Path, data: bytes) -> UserTable:
+    """Parse the content of one file."""
+    is_named = path.suffix.lower() in TABLES
+    no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
+    try:
+        table = parse_table(data, printable(path), WHAT)
+    except RaggedTableError as error:
+        if is_named:
+            raise
+        raise no_table from error
+    header, rows, places = list(table.header), list(table.rows), list(table.places)
+    if not any(header) or all(as_number(name.replace(",", ".")) is not None for name in header):
+        raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
+    if len(header) == 1 and is_named:
+        raise InputError(
+            f"{table.name} has the one column {printable(header[0][:60])!r}: separate columns by commas, "
+            "semicolons or tabs."
+        )
+    if not is_named and (len(header) == 1 or any(len(row) != len(header) for row in rows)):
+        raise no_table
+    notes = [note.replace(table.name, path.name) for note in table.notes]
+    if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
+        notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
+        rows, places = rows[2:], places[2:]
+    index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
+    cells = pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None)
+    cells.attrs["delimiter"] = {path.name: table.delimiter}
+    return UserTable((path,), printable(path), cells, tuple(notes))
+
+
+def file_labels(files: Sequence[Path]) -> list[str]:
+    """Return the names of files, with their folders where names are equal, as JATOS calls all files data.txt."""
+    labels = [path.name for path in files]
+    if len({*labels}) == len(labels):
+        return labels
+    root = os.path.commonpath([path.absolute().parent for path in files])
+    return [path.absolute().relative_to(root).as_posix() for path in files]
+
+
+def person_of(file: str) -> str:
+    """Return the participant whom a file's name states, or the name.
+
+    >>> person_of("sub-01_task-depth_run-2_events.tsv"), person_of("anna.csv")
+    ('sub-01', 'anna')
+    """
+    path = Path(file)
+    return path.stem.partition("_")[0] if SUBJECT.match(path.name) else path.with_suffix("").as_posix()
