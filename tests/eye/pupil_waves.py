@@ -1,24 +1,7 @@
-"""Transfer of a pupil in cycles per degree, and the paper's series of its point spread, which is independent truth."""
+"""The paper's series of a pupil's point spread, which is independent truth."""
 
 import numpy as np
 from scipy.special import jv
-
-from focalgradient.eye.wavefront import Aberrations, Pupil, pupil_transfer_of
-
-
-def pupil_transfer(
-    down: np.ndarray | float,
-    right: np.ndarray | list[float] | float,
-    *,
-    pupil_diameter: float,
-    wavelength_nm: float,
-    defocus: float,
-    aberrations: Aberrations = (),
-    stiles_crawford: float = 0.0,
-) -> np.ndarray:
-    """Return the OTF of a pupil at frequencies in cycles per degree."""
-    pupil = Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
-    return pupil_transfer_of(np.degrees(down), np.degrees(right), pupil)
 
 
 def lommel_point_spread(

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from pupil_waves import pupil_transfer
 from scipy.special import j0
 
 from focalgradient import InputError, Lens
@@ -15,6 +14,7 @@ from focalgradient.eye import (
     blur_transfer,
     optical_transfer,
     point_spread,
+    pupil_transfer,
 )
 from focalgradient.optics import DualPixel
 from focalgradient.psf import disc_transfer, gaussian_transfer

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from pupil_waves import pupil_transfer
 
 from focalgradient import InputError
-from focalgradient.eye import Eye, optical_transfer, point_spread, zernike
+from focalgradient.eye import Eye, optical_transfer, point_spread, pupil_transfer, zernike
 from focalgradient.eye.wavefront import defocus_term
 
 PRYSM = json.loads(Path(__file__).with_name("prysm_reference.json").read_text(encoding="utf-8"))

@@ -16,10 +16,11 @@ from focalgradient.eye.age import (
     aged_light,
     lens_density,
     natural_pupil,
+    push_up_amplitude,
 )
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.chromatic_stimulus import ChromaticStimulus, chromatic_stimulus
-from focalgradient.eye.colours import cone_images
+from focalgradient.eye.colours import band_image, cone_images
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.description import EyeDescription, read_eye
 from focalgradient.eye.diffraction import cutoff_cpd, mean_eye_mtf, optical_transfer
@@ -28,6 +29,7 @@ from focalgradient.eye.gaussian import GaussianFit, best_gaussian
 from focalgradient.eye.light import (
     Band,
     Light,
+    band_difference,
     band_light,
     cone_fundamentals,
     illuminant,
@@ -59,7 +61,7 @@ from focalgradient.eye.transfer import BlurName, blur_transfer, point_spread
 from focalgradient.eye.typical import typical_aberrations
 from focalgradient.eye.viewing import EXTREMES_S, ViewingConditions, compared_views
 from focalgradient.eye.views import accommodation_views, band_views, cone_catches, eye_views
-from focalgradient.eye.wavefront import Aberrations, zernike
+from focalgradient.eye.wavefront import Aberrations, pupil_transfer, zernike, zernike_defocus
 from focalgradient.eye.zones import ZonedLens
 
 __all__ = [
@@ -115,6 +117,8 @@ __all__ = [
     "accommodation_amplitude",
     "accommodation_views",
     "aged_light",
+    "band_difference",
+    "band_image",
     "band_light",
     "band_picture",
     "band_views",
@@ -150,6 +154,8 @@ __all__ = [
     "parts_needed",
     "point_images",
     "point_spread",
+    "pupil_transfer",
+    "push_up_amplitude",
     "read_eye",
     "read_zernike",
     "recover_eye_depth",
@@ -161,6 +167,7 @@ __all__ = [
     "track",
     "typical_aberrations",
     "zernike",
+    "zernike_defocus",
 ]
 
 MOVED = (

@@ -9,7 +9,7 @@ from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.light import Light
 from focalgradient.eye.ranges import ages, wavelengths
 
-__all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil"]
+__all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
 
 YOUNGEST, OLDEST = 20.0, 83.0
 """Age range in years of the people to whom Watson & Yellott fitted their formula."""
@@ -85,6 +85,17 @@ def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     """
     years = ages(age)
     return np.asarray(7.083 / (1 + np.exp(0.2031 * (years - 36.2) - 0.6109)))
+
+
+def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
+    """Return the mean push-up amplitude of accommodation in dioptres: 18.5 - 0.30 age (Hofstetter 1950).
+
+    Not below 0. It includes the depth of focus: compare `accommodation_amplitude`.
+
+    >>> push_up_amplitude([20, 40, 70]).round(1).tolist()
+    [12.5, 6.5, 0.0]
+    """
+    return np.maximum(18.5 - 0.30 * ages(age), 0.0)
 
 
 def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:

@@ -8,10 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_one_of
-from focalgradient.eye.light import cone_fundamentals, spectra
+from focalgradient.eye.light import cone_fundamentals, illuminant, spectra
 from focalgradient.eye.ranges import wavelengths
 
-__all__ = ["PRIMARIES", "cone_images"]
+__all__ = ["PRIMARIES", "band_image", "cone_images"]
 
 PRIMARIES = "Typical CRT Brainard 1997"
 """Default display, whose primaries red, green and blue refer to."""
@@ -63,6 +63,26 @@ def cone_images(
     whole = caught.sum(axis=0)
     seen: NDArray[np.float64] = image @ (caught / np.where(whole > 0, whole, 1.0))
     return seen
+
+
+def band_image(cones: NDArray[np.floating], band: str) -> NDArray[np.float64]:
+    """Return a band's image from `cone_images`: "S" alone, or "L+M" weighted by each class's catch of daylight.
+
+    >>> band_image(np.array([[[1.0, 0.5, 0.2]]]), "S").tolist()
+    [[0.2]]
+    """
+    if band == "S":
+        return np.asarray(cones[..., 2], dtype=float)
+    if band != "L+M":
+        raise InputError(f"band is {band!r}, but must be 'L+M' or 'S'.")
+    share = _white()[:2] / _white()[:2].sum()
+    return np.asarray(cones[..., :2] @ share, dtype=float)
+
+
+@lru_cache(maxsize=1)
+def _white() -> NDArray[np.float64]:
+    nm = np.arange(390.0, 781.0, 5.0)
+    return np.asarray(illuminant(nm, "D65") @ cone_fundamentals(nm))
 
 
 @lru_cache(maxsize=8)

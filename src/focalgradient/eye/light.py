@@ -20,6 +20,7 @@ from focalgradient.eye.ranges import wavelengths
 __all__ = [
     "Band",
     "Light",
+    "band_difference",
     "band_light",
     "band_sensitivity",
     "cone_fundamentals",
@@ -192,6 +193,17 @@ def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]
     if band == "luminance":
         return luminosity(wavelength_nm)
     return cone_fundamentals(wavelength_nm)[..., ["LMS".index(cone) for cone in band.split("+")]].sum(axis=-1)
+
+
+def band_difference(light: str = "E", chromatic_scale: float = 1.0) -> float:
+    """Return the distance in dioptres by which L and M cones together are focused farther than S cones.
+
+    The mean chromatic difference weighted by the bands' catches of an illuminant: the paper's "one dioptre".
+
+    >>> round(band_difference("E"), 3), round(band_difference("D65"), 3)
+    (0.823, 0.783)
+    """
+    return chromatic_scale * (band_light("L+M", light).difference() - band_light("S", light).difference())
 
 
 def spectra() -> Any:

@@ -21,7 +21,7 @@ from scipy.fft import fft, ifft, next_fast_len
 from focalgradient.errors import InputError, check_finite, check_list, check_number
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
-from focalgradient.eye.ranges import wavelengths
+from focalgradient.eye.ranges import check_pupil, wavelengths
 
 if TYPE_CHECKING:
     from focalgradient.eye.zones import ZonedLens
@@ -32,9 +32,11 @@ __all__ = [
     "check_aberrations",
     "defocus_term",
     "pupil_spread",
+    "pupil_transfer",
     "pupil_transfer_of",
     "share_of_light",
     "zernike",
+    "zernike_defocus",
 ]
 
 Aberrations = tuple[tuple[int, int, float], ...]
@@ -45,6 +47,17 @@ RIM_SAMPLES, PHASE_STEP = 128, 1.4
 from the quadrature by at most 3e-4 (`tests/eye/test_wavefront_grid.py`)."""
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
+
+
+def zernike_defocus(defocus: float, *, pupil_diameter: float) -> float:
+    """Return the Zernike coefficient c(2, 0) in micrometres of a `defocus` (D), as `defocus_term` computes it.
+
+    >>> round(zernike_defocus(1.0, pupil_diameter=0.004), 4)
+    0.5774
+    """
+    check_number("defocus", defocus, "dioptres")
+    check_pupil(pupil_diameter)
+    return defocus_term(defocus, pupil_diameter)
 
 
 def defocus_term(defocus: float, diameter: float) -> float:
@@ -88,10 +101,56 @@ def _radial_coefficients(n: int, k: int) -> NDArray[np.float64]:
     return np.asarray(radial_over_power(n, k, Polynomial([0.0, 1.0])).coef, float)
 
 
-def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
-    """Return the OTF of an aberrated, apodised pupil at frequencies in cycles per radian, which broadcast.
+def pupil_transfer(
+    frequency_y_cpd: ArrayLike,
+    frequency_x_cpd: ArrayLike,
+    *,
+    pupil_diameter: float,
+    wavelength_nm: float,
+    defocus: float,
+    aberrations: Aberrations = (),
+    stiles_crawford: float = 0.0,
+) -> NDArray[np.complex128]:
+    """Return the OTF of an aberrated, apodised pupil: its autocorrelation, by quadrature.
 
-    Its autocorrelation, by quadrature; 1 at frequency 0, and the conjugate at the opposite frequency.
+    For a clear pupil `focalgradient.eye.optical_transfer` is the same, and far quicker.
+
+    Parameters
+    ----------
+    frequency_y_cpd, frequency_x_cpd
+        Cycles per degree; broadcast against each other.
+    pupil_diameter, wavelength_nm, defocus
+        As for `focalgradient.eye.optical_transfer`; here the sign of the defocus matters (positive beyond focus).
+    aberrations
+        Zernike terms (n, m, micrometres).
+    stiles_crawford
+        rho in 1/mm^2: light counts by 10^(-rho r^2).
+
+    Returns
+    -------
+    ndarray
+        Complex; 1 at frequency 0, and the conjugate at the opposite frequency.
+
+    Raises
+    ------
+    InputError
+        If a number is out of its range, or a Zernike term does not exist.
+
+    Examples
+    --------
+    >>> eye = {"pupil_diameter": 0.003, "wavelength_nm": 555, "defocus": 0.25}
+    >>> complex(pupil_transfer(0, 20, **eye, aberrations=((3, 1, 0.1),)).round(3))
+    (0.14+0.133j)
+    """
+    check_pupil(pupil_diameter)
+    pupil = Pupil(pupil_diameter, wavelength_nm, defocus, aberrations, stiles_crawford)
+    down = check_finite("frequency_y_cpd", frequency_y_cpd, "cycles per degree")
+    right = check_finite("frequency_x_cpd", frequency_x_cpd, "cycles per degree")
+    return pupil_transfer_of(np.degrees(down), np.degrees(right), pupil)
+
+
+def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
+    """Return `pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
 
     On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
     sampled pupil: 5 to 60 times quicker, and right to 3e-4. Not where its samples, for a small step many, are more than
