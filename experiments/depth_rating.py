@@ -14,7 +14,7 @@ from focalgradient.dataset import Rated
 from focalgradient.design import DepthTrial
 from focalgradient.design.rating_pages import standard_text
 from focalgradient.lab import EXPERIMENTS, Given, Sitting, ask, pages, run
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture
 
 
 def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
@@ -56,7 +56,7 @@ def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None
     def prepare() -> None:  # during the blank screen: loading pictures must not delay a frame
         for number, (event, which, _) in enumerate(intervals):
             ready[event] = prepared(sitting, which, dict(trial.factors), (sitting.noise_seed(trial), number))
-            screen.warm(*(one for one in ready[event].drawn if one is not None))
+        screen.warm(*(one for part in ready.values() for one in part.drawn if one is not None))
 
     screen.empty(design.pause_s, "pause", prepare)
     if recorder is not None:
@@ -82,14 +82,12 @@ def prepared(sitting: Sitting, which: tuple[str, str, str], factors: dict[str, s
     scene, aperture, fixation = which
     if scene in DRAWINGS:
         picture, _ = sitting.picture(sitting.design.standard_scene, "pinhole", fixation)
-        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]), recorded=False)
+        image = sitting.screen.picture(example_picture(scene, sitting.pixels(picture).shape[:2]))
     else:
         picture, image = sitting.picture(scene, aperture, fixation, factors)
     mask = None
-    if sitting.design.mask == "noise":
-        shape = sitting.pixels(picture).shape[:2]
-        noise = noise_mask(shape, sitting.screen.display.pixels_per_degree, seed)
-        mask = sitting.screen.picture(noise, recorded=False)
+    if sitting.design.mask == "noise" and sitting.stimuli is not None:
+        mask = sitting.screen.picture(sitting.stimuli.mask(seed), recorded=False)
     file = None if scene in DRAWINGS else picture.png
     return Part((image, sitting.mark(picture), mask), sitting.place(picture), file)
 

@@ -1,17 +1,15 @@
 """Sessions of focus by gaze are checked as others are: a whole one is valid, each damage is found."""
 
 import gzip
-import json
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from focalgradient.dataset import Files, Journal, begin_dataset, read_journal, repair, validate
+from focalgradient.dataset import Files, Journal, begin_dataset, repair, validate
 from focalgradient.dataset.bids import add_participant
 from focalgradient.dataset.events import wrong_event
 from focalgradient.dataset.focus import Change, export_focus
-from focalgradient.dataset.journal import whole_lines
 
 
 @pytest.fixture
@@ -121,20 +119,6 @@ def test_a_session_that_was_killed_is_repaired_with_its_samples(session: tuple[P
     assert repair(root) == []  # nothing is left to repair
     samples = gzip.decompress(next(table.parent.glob("*_physio.tsv.gz")).read_bytes()).decode().split()
     assert [float(one) for one in samples[:3]] == [0.1, 1 + (1024 - 300) / 2, 2 + (768 - 201 - 1) / 2]
-
-
-def test_a_journal_of_an_earlier_version_is_repaired(session: tuple[Path, Path]) -> None:
-    """It does not say on which screen the picture was."""
-    place, table = session
-    root = next(one.parent for one in place.parents if one.name == "sourcedata")
-    events = [event for event in read_journal(place).events if event.get("kind") != "eye tracker"]
-    place.write_bytes(whole_lines(events))
-    for path in list(table.parent.iterdir()):
-        path.unlink()
-    repair(root)
-    assert validate(root).problems == ()
-    about = json.loads(next(table.parent.glob("*_physio.json")).read_text())
-    assert "picture" in about["SampleCoordinateSystem"]
 
 
 def test_a_damaged_journal_is_repaired(session: tuple[Path, Path]) -> None:

@@ -198,6 +198,10 @@ def test_four_alternatives_of_a_staircase_are_asked_for(tmp_path: Path) -> None:
     path.write_text("\n".join(["subject,level,correct", *rows]))
     with pytest.raises(InputError, match=r"up to level 0.195 5 of 20 answers are right"):
         read_thresholds(path)
+    shown = CliRunner().invoke(main, ["report", str(path), "--guess-rate", "0.25", "--explain"])
+    assert "80 rows, taken for 80 answers at levels" in shown.output
+    shown = CliRunner().invoke(main, ["report", str(path), "--order", "no,yes", "--explain"])
+    assert "order is for answers in words, but the table contains answers at levels" in shown.output
 
 
 WORDS = {"1": "strongly disagree", "2": "disagree", "3": "none", "4": "agree, mostly"}

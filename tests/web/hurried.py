@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime, timedelta
 
-from focalgradient.web.study import Clock
+from focalgradient.web.store import Clock
 
 
 class Hurried(Clock):

@@ -41,7 +41,7 @@ def answered(someone: Participant, number: int, right: bool) -> Any:
     message = someone.message(trial, number)
     made = task_named("blurdiscrimination").design(ask=(), repetitions=3, pedestals_arcmin=(1.0,)).trials("001")[number]
     first = (made.interval == 1) is right
-    message["answer"] |= {"rating": 1.0 if first else 0.0, "start": None}
+    message["answer"] |= {"rating": None, "chosen": 1 if first else 2, "start": None}
     return someone.ask("answer", **message)
 
 
@@ -87,8 +87,8 @@ steps = true
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [
-        ({"rating": 0.3}, "rating is 1.7, which lies between two answers: send one of them."),
-        ({"rating": 2.0}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
+        ({"rating": 1.7, "chosen": None}, "rating is 1.7, which lies between two answers: send one of them."),
+        ({"rating": 0.0, "chosen": None}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
         ({"also": {"seen": 2.5}}, "seen is 2.5, which lies between two answers: send one of them."),
         ({"also": {"seen": 5}}, "seen is 5, but must be from 1 to 4: send a value on the scale."),
         (
@@ -106,11 +106,11 @@ def test_an_answer_that_the_page_does_not_offer_is_refused(
         someone = Participant(client)
         someone.begin()
         message = someone.message(someone.trials[0], 0)
-        message["answer"] |= {"rating": 1.0, "start": None, "also": {"seen": 3}} | changed
+        message["answer"] |= {"rating": None, "chosen": 1, "start": None, "also": {"seen": 3}} | changed
         refused = someone.ask("answer", **message)
         assert refused.status_code == 400
         assert refused.json()["error"].startswith(sentence)
-        message["answer"] |= {"rating": 1.0, "also": {"seen": 3, "seen_start": 2}}
+        message["answer"] |= {"rating": None, "chosen": 1, "also": {"seen": 3, "seen_start": 2}}
         assert someone.ask("answer", **message).status_code == 200
     (event,) = read_journal(next((tmp_path / "data").rglob("*.jsonl"))).of("trial")
     assert {name: event["extra"][name]["value"] for name in ("seen", "seen_start")} == {"seen": 3, "seen_start": 2}

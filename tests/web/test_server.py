@@ -653,26 +653,29 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anybody_takes_part(
         assert not (tmp_path / "links.jsonl").exists()
 
 
-@pytest.mark.parametrize(("sent", "recorded"), [(1.0, 1.0), (0.0, -1.0)])
+@pytest.mark.parametrize(("is_picture", "recorded"), [(True, 1.0), (False, -1.0)])
 def test_a_choice_is_recorded_as_its_scale_defines_answers(
-    sent: float, recorded: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    is_picture: bool, recorded: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """On the page 1 means that the picture was chosen, whatever its interval; here it counts as 1, the other as -1."""
+    """The choice of the picture, whatever its interval, counts as 1 here, that of the other as -1."""
     monkeypatch.setattr(TwoIntervals, "bounds", (-1.0, 1.0))
     monkeypatch.setattr(TwoIntervals, "column", AnswerColumn("Which looked deeper.", least=-1))
     monkeypatch.setattr(TwoIntervals, "is_answer", lambda self, value: value in (-1, 1))
     monkeypatch.setattr(TwoIntervals, "answer_in", lambda self, given, interval: 1.0 if given == interval else -1.0)
     design = DEPTH + 'scale = "choice"\nreference = "same-scene"\ncatch_pictures = ["flatter", "deeper"]\n'
-    with client_of(study(tmp_path, design)) as client:
+    made = study(tmp_path, design)
+    with client_of(made) as client:
         someone = Participant(client)
         someone.begin()
-        for number in range(6):
-            given = someone.message(someone.trials[number], number)["answer"] | {"rating": sent, "start": None}
+        for number, trial in enumerate(made.design.trials("001")[:6]):
+            chosen = trial.interval if is_picture else 3 - trial.interval
+            changed = {"rating": None, "chosen": chosen, "start": None}
+            given = someone.message(someone.trials[number], number)["answer"] | changed
             assert someone.answer(number, answer=given).status_code == 200
-        refused = someone.answer(6, answer=given | {"rating": 0.5})
+        refused = someone.answer(6, answer=given | {"rating": 0.5, "chosen": None})
         assert (refused.status_code, refused.json()["error"]) == (
             400,
-            "rating is 0.5, but must be 1 or 0: send one of them.",
+            "rating is 0.5, but must be from 1 to 2: send a value on the scale.",
         )
     (journal,) = (tmp_path / "data").glob("sourcedata/**/*.jsonl")
     assert {event["rating"] for event in read_journal(journal).of("trial")} == {recorded}

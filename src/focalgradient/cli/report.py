@@ -226,7 +226,7 @@ def report(
 
         with options_named({}):
             for group in _data_sets(folders, pairs):
-                for line in explained_table(group, pairs, meanings, chosen, by, steps):
+                for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate):
                     click.echo(entries_as_options(line))
         return
     if effect is not None or far_effect is not None:

@@ -252,11 +252,8 @@ class _Checked:
         if not log.events:
             return None
         head = log.head
-        if (head["design"]["task"], head["participant"], head["session"]) != (
-            files.task,
-            files.participant,
-            files.session,
-        ):
+        own = (head["design"]["task"], head["participant"], head["session"])
+        if own != (files.task, files.participant, files.session):
             self.problems.append(
                 f"{path} belongs to a participant, session or task other than that of its name: restore it."
             )
@@ -361,8 +358,7 @@ class _Checked:
                     where = self.stated[files][0]
                     self.problems.append(
                         f"{where}: {keys} differ from those of sub-{like.participant}: keep different designs in "
-                        "data sets of "
-                        "their own."
+                        "data sets of their own."
                     )
 
     def people(self) -> None:

@@ -94,7 +94,7 @@ def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     tracker = _tracker(log)
-    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log, changes)) | _presented(tracker)
+    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log)) | _presented(tracker)
     made = {"events.tsv": _table(changes), "events.json": json.dumps(about, indent=2).encode()}
     return {files.beside(end): content for end, content in (made | _samples(log, tracker)).items()}
 
@@ -122,24 +122,21 @@ def _root_of(path: Path) -> Path:
 
 
 def _tracker(log: Log) -> dict[str, Any]:
-    """Return the journal's metadata of gaze and screen; earlier versions did not record them."""
+    """Return the journal's metadata of gaze and screen; of a session that ended before them, what its head says."""
     noted = (note for note in log.of("note") if note.get("kind") == "eye tracker")
     return next(noted, {"name": log.head.get("gaze", "unknown"), "pixels_per_degree": None})
 
 
 def _presented(tracker: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the screen on which the samples are defined, in BIDS format; earlier versions did not record it."""
+    """Return the screen on which the samples are defined, in BIDS format, if it was noted."""
     if "window_px" not in tracker:
         return {}
     return {"StimulusPresentation": screen_of({**tracker, "screen_px": tracker["window_px"]})}
 
 
-def _frame_s(log: Log, changes: Sequence[Change]) -> float:
+def _frame_s(log: Log) -> float:
     """Return the frame duration in s; NaN if unknown."""
-    if (noted := _tracker(log).get("frame_s")) is not None:
-        return float(noted)
-    frames = [change.latency_ms / 1e3 / change.latency_frames for change in changes if change.latency_frames]
-    return frames[0] if frames else math.nan
+    return float(_tracker(log).get("frame_s", math.nan))
 
 
 def _table(changes: Sequence[Change]) -> bytes:
@@ -161,7 +158,7 @@ def _corner(tracker: Mapping[str, Any]) -> tuple[float, float]:
 
 
 def _samples(log: Log, tracker: Mapping[str, Any]) -> dict[str, bytes]:
-    """Return files of samples and fixations, in screen pixels, or in picture pixels if its position is unknown."""
+    """Return files of samples and fixations, in screen pixels."""
     left, top = _corner(tracker)
     found = [sample for note in log.of("note") if note.get("kind") == "gaze" for sample in note["samples"]]
     samples = [Sample(time, x + left, y + top) for time, x, y in found]
@@ -169,8 +166,6 @@ def _samples(log: Log, tracker: Mapping[str, Any]) -> dict[str, bytes]:
     made = recording_files([Recording(1, 0, 0.0, math.nan if degree is None else degree, samples)], tracker)
     sidecar = next(name for name in made if name.endswith("_physio.json"))
     about = json.loads(made[sidecar]) | {"RecordingType": "continuous"}
-    if degree is None:
-        about["SampleCoordinateSystem"] = "picture: x and y are counted from its upper left corner"
     return made | {sidecar: json_text(about).encode()}
 
 
@@ -205,13 +200,12 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
 
 
 def _wrong_samples(log: Log, root: Path) -> Iterator[str]:
-    """Compare the samples with the journal; earlier versions did not write them."""
+    """Compare the samples with the journal."""
     for place, content in focus_files(log, root).items():
         if "_recording-" not in place.name:
             continue
         if not place.exists():
-            if "frame_s" in _tracker(log):
-                yield f"{place} is missing, but its journal contains the data: use 'focalgradient repair'."
+            yield f"{place} is missing, but its journal contains the data: use 'focalgradient repair'."
         elif not same_content(place, content):
             yield f"{place} differs from its journal: use 'focalgradient repair'."
 
@@ -230,7 +224,7 @@ def _wrong_rows(
 
 
 def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[str]:
-    """Compare the sidecar with the journal; earlier versions recorded the refresh rate only through frame durations."""
+    """Compare the sidecar with the journal."""
     try:
         found = read_json(path, "a sidecar")
     except InputError as error:
@@ -240,11 +234,7 @@ def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[
         yield f"{path} is not a JSON object: restore it."
         return
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
-    frame_s, rate = _frame_s(log, changes), _tracker(log).get("refresh_hz")
-    if "frame_s" not in _tracker(log):
-        stated = found.get("RefreshRate")
-        agrees = isinstance(stated, (int, float)) and math.isclose(stated * frame_s, 1, rel_tol=1e-6)
-        rate = stated if agrees or math.isnan(frame_s) else None
+    frame_s, rate = _frame_s(log), _tracker(log).get("refresh_hz")
     made = about_changes(settings, changes, rate, frame_s) | _presented(_tracker(log))
     if math.isnan(frame_s):
         made["FramePacing"] = found.get("FramePacing")

@@ -117,7 +117,7 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
                 shutil.rmtree(path) if path.is_dir() and not path.is_symlink() else path.unlink()
             for path in tables:
                 _without(path, name)
-            others = [_without_label(entry) for entry in entries if entry is not begun]
+            others = [entry for entry in entries if entry is not begun]
             _note(root, description, [*others, *(begun["records"] or [None])])
     return [*outer, *tables] or [root / "dataset_description.json"]
 
@@ -125,11 +125,6 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
 def _note(root: Path, description: dict[str, Any], entries: list[Any]) -> None:
     content = description | {KEY: entries}
     create_whole(root / "dataset_description.json", json_text(content).encode(), replace=True)
-
-
-def _without_label(entry: Any) -> Any:
-    """Return an entry without the label and date that earlier versions stored."""
-    return entry if isinstance(entry, str) or (isinstance(entry, dict) and "records" in entry) else None
 
 
 def files_naming(root: Path, participant: str) -> list[Path]:

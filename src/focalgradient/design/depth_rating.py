@@ -78,7 +78,7 @@ class DepthTrial(Trial):
     fixation: Fixation
     standard_before: bool = False
     interval: int = 0
-    factors: Mapping[str, str] = field(default_factory=dict)
+    factors: Mapping[str, str] = field(default_factory=dict, hash=False)
 
     @property
     def condition(self) -> tuple[Hashable, ...]:

@@ -6,6 +6,10 @@ frequencies in cycles per radian; formulas for a pupil take cycles per degree, a
 name.
 """
 
+import warnings
+from importlib import import_module
+from typing import Any
+
 from focalgradient.eye.accommodation import Accommodation, Course, Stimulus, accommodate, target_course
 from focalgradient.eye.age import (
     accommodation_amplitude,
@@ -158,3 +162,17 @@ __all__ = [
     "typical_aberrations",
     "zernike",
 ]
+
+MOVED = (
+    *("ConeMosaic", "FixationalMovements", "SpectralImage", "TwoEyes", "cone_density", "cone_nyquist_cpd"),
+    *("read_isetbio", "retinal_spectra", "save_isetbio", "scene_spectra"),
+)
+"""Names that were here and are in `focalgradient.retina`."""
+
+
+def __getattr__(name: str) -> Any:
+    if name not in MOVED:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    text = f"{name} is now in focalgradient.retina; its name in focalgradient.eye goes in 0.3."
+    warnings.warn(text, DeprecationWarning, stacklevel=2)
+    return getattr(import_module("focalgradient.retina"), name)

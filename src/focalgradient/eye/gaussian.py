@@ -31,6 +31,8 @@ class GaussianFit:
         RMS residual of the fit over the RMS of the point spread.
     lowest
         Minimum of the transfer: below 0 contrast reverses, which no Gaussian does.
+    lowest_per_rad
+        Frequency of the minimum, in cycles per radian.
     reversal_per_rad
         Frequency at which contrast first reverses, in cycles per radian; ``inf`` where it never does.
     """
@@ -39,6 +41,7 @@ class GaussianFit:
     radius: float
     residual: float
     lowest: float
+    lowest_per_rad: float
     reversal_per_rad: float
 
     def summary(self) -> str:
@@ -119,6 +122,7 @@ def best_gaussian(
         radius=radius,
         residual=float(np.sqrt(found.fun / (area @ transfer**2))),
         lowest=float(transfer[lowest]),
+        lowest_per_rad=float(frequency[lowest]),
         reversal_per_rad=_first_zero(frequency, transfer),
     )
 

@@ -7,7 +7,7 @@ PsychoPy (extra ``lab``), and it is imported only when a window is opened.
 
 from collections.abc import Iterator, Mapping
 
-from focalgradient.lab import depth_rating, gaze_focus, necker, pinhole
+from focalgradient.lab import gaze_focus, necker, pinhole
 from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.described import described_experiment, show_described
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
@@ -31,7 +31,6 @@ __all__ = [
     "adjust",
     "ask",
     "ask_which",
-    "depth_rating",
     "described_experiment",
     "form",
     "gaze_focus",

@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, new_figure, style
+from focalgradient.plotting.figures import BLUE, laid_out
 from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics.means import t_interval
 
@@ -38,10 +38,9 @@ def condition_figure(
     simulated
         Whether the observers were simulated.
     """
-    with style():
-        columns = min(len(answers), COLUMNS)
-        rows = math.ceil(len(answers) / columns)
-        figure = new_figure(30 + 60 * max(columns, 1), 70 * rows, layout="constrained")
+    columns = min(len(answers), COLUMNS)
+    rows = math.ceil(len(answers) / columns)
+    with laid_out(30 + 60 * max(columns, 1), 70 * rows) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).flat
         for ax, (answer, ratio) in zip(axes, answers, strict=False):
             draw_condition(ax, table, factor, answer, ratio=ratio, units=units)
@@ -49,8 +48,6 @@ def condition_figure(
             ax.set_visible(False)
         if simulated:
             figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
     return figure
 
 

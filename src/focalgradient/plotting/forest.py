@@ -57,5 +57,4 @@ def forest_figure(
             ratio_axis(ax, "x")
         if simulated:
             ax.text(0.99, 0.98, SIMULATED, transform=ax.transAxes, va="top", ha="right")
-        figure.set_layout_engine("none")
     return figure

@@ -33,7 +33,6 @@ def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
         draw_posterior_spread(right, result)
         if simulated:
             left.text(0.02, 0.97, SIMULATED, transform=left.transAxes, va="top")
-        figure.set_layout_engine("none")
     return figure
 
 

@@ -58,7 +58,6 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)
         left.set_title("simulated subjects", fontsize=8)
-        figure.set_layout_engine("none")
     return figure
 
 

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.plotting.figures import GREY, new_figure, style
+from focalgradient.plotting.figures import GREY, laid_out
 from focalgradient.plotting.subjects import SIMULATED, fixation_looks
 from focalgradient.statistics.residuals import Residuals
 
@@ -24,10 +24,9 @@ SD."""
 
 def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
     """Draw, in one row per fixation, Q-Q plots of the subjects and of the residuals, and residuals by fitted value."""
-    with style():
-        rows = len(found)
-        columns = 3 if any(one.residual.size for one in found) else 1
-        figure = new_figure(62 * columns + 8, 56 * rows + 6, layout="constrained")
+    rows = len(found)
+    columns = 3 if any(one.residual.size for one in found) else 1
+    with laid_out(62 * columns + 8, 56 * rows + 6) as figure:
         axes = figure.subplots(rows, columns, squeeze=False)
         looks = fixation_looks(one.fixation for one in found)
         for line, one in zip(axes, found, strict=True):
@@ -40,8 +39,6 @@ def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
                 draw_residuals(line[2], one, colour).set_title("Residuals by fitted value")
         if simulated:
             figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
     return figure
 
 

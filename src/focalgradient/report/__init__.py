@@ -34,17 +34,15 @@ from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
+from focalgradient.report.reading import CUBE, LEVELS, RATINGS, SIGNALS, content_of
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
-from focalgradient.statistics.own_detection import holds_detection
 from focalgradient.statistics.own_files import Paths, UserTable, read_table
-from focalgradient.statistics.own_reports import holds_reports
 from focalgradient.statistics.own_tables import Where
-from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.questions import Answers
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 
@@ -180,7 +178,7 @@ def make_report(
         settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
         if unused := [name for name, value in settings.items() if value is not None]:
             raise InputError(f"{unused[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
-        found = _of_table(files, root.stem, asked, columns, conditions, guess_rate, where, order)
+        found = _of_table(other, files, root.stem, asked, columns, conditions, guess_rate, where, order)
     else:
         whole = scale is not None and analysis_named(scale).whole
         own = read_ratings(
@@ -261,20 +259,14 @@ class _Analysed:
     notices: list[str] = field(default_factory=list)
 
 
-LEVELS, CUBE = "answers at levels", "reports on the cube"
-"""Descriptions of threshold data and of reports in messages."""
-
-
 def other_than_ratings(path: Paths, columns: Mapping[str, str] | None = None) -> str | None:
     """Return a description of the content of the user's own table; None for ratings."""
-    if holds_reports(path, columns):
-        return CUBE
-    if holds_detection(path, columns):
-        return "answers to signal and noise"
-    return LEVELS if holds_thresholds(path, columns) else None
+    content = content_of(path, columns)
+    return None if content == RATINGS else content
 
 
 def _of_table(
+    content: str,
     path: Paths,
     title: str,
     asked: Asked,
@@ -285,11 +277,11 @@ def _of_table(
     order: Sequence[str],
 ) -> _Analysed:
     """Analyse reports on the cube, detection data or threshold data of the user's own table."""
-    if holds_reports(path, columns):
+    if content == CUBE:
         read = read_reports(path, columns, conditions, where)
         cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
         return _Analysed(title, [cube], notes=[*read.notes], notices=[*read.notices])
-    if holds_detection(path, columns):
+    if content == SIGNALS:
         found = read_detection(path, columns, conditions, where, order)
         detected = DetectionPart.of(found)
         return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from focalgradient.errors import InputError
 from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
 from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_files import Paths
@@ -12,17 +13,26 @@ from focalgradient.statistics.own_names import few
 from focalgradient.statistics.own_numbers import factor_of
 from focalgradient.statistics.own_tables import Source, Where
 
-__all__ = ["explained_table"]
+__all__ = ["CUBE", "LEVELS", "RATINGS", "SIGNALS", "content_of", "explained_table"]
+
+CUBE, SIGNALS, LEVELS = "reports on the cube", "answers to signal and noise", "answers at levels"
+RATINGS = "depth ratings"
+"""Descriptions of the content of tables."""
 
 Roles = Mapping[str, tuple[str, ...]]
 
 KINDS: tuple[tuple[str, Callable[[Paths, Mapping[str, str] | None], bool], Roles, Any], ...] = (
-    ("reports on the cube", own_reports.holds_reports, own_reports.ROLES, own_reports.read_reports),
-    ("answers to signal and noise", own_detection.holds_detection, own_detection.ROLES, own_detection.read_detection),
-    ("answers at levels", own_thresholds.holds_thresholds, own_thresholds.ROLES, own_thresholds.read_thresholds),
-    ("depth ratings", lambda path, columns: True, own_ratings.ROLES, own_ratings.read_ratings),
+    (CUBE, own_reports.holds_reports, own_reports.ROLES, own_reports.read_reports),
+    (SIGNALS, own_detection.holds_detection, own_detection.ROLES, own_detection.read_detection),
+    (LEVELS, own_thresholds.holds_thresholds, own_thresholds.ROLES, own_thresholds.read_thresholds),
+    (RATINGS, lambda path, columns: True, own_ratings.ROLES, own_ratings.read_ratings),
 )
 """Kinds of tables: description, test, roles of the columns, and reader."""
+
+
+def content_of(paths: Paths, columns: Mapping[str, str] | None = None) -> str:
+    """Return the description of what a table contains."""
+    return next(kind[0] for kind in KINDS if kind[1](paths, columns))
 
 
 def explained_table(
@@ -32,6 +42,7 @@ def explained_table(
     where: Where | None = None,
     by: Sequence[str] = (),
     order: Sequence[str] = (),
+    guess_rate: float | None = None,
 ) -> list[str]:
     """Return lines that say what the table is taken for, and how each column is read.
 
@@ -40,7 +51,10 @@ def explained_table(
     InputError
         If the table cannot be read.
     """
-    if by or (not any(kind[1](paths, columns) for kind in KINDS[:-1]) and holds_conditions(paths, columns)):
+    what = content_of(paths, columns)
+    if order and what in (CUBE, LEVELS):
+        raise InputError(f"order is for answers in words, but the table contains {what}: leave it out.")
+    if by or (what == RATINGS and holds_conditions(paths, columns)):
         own = Source.read(paths, own_ratings.ROLES, columns, where)
         by_condition = read_conditions(paths, columns, by, where, order=order)
         return [
@@ -50,11 +64,12 @@ def explained_table(
             *by_condition.notices,
             *by_condition.notes,
         ]
-    what, _, roles, read = next(kind for kind in KINDS if kind[1](paths, columns))
-    wide = what == "depth ratings"
+    _, _, roles, read = next(kind for kind in KINDS if kind[0] == what)
+    wide = what == RATINGS
+    options = {"guess": guess_rate} if what == LEVELS else {"order": order} if what != CUBE else {}
     given = own_ratings.long_columns(columns) if wide else columns
     own = Source.read(paths, roles, given, where)
-    found = read(paths, columns, conditions, where=where, **({"order": order} if order else {}))
+    found = read(paths, columns, conditions, where=where, **options)
     said = [*getattr(found, "problems", ()), *found.notices, *found.notes]
     return [
         f"{own.name}: {len(own.cells):,} rows, taken for {len(found.table):,} {what}",

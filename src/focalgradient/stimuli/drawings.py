@@ -6,6 +6,8 @@ than a scene.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -22,8 +24,9 @@ CORRIDOR_LENGTH = 12.0  # length of the corridor, up to its end wall, in corrido
 END_ILLUMINATION = 0.12  # relative illumination of the end wall
 
 
+@lru_cache(maxsize=4)
 def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
-    """Draw the named drawing: 8-bit values, H x W, with the given height and width in pixels.
+    """Draw the named drawing: 8-bit values, H x W, with the given height and width in pixels; not to be written to.
 
     The corridor is seen in perspective from its middle: a wall point is displayed at half the picture height divided by
     its distance from the centre. Tiles have the same physical size on all walls, and distant ones are darker.
@@ -46,7 +49,7 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
         (np.arange(height) + 0.5 - height / 2) / half, (np.arange(width) + 0.5 - width / 2) / half, indexing="ij"
     )
     if name == EXAMPLES["flatter"]:
-        return _tiles(3 * x + 0.5, 3 * y + 0.5).astype(np.uint8)
+        return _kept(_tiles(3 * x + 0.5, 3 * y + 0.5))
     room = width / height
     out = np.maximum(np.abs(y), np.abs(x) / room)
     depth = np.minimum(1 / np.maximum(out, 1e-6), CORRIDOR_LENGTH)
@@ -54,7 +57,14 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
     across = np.where(side, y * depth, x * depth)
     wall = depth >= CORRIDOR_LENGTH
     tiles = np.where(wall, _tiles(3 * x * depth, 3 * y * depth), _tiles(2 * depth, 3 * across + 0.5))
-    return np.asarray(tiles * (END_ILLUMINATION + (1 - END_ILLUMINATION) / depth**0.7), np.uint8)
+    return _kept(tiles * (END_ILLUMINATION + (1 - END_ILLUMINATION) / depth**0.7))
+
+
+def _kept(light: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return 8-bit values that cannot be changed, as they are drawn once."""
+    picture = light.astype(np.uint8)
+    picture.setflags(write=False)
+    return picture
 
 
 MASK_DEG = 0.1

@@ -232,6 +232,12 @@ class StimulusSet:
 
         return blurred_scene(self, design, scene, amount)
 
+    def mask(self, seed: tuple[int, ...]) -> NDArray[np.uint8]:
+        """Return a mask of noise, H x W, in the size of the set's pictures."""
+        from focalgradient.stimuli.drawings import noise_mask
+
+        return noise_mask(self.pixels(self.pictures[0]).shape[:2], self.display.pixels_per_degree, seed)
+
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
         """Return the 8-bit values of a picture, H x W x 3, after verifying the file's checksum.
 

@@ -10,6 +10,7 @@ from focalgradient.tasks.base import Response, Rows, Task
 from focalgradient.tasks.check import check_task
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
+from focalgradient.tasks.steps import Step
 
 __all__ = [
     "Adjustment",
@@ -18,6 +19,7 @@ __all__ = [
     "Refocused",
     "Response",
     "Rows",
+    "Step",
     "Task",
     "check_task",
     "is_task",

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
-import math
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -15,13 +13,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
-from focalgradient.tasks.noted import Noted, OpenRecord, plain
+from focalgradient.tasks.noted import Noted
+from focalgradient.tasks.response import Response
 from focalgradient.tasks.steps import Interval, Step
 
 if TYPE_CHECKING:
@@ -34,45 +33,6 @@ BLANK_S = 0.3
 """Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
 choice).
 """
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Response(metaclass=OpenRecord):
-    """Answer of a trial; a custom task subclasses it, and the added fields become columns.
-
-    The metadata of a field may contain the sidecar entries "about", "units", "levels", "least" and "most". Keywords
-    that name no field are stored in `extra`, and also become columns.
-
-    Parameters
-    ----------
-    onset
-        Time of stimulus onset, in seconds on the clock of the sitting.
-    response_time
-        Time from the question to the answer, in seconds.
-    dropped_frames
-        Number of late frames during the trial.
-    extra
-        Additional values by name, each a `Noted` or a plain value.
-
-    Raises
-    ------
-    InputError
-        If a value does not match the type of its field, or a time is negative or not finite.
-    """
-
-    onset: float
-    response_time: float
-    dropped_frames: int = 0
-    extra: Mapping[str, Noted] = dataclasses.field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        for one in dataclasses.fields(self):
-            object.__setattr__(self, one.name, plain(getattr(self, one.name)))
-        check_fields(self)
-        for name in ("onset", "response_time"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,16 +176,14 @@ class Task(ABC):
         """
         return trial
 
-    def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
-    ) -> Interval | Step | Sequence[Interval | Step]:
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Step | Sequence[Interval | Step]:
         """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
 
         Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
-        `pause_s` of the design and with `blank_s` after each picture. A method with the parameter `seed` receives the
-        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; one
-        with `stimuli` the set of pictures (`needed`).
+        `pause_s` of the design and with `blank_s` after each picture. An override may add the parameter `seed`, and
+        receives the seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two
+        trials; and `stimuli`, the set of pictures (`needed`).
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
@@ -240,9 +198,10 @@ class Task(ABC):
         self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
     ) -> list[Interval | Step]:
         """Return what `shown` gives for a trial, as a list also for a single interval."""
-        known = inspect.signature(self.shown).parameters
+        show: Callable[..., Any] = self.shown
+        known = inspect.signature(show).parameters
         given = {name: one for name, one in (("seed", seed), ("stimuli", stimuli)) if name in known}
-        shown: Any = self.shown(design, trial, pixels_per_degree, **given)
+        shown = show(design, trial, pixels_per_degree, **given)
         single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
         return [shown] if single else [*shown]
 
@@ -287,14 +246,15 @@ class Task(ABC):
         shown = self.steps(design, trial, pixels_per_degree, seed)
         return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
 
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
-        """Return the description of a trial's response control; a method with the parameter `design` receives it."""
+    def control(self, words: Any, trial: Any) -> Control:
+        """Return the description of a trial's response control; an override may add the parameter `design`."""
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def asked(self, design: Any, words: Any, trial: Any) -> Control:
         """Return the control on which a trial is answered."""
-        given = {"design": design} if "design" in inspect.signature(self.control).parameters else {}
-        return self.control(words, trial, **given)
+        control: Callable[..., Control] = self.control
+        given = {"design": design} if "design" in inspect.signature(control).parameters else {}
+        return control(words, trial, **given)
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.

@@ -209,6 +209,8 @@ class _Checked:
     def interval(self, interval: Any, room: tuple[int, int] | None) -> None:
         """Check a picture and its duration."""
         if isinstance(interval, Step):
+            if not isinstance(interval.picture, np.ndarray):
+                return
             interval = interval.picture, interval.seconds
         self.need(isinstance(interval, tuple) and len(interval) == 2, "shown must give a picture and its duration")
         pixels, seconds = interval
@@ -253,7 +255,9 @@ class _Checked:
             answer = self.call("answered", self.task.answered, self.design, trial, value, **times)
             right = isinstance(answer, self.task.answer)
             self.need(right, f"answered gives {described(answer)}, not {self.task.answer.__name__}")
-            for column in self.task.columns(None):
+            if getattr(self.design, "gaze", "none") != "none":
+                answer = dataclasses.replace(answer, gaze_left=True)  # as the runner adds it
+            for column in self.task.columns(self.design.model_dump(mode="json")):
                 given = getattr(answer, column.name, None)
                 if column.name in {one.name for one in dataclasses.fields(answer)}:
                     self.need(cell_test(column)(given), f"{column.name} is {given!r}, but must be {column.expected}")

@@ -16,6 +16,7 @@ from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
 from focalgradient.tasks.base import Rows, Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
+from focalgradient.tasks.steps import Step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -96,7 +97,11 @@ def _depth_columns(
 
 
 class DepthRating(Task):
-    """Judge how three-dimensional pictures look, by aperture and by fixated object."""
+    """Experiment 1: rated depth of pictures, by aperture and fixated object.
+
+    Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as
+    a ratio to the standard (a pinhole picture with the value 1, shown at intervals), or on another scale of the design.
+    """
 
     name: ClassVar[str] = "depthrating"
     title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
@@ -169,10 +174,36 @@ class DepthRating(Task):
 
         return RatingPages(design, words, participant, browser)
 
-    def experiment(self) -> Any:
-        from focalgradient.lab.depth_rating import DEPTH_RATING
+    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+        found: list[tuple[str, str, str, dict[str, str]]] = design.pictures()
+        return found
 
-        return DEPTH_RATING
+    def shown(
+        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+    ) -> list[Step]:
+        order = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s, True)]
+        if design.response_scale.intervals > 1:
+            order.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s, True))
+        elif design.reference == "same-scene":
+            order.insert(0, ("reference", design.reference_of(trial), design.reference_s, False))
+        steps = []
+        for number, (event, (scene, aperture, fixation), seconds, is_judged) in enumerate(order):
+            picture = stimuli.drawing(scene)
+            if picture is None:
+                picture = stimuli.picture(scene, aperture, fixation, trial.factors)
+            else:
+                scene = design.standard_scene  # whose mark a drawing has
+            mark = stimuli.scene(scene).target(fixation).position_px, design.mark_s, design.mark == "kept"
+            mask = stimuli.mask((seed, number)) if design.mask == "noise" and design.mask_s else None
+            steps.append(Step(picture, seconds, event, *mark, mask, design.mask_s, is_judged))
+        return steps
+
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        control: Control = design.response_scale.control(words)
+        return control
+
+    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+        return self.answer(rating=design.response_scale.answer_in(value, trial.interval), **times)
 
     def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
         from focalgradient.observers import seen_pictures

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ class Step:
     Parameters
     ----------
     picture
-        8-bit values, H x W or H x W x 3.
+        8-bit values, H x W or H x W x 3; or a `focalgradient.stimuli.Picture` of the set.
     seconds
         Duration of the picture, in s.
     event
@@ -29,6 +30,14 @@ class Step:
         Position of the mark in pixels of the picture, from its upper left corner, x right and y down; None: no mark.
     mark_s
         Duration of the mark before the picture, in s.
+    mark_kept
+        Whether the mark stays on the picture.
+    mask
+        Picture that replaces it, without a gap; None: no mask.
+    mask_s
+        Duration of the mask, in s.
+    judged
+        False for a picture shown before the judged one, to whose onset the answer's does not refer.
 
     Examples
     --------
@@ -36,8 +45,12 @@ class Step:
     'picture'
     """
 
-    picture: NDArray[np.uint8]
+    picture: Any
     seconds: float
     event: str = "picture"
     mark: tuple[float, float] | None = None
     mark_s: float = 0.0
+    mark_kept: bool = False
+    mask: NDArray[np.uint8] | None = None
+    mask_s: float = 0.0
+    judged: bool = True

@@ -10,19 +10,19 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Noted, Press, Rated, Session, Watched, answer_event, percepts
+from focalgradient.dataset import Apparatus, Noted, Press, Session, Watched, answer_event, percepts
 from focalgradient.dataset.times import times_of_events
-from focalgradient.design import DepthTrial, NeckerTrial, Trial
+from focalgradient.design import NeckerTrial, Trial
 from focalgradient.design.given_list import trial_row
 from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Control, ResponseScale, Scale, Ways
+from focalgradient.scales import Control, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
-from focalgradient.web.pictures import depth_events, drawn, picture_file
+from focalgradient.web.pictures import drawn
 from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
@@ -74,7 +74,7 @@ def about_sitting(given: Sitting) -> dict[str, Any]:
 def read_answer(
     session: Session, pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
 ) -> tuple[Any, dict[str, Any]]:
-    """Parse the response to a trial, and its frame times; `pictures` is required for depth rating.
+    """Parse the response to a trial, and its frame times; `pictures` is the set that the task uses.
 
     Raises
     ------
@@ -86,8 +86,6 @@ def read_answer(
     kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
-    if isinstance(trial, DepthTrial):
-        _name_pictures(frames, depth_events(session.design, trial))  # type: ignore[arg-type]
     _check_begun(read.onset, frames)
     design: Any = session.design
     words = load_words(design.language)
@@ -102,36 +100,24 @@ def read_answer(
         )
         return with_noted(watched, extra), frames
     times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
-    if not isinstance(trial, DepthTrial):
-        task = session.task
-        if task.adjusts:
-            check_frames(frames["shown"], read.response_time + 1.0)
-            given = task.answered(design, trial, _value(read), start=read.start, **times)
-            return with_noted(given, extra), frames
-        if task.adapts:
-            trial = task.adapted(design, trial, session.recorded)
-        control = task.asked(design, words, trial)
-        value = _value(read)
-        if isinstance(control, Ways) and read.chosen is None:
-            value = 2.0 - value
-        _check_reached("rating", value, control)
-        extra |= _started(read.start, control)
-        display = Display() if pictures is None else pictures.display
-        shown = drawn(task, design, trial, design.noise_seed(session.files.participant, trial), display, pictures)
-        check_frames(frames["shown"], shown.seconds)
-        _name_pictures(frames, shown.events)
-        extra[SHOWN] = Noted(shown.sha256, description=SHOWN_ABOUT)
-        given = task.answered(design, trial, value, **times, **task.stimulus(design, trial, pictures))
+    task = session.task
+    if task.adjusts:
+        check_frames(frames["shown"], read.response_time + 1.0)
+        given = task.answered(design, trial, _value(read), start=read.start, **times)
         return with_noted(given, extra), frames
-    assert pictures is not None
-    check_frames(frames["shown"], design.least_s(trial))
-    rated = Rated(
-        rating=_rating(design, read, trial.interval),
-        **times,
-        stimulus=picture_file(pictures, (trial.scene, trial.aperture, trial.fixation), trial.factors),
-        start=read.start,
-    )
-    return with_noted(rated, extra), frames
+    shown = task.adapted(design, trial, session.recorded)
+    control = task.asked(design, words, shown)
+    value = _value(read)
+    _check_reached("rating", value, control)
+    extra |= _started(read.start, control)
+    display = Display() if pictures is None else pictures.display
+    seen = drawn(task, design, shown, design.noise_seed(session.files.participant, trial), display, pictures)
+    check_frames(frames["shown"], max(seen.seconds, design.least_s(trial)))
+    _name_pictures(frames, seen.events)
+    if seen.sha256:
+        extra[SHOWN] = Noted(seen.sha256, description=SHOWN_ABOUT)
+    given = task.answered(design, shown, value, **times, **task.stimulus(design, shown, pictures))
+    return with_noted(given, extra), frames
 
 
 def _value(read: Depth) -> float:
@@ -139,17 +125,6 @@ def _value(read: Depth) -> float:
     if value is None:
         raise InputError("rating is missing: send the response.")
     return float(value)
-
-
-def _rating(design: Any, read: Depth, interval: int) -> float:
-    """Return the answer for a response; in earlier records 1 if the picture's interval was chosen, else 0."""
-    scale: ResponseScale = design.response_scale
-    given = _value(read)
-    if scale.intervals == 1 or read.chosen is not None:
-        return scale.answer_in(given, interval)
-    if given not in (0, 1):
-        raise InputError(f"rating is {given:g}, but must be 1 or 0: send one of them.")
-    return scale.answer_in(float(interval if given else 3 - interval), interval)
 
 
 def _name_pictures(frames: Mapping[str, Any], names: Sequence[str]) -> None:

@@ -42,6 +42,7 @@ from focalgradient.web.guard import (
 )
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
 from focalgradient.web.pictures import PNG, REFOCUSING, refocusing
+from focalgradient.web.possible import most_bytes
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
 
@@ -260,7 +261,7 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
         await run_in_threadpool(study.close)
 
     def post(path: str, kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Route:
-        most = study.most_bytes if kind in (Given, Judge) else SMALL_BYTES
+        most = most_bytes(study.design) if kind in (Given, Judge) else SMALL_BYTES
         return Route(path, _answering(kind, act, most), methods=["POST"])
 
     return Starlette(

@@ -28,8 +28,6 @@ from focalgradient.web.pictures import (
     CONTENT,
     cube_session,
     cube_trial,
-    depth_session,
-    depth_trial,
     own_session,
     own_trial,
     parts,
@@ -69,7 +67,7 @@ class Lists:
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
-        if not (isinstance(design, DepthRatingDesign | NeckerDesign) or self._task.described):
+        if not (isinstance(design, NeckerDesign) or self._task.described):
             raise InputError(
                 f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
                 "during the session): run it in the laboratory with focalgradient run."
@@ -80,7 +78,7 @@ class Lists:
                 "laboratory with "
                 "focalgradient run."
             )
-        if needed := design.pictures() if isinstance(design, DepthRatingDesign) else self._task.needed(design):
+        if needed := self._task.needed(design):
             if stimuli is None:
                 raise InputError(f"stimuli is missing: {design.task} shows pictures; give the folder of a set of them.")
             self.manifest = check_stimuli(stimuli)
@@ -124,13 +122,12 @@ class Lists:
     def session(self, participant: str) -> dict[str, Any]:
         """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
         design: Any = self.design
-        if isinstance(design, DepthRatingDesign):
-            assert self.pictures is not None
-            content = depth_session(design, self.pictures) | {"scale": texts.scale(design, self.words)}
-        elif isinstance(design, NeckerDesign):
+        if isinstance(design, NeckerDesign):
             content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
         else:
             content = own_session(design, self._display)
+        if isinstance(design, DepthRatingDesign):  # of the page with an example
+            content["scale"] = design.response_scale.control(self.words).form()
         pages = self._pages(participant)
         again = pages.again()
         opening = [self._step(page) for page in pages.opening()]
@@ -215,9 +212,6 @@ class Lists:
 
     def _stimuli(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         design: Any = self.design
-        if isinstance(trial, DepthTrial):
-            assert self.pictures is not None
-            return depth_trial(design, self.pictures, trial, design.noise_seed(participant, trial))
         if isinstance(trial, NeckerTrial):
             return cube_trial(trial)
         shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial

@@ -112,7 +112,7 @@ Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Fiel
 
 
 class Depth(Message):
-    """Rating response; of a choice, which alternative was `chosen`, or in earlier records 1 or 0 as the rating."""
+    """Rating response; of a choice, which alternative was `chosen`."""
 
     onset: Seconds
     rating: Annotated[float, Field(allow_inf_nan=False)] | None = None

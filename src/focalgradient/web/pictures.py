@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.design import DepthRatingDesign, DepthTrial, NeckerDesign, NeckerTrial
+from focalgradient.design import DepthRatingDesign, NeckerDesign, NeckerTrial
 from focalgradient.design.words import Words
 from focalgradient.display import Display
 from focalgradient.live import FocusSeries, packed, page_script, page_shaders
@@ -18,7 +18,6 @@ from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
-from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
 from focalgradient.tasks.base import BLANK_S
@@ -29,15 +28,10 @@ __all__ = [
     "REFOCUSING",
     "cube_session",
     "cube_trial",
-    "depth_events",
-    "depth_session",
-    "depth_trial",
-    "drawing_png",
     "drawn",
     "own_session",
     "own_trial",
     "parts",
-    "picture_file",
     "refocusing",
     "standard",
 ]
@@ -52,75 +46,6 @@ MARK_DEG = 0.3
 """Radius of the fixation mark, in degrees on the pictures' display."""
 
 
-def drawing_png(name: str, stimuli: StimulusSet) -> bytes:
-    """Return the PNG of one of the two catch-trial drawings of unambiguous depth, in the size of the set's pictures."""
-    return _drawn(name, stimuli.pixels(stimuli.pictures[0]).shape[:2])
-
-
-@lru_cache(maxsize=4)
-def _drawn(name: str, shape: tuple[int, int]) -> bytes:
-    return png(example_picture(name, shape))
-
-
-def depth_session(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
-    """Return the settings that all trials of depth rating share."""
-    radius = MARK_DEG * stimuli.display.pixels_per_degree
-    return {"blank_s": design.blank_s, "pause_s": design.pause_s, "mark_radius_px": radius}
-
-
-def picture_file(stimuli: StimulusSet, shown: tuple[str, str, str], levels: Mapping[str, str]) -> str | None:
-    """Return the file of the picture for a scene, aperture, fixation and factor levels; None for a drawing."""
-    return None if shown[0] in DRAWINGS else stimuli.picture(*shown, levels).png
-
-
-def _interval(
-    design: DepthRatingDesign,
-    stimuli: StimulusSet,
-    shown: tuple[str, str, str],
-    levels: Mapping[str, str],
-    seconds: float,
-    event: str = "picture",
-) -> dict[str, Any]:
-    file = picture_file(stimuli, shown, levels)
-    scene = design.standard_scene if file is None else shown[0]
-    x, y = stimuli.scene(scene).target(shown[2]).position_px
-    mark = {"mark": {"x": x, "y": y}, "mark_seconds": design.mark_s, "mark_kept": design.mark == "kept"}
-    content = stimuli.folder / file if file else drawing_png(shown[0], stimuli)
-    return {CONTENT: content, "seconds": seconds, "event": event, **mark}
-
-
-def depth_trial(design: DepthRatingDesign, stimuli: StimulusSet, trial: DepthTrial, seed: int) -> dict[str, Any]:
-    """Return the stimuli of a depth-rating trial; `seed` is that of its masks."""
-    levels = trial.factors
-    shown = (trial.scene, trial.aperture, trial.fixation)
-    picture = _interval(design, stimuli, shown, levels, design.picture_s)
-    compared = design.reference_of(trial)
-    intervals = [picture]
-    if design.response_scale.intervals > 1:
-        other = _interval(design, stimuli, compared, levels, design.picture_s)
-        intervals = [picture, other] if trial.interval == 1 else [other, picture]
-    elif design.reference == "same-scene":
-        intervals = [_interval(design, stimuli, compared, levels, design.reference_s), picture]
-    if design.mask == "none" or not design.mask_s:
-        return {"intervals": intervals}
-    masks = [_mask(design, stimuli, (seed, number)) for number in range(len(intervals))]
-    return {"intervals": [part for pair in zip(intervals, masks, strict=True) for part in pair]}
-
-
-def _mask(design: DepthRatingDesign, stimuli: StimulusSet, seed: tuple[int, int]) -> dict[str, Any]:
-    """Return the interval that shows a mask of noise, without a gap after a picture."""
-    height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
-    content = png(noise_mask((height, width), stimuli.display.pixels_per_degree, seed))
-    return {CONTENT: content, "seconds": design.mask_s, "event": "mask", "follows": True, "mark_seconds": 0.0}
-
-
-def depth_events(design: DepthRatingDesign, trial: DepthTrial) -> list[str]:
-    """Return the names of a trial's pictures in their order, which the page does not know."""
-    if design.response_scale.intervals > 1:
-        return ["picture", "reference"] if trial.interval == 1 else ["reference", "picture"]
-    return ["reference", "picture"] if design.reference == "same-scene" else ["picture"]
-
-
 def parts(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the parts of a trial's entry that show a picture: its intervals, or the views of its knob."""
     return [*entry.get("intervals", ()), *entry.get("knob", {}).get("views", ())]
@@ -128,8 +53,8 @@ def parts(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
     """Return the interval that shows the standard."""
-    shown = (design.standard_scene, "pinhole", design.fixations[0])
-    return _interval(design, stimuli, shown, {}, design.standard_s, "standard") | {"mark_seconds": 0.0}
+    picture = stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
+    return {CONTENT: stimuli.folder / picture.png, "seconds": design.standard_s, "event": "standard"}
 
 
 REFOCUSING = "focus.js"
@@ -149,7 +74,7 @@ def own_session(design: Any, display: Display) -> dict[str, Any]:
 
 
 class Drawn(NamedTuple):
-    """SHA-256 of each picture of a described trial, separated by spaces; its duration in s; names of its pictures."""
+    """SHA-256 of each picture that no file holds, separated by spaces; duration in s; names of the pictures."""
 
     sha256: str
     seconds: float
@@ -170,7 +95,8 @@ def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stim
         steps = task.steps(design, trial, display.pixels_per_degree, seed, stimuli)
         while len(DRAWN) >= MOST_DRAWN:
             DRAWN.pop(next(iter(DRAWN)))
-        digests = [hashlib.sha256(np.ascontiguousarray(step.picture).tobytes()).hexdigest() for step in steps]
+        arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
+        digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels in arrays]
         seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
         DRAWN[key] = Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
     return DRAWN[key]
@@ -185,8 +111,12 @@ def own_trial(
     intervals = []
     for step in task.steps(design, trial, display.pixels_per_degree, seed, stimuli):
         x, y = step.mark or (0.0, 0.0)
-        mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": False}
-        intervals.append({CONTENT: png(step.picture), "seconds": step.seconds, "event": "picture", **mark})
+        mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
+        drawn = isinstance(step.picture, np.ndarray)
+        content = png(step.picture) if drawn else stimuli.folder / step.picture.png
+        intervals.append({CONTENT: content, "seconds": step.seconds, "event": "picture", **mark})
+        if step.mask is not None and step.mask_s:
+            intervals.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
     return {"intervals": intervals, "scale": task.asked(design, words, trial).form()}
 
 

@@ -13,11 +13,21 @@ from typing import Any
 from focalgradient.dataset import Rated, Response, Watched
 from focalgradient.design import Trial
 from focalgradient.errors import InputError
+from focalgradient.web.guard import SMALL_BYTES
 
-__all__ = ["FRAMES_HZ", "check_frames", "check_possible"]
+__all__ = ["check_frames", "check_possible", "most_bytes"]
 
 FRAMES_HZ = 500
 """Maximum rate of frame time stamps, in Hz: the fastest displays on sale."""
+
+STAMP_BYTES = 12
+"""Size in bytes of a frame time stamp in a message."""
+
+LONGEST_S = 300.0
+"""Duration in s that is assumed for trials of user-defined tasks, to bound their messages."""
+
+MOST_BYTES = 4 << 20
+"""Maximum size in bytes of a response to any design."""
 
 KEYS_HZ = 50
 """Maximum rate of key presses and releases, in Hz: keyboards repeat a held key at 30 Hz."""
@@ -39,8 +49,16 @@ EVENT_STAMPS = 10
 LATE_KEY_S = 1.0
 """Time in s after a cube's offset within which the page may still register a key."""
 
-SCALE_TOLERANCE = 1e-6
-"""Rounding tolerance of the starting value at the ends of the scale, as a fraction of the scale."""
+
+def most_bytes(design: Any) -> int:
+    """Return the maximum size in bytes of a response, with the responses of repeated practice.
+
+    It has the frame time stamps of a trial at `FRAMES_HZ`, and `SMALL_BYTES` besides.
+    """
+    trials = () if design.given_trials else design.trials("001")
+    seconds = max((design.least_s(trial) for trial in trials), default=0.0) or LONGEST_S
+    practised = sum(trial.phase == "practice" for trial in trials) * getattr(design, "practice_rounds", 1)
+    return min(MOST_BYTES, (1 + practised) * int(FRAMES_HZ * seconds * STAMP_BYTES) + SMALL_BYTES)
 
 
 def check_possible(design: Any, trial: Trial, answer: Rated | Watched | Response, elapsed_s: float | None) -> None:
@@ -86,15 +104,6 @@ def check_frames(shown: Sequence[Mapping[str, Any]], seconds: float) -> None:
 
 def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
     shown: float = design.least_s(trial)
-    if not isinstance(answer, Rated):
-        return shown + answer.response_time
-    least, most = design.bounds
-    if answer.start is not None and not least - SCALE_TOLERANCE * (
-        most - least
-    ) <= answer.start <= most + SCALE_TOLERANCE * (most - least):
-        raise InputError(
-            f"start is {answer.start:g}, but the scale extends from {least:g} to {most:g}: send a value on the scale."
-        )
     return shown + answer.response_time
 
 

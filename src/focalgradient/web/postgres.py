@@ -312,7 +312,6 @@ def withdraw_from_store(address: str, participant: str) -> bool:
         with database.transaction() as connection:
             if connection.execute("select to_regclass('people')").fetchone() == (None,):
                 raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
-            connection.execute(TABLES)  # for a store made by an earlier version
         people = SharedPeople(database)
         there = label in people.everybody()
         if there:

@@ -11,12 +11,13 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
 from focalgradient.dataset import Session
 
-__all__ = ["UNKNOWN", "Local", "Place", "Refused", "Store"]
+__all__ = ["UNKNOWN", "Clock", "Local", "Place", "Refused", "Store"]
 
 SILENT_S = 20.0
 """Time in s without a heartbeat after which a tab no longer owns its session; pages send one every 5 s."""
@@ -31,6 +32,18 @@ class Refused(Exception):  # noqa: N818  a response to the page, not a fault of 
     def __init__(self, status: int, sentence: str, *, headers: Mapping[str, str] | None = None, **content: Any):
         super().__init__(sentence)
         self.status, self.content, self.headers = status, {"error": sentence, **content}, headers
+
+
+class Clock:
+    """Time of day and elapsed time; unlike `time.monotonic`, elapsed time includes suspension of the computer."""
+
+    def now(self) -> datetime:
+        """Return the date and time (UTC)."""
+        return datetime.now(UTC)
+
+    def since(self) -> float:
+        """Return the time in s since an arbitrary moment."""
+        return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.time()
 
 
 @dataclass

@@ -12,7 +12,6 @@ import threading
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from datetime import UTC, datetime
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -27,16 +26,16 @@ from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, judge, record
-from focalgradient.web.guard import SMALL_BYTES, Rate, too_many
+from focalgradient.web.guard import Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
 from focalgradient.web.people import Roster
-from focalgradient.web.possible import FRAMES_HZ
-from focalgradient.web.store import UNKNOWN, Local, Place, Refused, Store
+from focalgradient.web.store import UNKNOWN, Clock, Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
 
 OPEN_ELSEWHERE = "The session is open in another window."
+STOPPED = "The session was stopped."
 
 WITHDRAWN_S = 60.0
 """Interval in s between checks for participants who have withdrawn on another server."""
@@ -54,28 +53,7 @@ AHEAD = 4
 TOKEN_DIGITS = 32
 """Number of hexadecimal digits of a trial's token (128 bits)."""
 
-STAMP_BYTES = 12
-"""Size in bytes of a frame time stamp in a message."""
-
-LONGEST_S = 300.0
-"""Duration in s that is assumed for trials of user-defined tasks, to bound their messages."""
-
-MOST_BYTES = 4 << 20
-"""Maximum size in bytes of a response to any design."""
-
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
-
-
-class Clock:
-    """Time of day and elapsed time; unlike `time.monotonic`, elapsed time includes suspension of the computer."""
-
-    def now(self) -> datetime:
-        """Return the date and time (UTC)."""
-        return datetime.now(UTC)
-
-    def since(self) -> float:
-        """Return the time in s since an arbitrary moment."""
-        return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.time()
 
 
 class Study:
@@ -135,18 +113,6 @@ class Study:
         self._guard = threading.Lock()
         self._looked = time.monotonic()
 
-    @property
-    def most_bytes(self) -> int:
-        """Maximum size in bytes of a response, with the responses of repeated practice.
-
-        It has the frame time stamps of a trial at `FRAMES_HZ`, and `SMALL_BYTES` besides.
-        """
-        design: Any = self.design
-        trials = () if design.given_trials else design.trials("001")
-        seconds = max((design.least_s(trial) for trial in trials), default=0.0) or LONGEST_S
-        practised = sum(trial.phase == "practice" for trial in trials) * getattr(design, "practice_rounds", 1)
-        return min(MOST_BYTES, (1 + practised) * int(FRAMES_HZ * seconds * STAMP_BYTES) + SMALL_BYTES)
-
     def _place(self, token: str, rate: Rate | None = None) -> Place:
         person = self.people.of(token)
         if person is None:
@@ -170,7 +136,7 @@ class Study:
         place = self._place(who.token, rate)
         with self.store.held(place):
             if place.stopped:
-                raise Refused(410, "The session was stopped.")
+                raise Refused(410, STOPPED)
             if place.held_by_another(who.tab):
                 raise Refused(409, OPEN_ELSEWHERE, busy=True)
             place.tab, place.alive = who.tab, time.monotonic()
@@ -275,9 +241,7 @@ class Study:
         task, one.
         """
         with self._held(given) as place:
-            session = place.session or self._rejoined(place)
-            if session is None:
-                raise Refused(425, "The session must be resumed before a trial is requested.")
+            session = self._resumed(place, "a trial is requested")
             keys: list[tuple[str, int]] = [
                 (trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]
             ]
@@ -294,38 +258,23 @@ class Study:
         """Return a picture of a trial that the page has received, or the standard's if no trial is named."""
         place = self._place(token)
         with self.store.held(place):
-            session = None if place.stopped else place.session or self._rejoined(place)
-            if session is None:
-                raise Refused(
-                    410 if place.stopped else 425, "The session must be resumed before a picture is requested."
-                )
-            if not phase:
-                content = self.lists.standard()
-            else:
-                done = len(session.recorded)
-                known = session.trials[: done + _ahead(session)]
-                # Only practice is shown again.
-                shown = [one for n, one in enumerate(known) if n >= done or one.phase == "practice"]
-                named = next((one for one in shown if (one.phase, one.trial) == (phase, trial)), None)
-                content = (
-                    None if named is None else self.lists.content(place.participant, named, number, session.recorded)
-                )
+            if place.stopped:
+                raise Refused(410, STOPPED)
+            session = self._resumed(place, "a picture is requested")
+            known = session.trials[: len(session.recorded) + _ahead(session)]
+            named = next((one for one in known if (one.phase, one.trial) == (phase, trial)), None)
+            content = None if phase else self.lists.standard()
+            # Of trials already answered only practice is shown again.
+            if named is not None and (phase == "practice" or named not in known[: len(session.recorded)]):
+                content = self.lists.content(place.participant, named, number, session.recorded)
         if content is None:
             raise Refused(404, "There is no such picture.")
         return content
 
     def judge(self, given: Judge) -> dict[str, Any]:
         """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated."""
-        with self._held(given) as place:
-            session = place.session or self._rejoined(place)
-            if session is None:
-                raise Refused(425, "The session must be resumed before practice is judged.")
-            try:
-                return judge(session, self.lists.pictures, given)
-            except ValidationError as error:
-                raise Refused(400, f"The answer is invalid: {first_problem(error)}.") from error
-            except InputError as error:
-                raise Refused(400, " ".join(str(error).split())) from error
+        with self._held(given) as place, _refusing():
+            return judge(self._resumed(place, "practice is judged"), self.lists.pictures, given)
 
     def _trial_token(self, place: Place, phase: str, trial: int) -> str:
         """Return the token of a trial, the same from every server and after every restart."""
@@ -355,18 +304,18 @@ class Study:
             if not session.was_shown(session.trials[done]):
                 name = f"Trial {given.trial} ({given.phase})"
                 raise Refused(403, f"{name} was not shown: report its exposure before the response.", done=done)
-            try:
-                elapsed = self._elapsed(place)
-                frames = record(session, self.lists.pictures, given, self.clock.now(), elapsed)
-            except ValidationError as error:
-                raise Refused(400, f"The response is invalid: {first_problem(error)}.") from error
-            except InputError as error:
-                if isinstance(error.__cause__, OSError):  # the disk cannot be written
-                    raise
-                raise Refused(400, " ".join(str(error).split())) from error
+            with _refusing():
+                frames = record(session, self.lists.pictures, given, self.clock.now(), self._elapsed(place))
             place.lost += _lost(frames)
             place.done = done + 1
             return {"recorded": True, "done": done + 1}
+
+    def _resumed(self, place: Place, purpose: str) -> Session:
+        """Return the session of the present sitting; raise `Refused` if none has begun."""
+        session = place.session or self._rejoined(place)
+        if session is None:
+            raise Refused(425, f"The session must be resumed before {purpose}.")
+        return session
 
     def _rejoined(self, place: Place) -> Session | None:
         """Continue the last sitting, which another server, or this one before its restart, has begun.
@@ -409,15 +358,9 @@ class Study:
     def expose(self, given: Expose) -> dict[str, Any]:
         """Record that a trial was about to be shown, and acknowledge it once that is on disk."""
         with self._held(given) as place:
-            session = place.session or self._rejoined(place)
-            if session is None:
-                raise Refused(425, "The session must be resumed before exposures are accepted.")
-            try:
+            session = self._resumed(place, "exposures are accepted")
+            with _refusing(409):
                 expose(session, given)
-            except InputError as error:
-                if isinstance(error.__cause__, OSError):  # the disk cannot be written
-                    raise
-                raise Refused(409, str(error)) from error
             return {"recorded": True}
 
     def here(self, who: Who) -> dict[str, Any]:
@@ -523,6 +466,19 @@ class Study:
             with place.guard, suppress(InputError):
                 place.close()  # responses have been stored already
         self.people.close()
+
+
+@contextmanager
+def _refusing(status: int = 400) -> Iterator[None]:
+    """Refuse a message that is found invalid; not if the disk cannot be written."""
+    try:
+        yield
+    except ValidationError as error:
+        raise Refused(400, f"The response is invalid: {first_problem(error)}.") from error
+    except InputError as error:
+        if isinstance(error.__cause__, OSError):
+            raise
+        raise Refused(status, " ".join(str(error).split())) from error
 
 
 def _ahead(session: Session) -> int:

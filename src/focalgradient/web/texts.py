@@ -1,15 +1,13 @@
-"""Texts of a session in the form that the page shows: pages around trials, and the response scale."""
+"""Texts of a session in the form that the page shows: pages around trials."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
-from focalgradient.design import DepthRatingDesign
 from focalgradient.design.sequence import Page, Standard
-from focalgradient.design.words import Words
 
-__all__ = ["scale", "step"]
+__all__ = ["step"]
 
 
 def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dict[str, Any]:
@@ -22,8 +20,3 @@ def step(one: Page | Standard, standard: Mapping[str, Any] | None = None) -> dic
     if one.least_s:
         entry["least_s"] = one.least_s
     return entry
-
-
-def scale(design: DepthRatingDesign, words: Words) -> dict[str, Any]:
-    """Return the response scale in the browser's format."""
-    return design.response_scale.control(words).form()

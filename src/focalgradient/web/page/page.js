@@ -5,7 +5,6 @@ import BrowserCheck from "@jspsych/plugin-browser-check";
 import Call from "@jspsych/plugin-call-function";
 import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
-import Keyboard from "@jspsych/plugin-html-keyboard-response";
 import CubePlugin, { Cube } from "./cube.js";
 import AdjustedPlugin, { adjustedNode, loadSeries } from "./adjusted.js";
 import { mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
@@ -26,6 +25,7 @@ import { rest } from "./rest.js";
 import { stopButton } from "./stopping.js";
 import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
+import { cubeNodes, ready } from "./turning.js";
 
 const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
 const AWAY_MS = 600_000; // after which a reloaded page measures screen and distance again
@@ -309,7 +309,7 @@ class Page {
   // Screens of the pages before, between and after trials; `values` fill in what is known when they are shown.
   steps(steps, trial, values = () => ({ minutes: this.minutes(trial) })) {
     return steps.flatMap((step) => {
-      if (step.event === "ready" && this.session.keys) return [this.ready(step)];
+      if (step.event === "ready" && this.session.keys) return [ready(this, step)];
       const page = this.page(step, values);
       return step.standard ? [this.fetching({ intervals: [step.standard] }), page, this.standard(step.standard)] : [page];
     });
@@ -366,7 +366,7 @@ class Page {
 
   // A trial with its pages, also in repeated practice.
   turn(trial) {
-    const nodes = trial.cube ? this.cubeNodes(trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
+    const nodes = trial.cube ? cubeNodes(this, trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
     return [this.fetching(trial), ...this.steps(trial.lead, trial), ...nodes];
   }
 
@@ -475,49 +475,6 @@ class Page {
   // Marks practice beside its question.
   practised({ phase }) {
     return phase === "practice" ? `<p class="practice">${escaped(this.words("web.practice"))}</p>` : "";
-  }
-
-  // Labels of the response keys, below the cube and before it.
-  reminder() {
-    const foot = Object.entries(this.session.keys).map(([name, key]) => [key, this.words(`necker.${name}`)]);
-    return foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
-  }
-
-  ready({ event, text }) {
-    const [title, ...lines] = text.split("\n");
-    return {
-      type: Keyboard,
-      stimulus: `<div class="page"><h1>${escaped(title)}</h1>${lines.map((line) => `<p>${escaped(line)}</p>`).join("")}</div>`,
-      prompt: `<p class="foot">${this.reminder()}</p>`,
-      choices: [" "],
-      on_load: () => this.shown.push([event, text]),
-    };
-  }
-
-  cubeNodes(trial) {
-    const { cube, keys } = this.session;
-    const kept = {};
-    const shown = {
-      type: CubePlugin,
-      cube,
-      trial: trial.cube,
-      keys: Object.values(keys),
-      foot: this.reminder(),
-      frame: this.frame,
-      on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
-      on_finish: (data) =>
-        Object.assign(kept, {
-          onset: (data.shown[0].stamps[0] - this.session.start_ms) / 1000,
-          presses: data.presses,
-          trial_duration: data.seconds,
-          dropped_frames: data.dropped_frames,
-          frames: { shown: data.shown, ...data.lost },
-        }),
-    };
-    let held = {};
-    const judged = (done) => this.practice.judged(trial, kept).then((verdict) => done((held = verdict)), (error) => this.lost(error));
-    const after = trial.after.length ? [{ type: Call, async: true, func: judged }, ...this.steps(trial.after, trial, () => held)] : [];
-    return [this.exposing(trial), shown, ...this.further(trial, kept), ...after, this.sent(trial, kept)];
   }
 }
 
