@@ -21,7 +21,7 @@ FloatArray = NDArray[np.float64]
 LEVEL_SD, RISE_SD = 3.0, 2.0
 """Standard deviations of the normal penalties on a subject's level (and on the differences between fixations) and on
 the effects, in log odds: one standard deviation is an odds ratio of 7. Weakly informative (our choice). With them a
-t-test of a zero mean effect rejects .056 of 1,000 data sets of 6 normal subjects if 69 % of answers are the lowest step
+t-test of a zero mean effect rejects .049 of 2,000 data sets of 6 normal subjects if 69 % of answers are the lowest step
 (benchmarks/statistics_error_rates.py --tables steps).
 """
 
