@@ -133,8 +133,8 @@ class OwnBlur:
 
     @property
     def name(self) -> str:
-        """Class name of the optics, for messages."""
-        return type(self.optics).__name__
+        """Name of the optics, for messages: their own, or that of their class."""
+        return str(getattr(self.optics, "name", type(self.optics).__name__))
 
     @property
     def forms_views(self) -> bool:

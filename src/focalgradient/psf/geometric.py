@@ -29,6 +29,11 @@ class Geometric:
     focus_vergence: float
 
     @property
+    def name(self) -> str:
+        """The shape in words."""
+        return str(self.psf)
+
+    @property
     def isotropic(self) -> bool:
         """Whether blur is rotationally symmetric."""
         return self.psf.isotropic
