@@ -135,7 +135,7 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
     ("text", "said"),
     [
         ("file,scene,aperture\n", "no column 'fixation'"),
-        (HEADER, "no row below its header"),
+        (HEADER, "has no rows below its header"),
         (HEADER + "a.png,yard,f/0,nearest,,", "row 2, column aperture: is 'f/0'"),
         (HEADER + "a.png,yard,wide,nearest,,", "row 2, column aperture: is 'wide'"),
         (HEADER + ROWS[0] + "\nb.png,yard,f/8,left side,,", "row 3, column fixation: is 'left side'"),
@@ -150,7 +150,7 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,64,0", "row 2, column x_px: is 64"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,6,", "row 2, column y_px: is empty"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,nan,3", "row 2, column x_px: is 'nan'"),
-        ("file,file,scene,aperture,fixation\n", "column 'file' occurs twice"),
+        ("file,file,scene,aperture,fixation\n", "has the column file twice"),
     ],
 )
 def test_wrong_tables_are_refused_by_row_and_column(photos: Path, tmp_path: Path, text: str, said: str) -> None:
