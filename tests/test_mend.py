@@ -263,16 +263,6 @@ def test_who_withdraws_is_named_nowhere(data):
     assert "has no participant sub-07: give a label of participants.tsv" in again.output
 
 
-def test_labels_and_dates_that_an_earlier_version_kept_go_with_the_next_who_withdraws(data):
-    path = data / "dataset_description.json"
-    content = json.loads(path.read_text())
-    path.write_text(json.dumps({**content, "Withdrawn": [{"participant": "sub-03", "date": "2026-01-02"}]}))
-    assert "1 participant withdrew; the data were removed." in validate(data).notes
-    withdraw(data, "07")
-    assert json.loads(path.read_text())["Withdrawn"] == [None, None]
-    assert "2 participants withdrew; the data were removed." in validate(data).notes
-
-
 def test_sub_1_is_not_sub_10_and_a_session_that_runs_is_not_removed(data):
     with Session.begin(data, DESIGN, "10", apparatus=APPARATUS):
         with pytest.raises(InputError, match="is being recorded by another program"):

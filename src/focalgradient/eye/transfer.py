@@ -114,6 +114,8 @@ def point_spread(
 ) -> NDArray[np.float64]:
     """Return the point spread of an eye or a lens for a point at `vergence` (D), with diffraction and aberrations.
 
+    For a clear pupil it is what the paper's appendix computes by Lommel's series.
+
     Parameters
     ----------
     angle_y, angle_x
