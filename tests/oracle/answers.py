@@ -23,10 +23,12 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import test_kept_reports as kept
 import test_report_own_detection
 from recorded import RATING, record_ratings
+from test_report_rules import careful
 from test_scales import design_of, record
 
 from focalgradient.cli import main
@@ -41,9 +43,10 @@ Key = tuple[str, str, str]
 """Name, level, and the role of repeated analyses ("without exclusions" and the like; else empty)."""
 
 
-def simulated(root: Path, task: str | Path, observers: int) -> Path:
+def simulated(root: Path, task: str | Path, observers: int, seed: int = 1, design: Path | None = None) -> Path:
+    stated = [] if design is None else ["--design", str(design)]
     with contextlib.suppress(SystemExit), contextlib.redirect_stdout(io.StringIO()):
-        main(["simulate", str(task), "--observers", str(observers), "--seed", "1", "--out", str(root)])
+        main(["simulate", str(task), "--observers", str(observers), "--seed", str(seed), "--out", str(root), *stated])
     return root
 
 
@@ -53,20 +56,42 @@ def own_task(root: Path) -> Path:
     return simulated(root, file, 8)
 
 
+def incomplete(root: Path) -> Path:
+    """Of a table of one's own, with names of its own, a fifth of the rows, and some cells, are not there."""
+    table = careful(2, 6, 0.2).drop(columns=["trial", "catch"]).sample(frac=0.8, random_state=1).sort_index()
+    table = table[~((table["participant_id"] == "02") & (table["scene"] == "s3"))]
+    table.to_csv(root.with_suffix(".csv"), index=False)
+    return root.with_suffix(".csv")
+
+
+def own_steps(root: Path) -> Path:
+    """Whole numbers of 1 to 7 in a table of one's own."""
+    table = careful(3, 5, 0.3).drop(columns=["trial", "catch"])
+    table["rating"] = np.digitize(np.log(table["rating"]), np.linspace(-0.6, 0.6, 6)) + 1
+    table.to_csv(root.with_suffix(".csv"), index=False)
+    return root.with_suffix(".csv")
+
+
+def simulated_thresholds(root: Path) -> Path:
+    design = root.with_suffix(".toml")
+    design.write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
+    return simulated(root, "blur-threshold", 3, seed=3, design=design)
+
+
 ONE_SCENE = RATING.model_copy(update={"scenes": ("spheres-01",)})
 
 SETS: dict[str, kept.Case] = {
     "complete": kept.Case(lambda root: record_ratings(root, 12, Model(effect=1.6)), {"bound": 1.25}),
-    "gaps": kept.CASES["incomplete"],
+    "gaps": kept.Case(incomplete, kept.WHOSE),
     "exclusions": kept.CASES["exclusions"],
     "factors": kept.CASES["factors"],
     "one scene": kept.Case(lambda root: record_ratings(root, 8, Model(effect=1.6), design=ONE_SCENE)),
     "forty": kept.Case(lambda root: record_ratings(root, 40, Model(effect=1.3))),
-    "steps": kept.CASES["own_steps"],
+    "steps": kept.Case(own_steps, {"scale": "ordinal", **kept.WHOSE}),
     "comparisons": kept.CASES["comparisons"],
     "choices": kept.Case(lambda root: record(root, design_of(scale="choice"), 8)),
     "cube": kept.CASES["cube"],
-    "thresholds": kept.CASES["simulated_thresholds"],
+    "thresholds": kept.Case(simulated_thresholds),
     "own thresholds": kept.CASES["thresholds"],
     "detection": kept.Case(
         kept.table_of(functools.partial(test_report_own_detection.answers, 4, 120)), {"columns": {"condition": "where"}}
