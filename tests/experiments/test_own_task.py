@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import json
 import os
@@ -44,14 +45,14 @@ def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
     assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 6, 3]
     done = command(installed, "validate", tmp_path / "data")
     assert done.returncode == 0, done.stdout
-    lines = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
-    head = lines[0].split("\t")
-    assert (head[:2], head[-2:]) == (["trial", "sigma_arcmin"], ["shown_sha256", "interest"])
+    table = next(tmp_path.glob("data/sub-01/**/*_beh.tsv"))
+    rows = [*csv.DictReader(table.read_text().splitlines(), delimiter="\t")]
+    assert {"shown_sha256", "interest", "interest_start", "start"} <= rows[0].keys()
     own, display = runpy.run_path(str(installed / "edge_blur.py")), Display(SIZE, ASSUMED_PITCH, ASSUMED_DISTANCE)
-    for sigma, told in [(float(line.split("\t")[1]), line.split("\t")[-2]) for line in lines[1:]]:
+    for sigma, told in [(float(row["sigma_arcmin"]), row["shown_sha256"]) for row in rows]:
         pixels, _ = own["EdgeBlur"]().shown(None, own["EdgeTrial"](sigma_arcmin=sigma), display.pixels_per_degree)
         assert told == hashlib.sha256(pixels.tobytes()).hexdigest()
-    assert all(0 <= float(line.split("\t")[-1]) <= 10 for line in lines[1:])
+    assert all(0 <= float(row["interest"]) <= 10 for row in rows)
     sidecar = json.loads(next(tmp_path.glob("data/sub-01/**/*_beh.json")).read_text())
     assert sidecar["interest"] == {"Description": "How interesting was it?", "Units": "points", "Format": "number"}
-    assert sorted(float(line.split("\t")[1]) for line in lines[1:]) == [1, 4, 16]
+    assert sorted(float(row["sigma_arcmin"]) for row in rows) == [1, 4, 16]
