@@ -54,6 +54,22 @@ def exclusions(root: Path) -> Path:
     return root.with_suffix(".csv")
 
 
+def incomplete(root: Path) -> Path:
+    """Of a table of one's own, with names of its own, a fifth of the rows, and some cells, are not there."""
+    table = careful(2, 6, 0.2).drop(columns=["trial", "catch"]).sample(frac=0.8, random_state=1).sort_index()
+    table = table[~((table["participant_id"] == "02") & (table["scene"] == "s3"))]
+    table.to_csv(root.with_suffix(".csv"), index=False)
+    return root.with_suffix(".csv")
+
+
+def own_steps(root: Path) -> Path:
+    """Whole numbers of 1 to 7 in a table of one's own."""
+    table = careful(3, 5, 0.3).drop(columns=["trial", "catch"])
+    table["rating"] = np.digitize(np.log(table["rating"]), np.linspace(-0.6, 0.6, 6)) + 1
+    table.to_csv(root.with_suffix(".csv"), index=False)
+    return root.with_suffix(".csv")
+
+
 def factors(root: Path) -> Path:
     light = {"light": {"levels": ["dim", "bright"]}}
     return record(root, design_of(factors=light), 6)
@@ -94,6 +110,8 @@ CASES = {
     "thresholds": Case(thresholds, WHERE),
     "detection": Case(table_of(functools.partial(test_report_own_detection.answers, 4, 120)), WHERE),
 }
+COMPARED = {**CASES, "incomplete": Case(incomplete, WHOSE), "own_steps": Case(own_steps, {"scale": "ordinal", **WHOSE})}
+"""Data sets on which processors, and states of the package, are compared."""
 
 
 def pooled(root: Path) -> Report:
@@ -120,7 +138,7 @@ def report_of(name: str, folder: Path) -> Report:
         return plan(PLANS[name], folder)
     if name == "pooled":
         return pooled(folder)
-    case = CASES[name]
+    case = COMPARED[name]
     return make_report(case.data(folder / "data"), **case.given)  # type: ignore[arg-type]
 
 

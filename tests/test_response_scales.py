@@ -183,7 +183,6 @@ from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.scales import check_scale, scale_class
 from focalgradient.statistics import Rules
-from focalgradient.web.texts import scale
 check_scale(scale_class("numeric-rating"))
 file, data = map(Path, sys.argv[1:])
 design = load_design(file)
@@ -201,7 +200,7 @@ told = {
     "report": files["report.md"].decode(),
     "plan": preregistration(file, stated=Stated(Rules()))["preregistration.md"].decode(),
     "pages": [page.text for page in pages],
-    "form": scale(design, load_words("en")),
+    "form": design.response_scale.control(load_words("en")).form(),
     "sidecar": json.loads(next(data.glob("sub-00/**/*_beh.json")).read_text())["rating"],
 }
 print(json.dumps(told))

@@ -23,12 +23,10 @@ from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 import test_kept_reports as kept
 import test_report_own_detection
 from recorded import RATING, record_ratings
-from test_report_rules import careful
 from test_scales import design_of, record
 
 from focalgradient.cli import main
@@ -56,22 +54,6 @@ def own_task(root: Path) -> Path:
     return simulated(root, file, 8)
 
 
-def incomplete(root: Path) -> Path:
-    """Of a table of one's own, with names of its own, a fifth of the rows, and some cells, are not there."""
-    table = careful(2, 6, 0.2).drop(columns=["trial", "catch"]).sample(frac=0.8, random_state=1).sort_index()
-    table = table[~((table["participant_id"] == "02") & (table["scene"] == "s3"))]
-    table.to_csv(root.with_suffix(".csv"), index=False)
-    return root.with_suffix(".csv")
-
-
-def own_steps(root: Path) -> Path:
-    """Whole numbers of 1 to 7 in a table of one's own."""
-    table = careful(3, 5, 0.3).drop(columns=["trial", "catch"])
-    table["rating"] = np.digitize(np.log(table["rating"]), np.linspace(-0.6, 0.6, 6)) + 1
-    table.to_csv(root.with_suffix(".csv"), index=False)
-    return root.with_suffix(".csv")
-
-
 def simulated_thresholds(root: Path) -> Path:
     design = root.with_suffix(".toml")
     design.write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
@@ -82,12 +64,12 @@ ONE_SCENE = RATING.model_copy(update={"scenes": ("spheres-01",)})
 
 SETS: dict[str, kept.Case] = {
     "complete": kept.Case(lambda root: record_ratings(root, 12, Model(effect=1.6)), {"bound": 1.25}),
-    "gaps": kept.Case(incomplete, kept.WHOSE),
+    "gaps": kept.COMPARED["incomplete"],
     "exclusions": kept.CASES["exclusions"],
     "factors": kept.CASES["factors"],
     "one scene": kept.Case(lambda root: record_ratings(root, 8, Model(effect=1.6), design=ONE_SCENE)),
     "forty": kept.Case(lambda root: record_ratings(root, 40, Model(effect=1.3))),
-    "steps": kept.Case(own_steps, {"scale": "ordinal", **kept.WHOSE}),
+    "steps": kept.COMPARED["own_steps"],
     "comparisons": kept.CASES["comparisons"],
     "choices": kept.Case(lambda root: record(root, design_of(scale="choice"), 8)),
     "cube": kept.CASES["cube"],

@@ -177,15 +177,36 @@ def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
 def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
     """Return the gaze and event files derived from a session's events, by the end of their names.
 
-    Samples and fixations are included if gaze was recorded, with the table of all events (`marked_files`). `screen` is
-    the sidecar's entry ``StimulusPresentation``.
+    Samples and fixations are included if gaze was recorded, the table of all events if gaze or triggers were recorded;
+    journals without a note of every event give a table of pictures. `screen` is the sidecar's entry
+    ``StimulusPresentation``.
     """
     marked = marked_files(events, screen)
     found = {"events.tsv": marked["events.tsv"].encode(), "events.json": _json(marked["events.json"])} if marked else {}
     device = next((event for event in events if event.get("kind") == "eye tracker"), None)
     if device is None:
         return found
-    return recording_files(list(_recordings(events)), device) | found
+    return recording_files(list(_recordings(events)), device) | (found or _shown_files(events, screen))
+
+
+def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
+    """Return the table of pictures shown, on the timeline of the samples, and its sidecar."""
+    seconds = float(events[0]["design"].get("picture_s", 0.0))
+    lines = ["onset\tduration\ttrial_type\tsitting\ttrial"]
+    for sitting, offset, event in timed(events):
+        if event["event"] == "trial":
+            number = event["trial"] if event["phase"] == "main" else 0
+            row = (event["onset"] + offset, seconds, "picture", sitting, number)
+            lines.append("\t".join(map(_cell, row)))
+    about = {
+        "StimulusPresentation": dict(screen),
+        "onset": {"Description": "When the (first) picture appeared.", "Units": "s"},
+        "duration": {"Description": "How long the design shows a picture.", "Units": "s"},
+        "trial_type": {"Description": "What it is.", "Levels": {"picture": "The picture of a trial."}},
+        "sitting": SITTING,
+        "trial": TRIAL,
+    }
+    return {"events.tsv": ("\n".join(lines) + "\n").encode(), "events.json": _json(about)}
 
 
 def recording_files(recordings: Sequence[Recording], device: Mapping[str, Any]) -> dict[str, bytes]:
