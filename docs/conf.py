@@ -56,7 +56,11 @@ napoleon_google_docstring = False
 napoleon_use_ivar = True
 default_role = "code"  # in docstrings `name` is code
 exclude_patterns = ["_build", "blur_page", "examples", "generated/*.md"]  # the last are included
-suppress_warnings = ["config.cache", "misc.highlighting_failure"]  # a lexer for CSV there is none
+suppress_warnings = [
+    "config.cache",
+    "misc.highlighting_failure",  # there is no lexer for CSV
+    "ref.python",  # units in annotations, such as "seconds", are no references
+]
 nitpicky = False
 templates_path = ["_templates"]
 
