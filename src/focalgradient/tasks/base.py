@@ -343,9 +343,9 @@ class Task(ABC):
         return {}
 
     def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        """Return a simulated observer's answers to all trials, in chronological order; by default those of `simulated`.
+        """Return a simulated observer's answers to all trials, in chronological order.
 
-        Called where `simulates` is True and a class overrides it: see `focalgradient.observers.answers.observe`.
+        A task that does not override it answers trial by trial, by `simulated` (`focalgradient.observers.answers`).
         """
         raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
 

@@ -79,14 +79,14 @@ def added_columns(record: type[Any], about: str) -> Iterator[Column]:
     for one in dataclasses.fields(record):
         if one.name not in shared:
             form, levels, optional = _form(hints[one.name], one.name)
-            told = dict(one.metadata)
-            if wrong := [key for key in told if key not in ENTRIES]:
+            entries = dict(one.metadata)
+            if wrong := [key for key in entries if key not in ENTRIES]:
                 raise InputError(
                     f"{one.name} is a field with the metadata {wrong[0]!r}, but may have {', '.join(ENTRIES)}: correct "
                     "it."
                 )
-            levels = told.pop("levels", levels)
-            yield Column(one.name, told.pop("about", about), form, levels=levels, optional=optional, **told)
+            levels = entries.pop("levels", levels)
+            yield Column(one.name, entries.pop("about", about), form, levels=levels, optional=optional, **entries)
 
 
 def _form(hint: Any, name: str) -> tuple[Form, Mapping[str, str], bool]:

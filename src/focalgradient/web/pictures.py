@@ -81,8 +81,8 @@ class Drawn(NamedTuple):
     events: tuple[str, ...]
 
 
-DRAWN: dict[tuple[str, str, Any, int], Drawn] = {}
-"""Cache of `drawn`, by task, design, trial and seed."""
+DRAWN: dict[tuple[Any, ...], Drawn] = {}
+"""Cache of `drawn`, by its arguments."""
 
 MOST_DRAWN = 20_000
 """Maximum size of `DRAWN`: ten times the maximum number of trials per participant."""
@@ -90,7 +90,8 @@ MOST_DRAWN = 20_000
 
 def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stimuli: Any = None) -> Drawn:
     """Return what a described trial has shown."""
-    key = (task.name, design.model_dump_json(), trial, seed)
+    folder = None if stimuli is None else stimuli.folder
+    key = (task.name, design.model_dump_json(), trial, seed, display, folder)
     if key not in DRAWN:
         steps = task.steps(design, trial, display.pixels_per_degree, seed, stimuli)
         while len(DRAWN) >= MOST_DRAWN:
