@@ -15,9 +15,8 @@ from focalgradient.lab.experiment import GREY, Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import ask
 from focalgradient.tasks import Task
-from focalgradient.tasks.base import BLANK_S
 from focalgradient.tasks.noted import noted_start, with_noted
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import BLANK_S, Step, pauses
 
 __all__ = ["described_experiment", "show_described"]
 
@@ -103,7 +102,7 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
         parts.extend(_shown(task, sitting, trials[0]))
         screen.warm(*(one for part in parts for one in (part.image, part.mark, part.mask) if one is not None))
 
-    pause = getattr(design, "pause_s", 0.0)
+    pause, _ = pauses(design)
     screen.empty(pause, "pause", prepare) if pause else prepare()
     recorder = sitting.recorder
     if recorder is not None:
@@ -133,7 +132,8 @@ def _show(sitting: Sitting, part: _Shown) -> float:
         sitting.recorder.shown(onset, onset + step.seconds, part.place)
     if part.mask is not None:
         screen.play(partial(_draw, part.mask), step.mask_s, "mask", lit=False)
-    screen.empty(getattr(sitting.design, "blank_s", BLANK_S), "off")
+    _, blank = pauses(sitting.design)
+    screen.empty(blank, "off")
     return onset
 
 

@@ -29,11 +29,6 @@ if TYPE_CHECKING:
 
 __all__ = ["Response", "Rows", "Task", "paper_settings"]
 
-BLANK_S = 0.3
-"""Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
-choice).
-"""
-
 
 @dataclass(frozen=True, slots=True)
 class Rows:

@@ -8,7 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Interval", "Step"]
+__all__ = ["BLANK_S", "Interval", "Step", "pauses"]
+
+BLANK_S = 0.3
+"""Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
+choice).
+"""
 
 Interval = tuple[NDArray[np.uint8], float]
 """Picture (H x W x 3, 8 bits) and its duration in seconds."""
@@ -54,3 +59,11 @@ class Step:
     mask: NDArray[np.uint8] | None = None
     mask_s: float = 0.0
     judged: bool = True
+
+
+def pauses(design: Any) -> tuple[float, float]:
+    """Return the durations in s of the pause before a trial and of the blank screen after each of its pictures.
+
+    They are `pause_s` and `blank_s` of a design that states them, else 0 and `BLANK_S`.
+    """
+    return getattr(design, "pause_s", 0.0), getattr(design, "blank_s", BLANK_S)

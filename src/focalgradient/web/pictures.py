@@ -20,7 +20,7 @@ from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
-from focalgradient.tasks.base import BLANK_S
+from focalgradient.tasks.steps import pauses
 
 __all__ = [
     "CONTENT",
@@ -69,8 +69,8 @@ def refocusing() -> bytes:
 def own_session(design: Any, display: Display) -> dict[str, Any]:
     """Return the settings that all trials of a described task share."""
     radius = MARK_DEG * display.pixels_per_degree
-    pauses = {"blank_s": getattr(design, "blank_s", BLANK_S), "pause_s": getattr(design, "pause_s", 0.0)}
-    return {**pauses, "mark_radius_px": radius}
+    pause, blank = pauses(design)
+    return {"blank_s": blank, "pause_s": pause, "mark_radius_px": radius}
 
 
 class Drawn(NamedTuple):
