@@ -30,12 +30,3 @@ def test_psychopys_entry_points_name_classes(name: str) -> None:
     assert kind == name  # PsychoPy registers a component by the name of its class
     classes = [one.name for one in ast.parse(path.read_text("utf-8")).body if isinstance(one, ast.ClassDef)]
     assert kind in classes
-
-
-def test_the_plugin_is_licensed_as_psychopy_and_has_no_shader_of_its_own() -> None:
-    project = tomllib.loads((PSYCHOPY / "pyproject.toml").read_text("utf-8"))["project"]
-    assert project["license"] == "GPL-3.0-or-later"
-    assert "GNU GENERAL PUBLIC LICENSE" in (PSYCHOPY / "LICENSE").read_text("utf-8")
-    sources = "".join(path.read_text("utf-8") for path in PSYCHOPY.rglob("*.py"))
-    assert "gl_Frag" not in sources
-    assert "#version" not in sources

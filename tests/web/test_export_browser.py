@@ -163,17 +163,6 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
 
 
 @pytest.mark.slow
-def test_what_a_platform_refuses_is_said_at_the_beginning(browser: Browser, tmp_path: Path) -> None:
-    bundle = exported(tmp_path, NECKER, "--datapipe", "wrong")
-    with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:
-        take_part(page, until="[role=alert]", name="refused")
-        assert "There is no such experiment" in page.inner_text("body")
-        page.goto(f"{stub.address}/datapipe.html?participant=9")
-        page.wait_for_selector("text=give 002 to 004")
-        assert stub.files == {}
-
-
-@pytest.mark.slow
 def test_what_is_refused_at_the_end_is_offered_as_a_file(browser: Browser, tmp_path: Path) -> None:
     bundle = exported(tmp_path, NECKER, "--datapipe", "abc123", "--completion", "https://example.org/done")
     with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:
