@@ -51,7 +51,7 @@ ROOMS = {
     },
     "tables": {"errors", "files"},
     "scales": {"errors", "files"},
-    "tasks": {"errors", "files", "scales"},
+    "tasks": {"display", "errors", "files", "scales"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
     "dataset": {"design", "errors", "files", "parallel", "scales", "tasks"},
     "observers": {
@@ -128,7 +128,7 @@ ROOMS["__main__"] = {"cli"}
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics"},
+    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics", "stimuli"},
     "power": {"observers"},
     "published": {"statistics"},
 }

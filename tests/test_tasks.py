@@ -20,6 +20,7 @@ from focalgradient.errors import InputError
 from focalgradient.report import make_report
 from focalgradient.tasks import Response, Task, is_task, register, task_named
 from focalgradient.tasks.registry import FILES
+from focalgradient.tasks.steps import intervals_of
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -31,7 +32,8 @@ def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_a
     same = [replace(first, phase=phase, trial=number) for phase in ("practice", "main") for number in (1, 2)]
     drawn = {
         (participant, trial.phase, trial.trial): [
-            task.intervals(design, trial, 10.0, design.noise_seed(participant, trial))[0][0].tobytes() for _ in range(2)
+            intervals_of(task, design, trial, 10.0, seed=design.noise_seed(participant, trial))[0][0].tobytes()
+            for _ in range(2)
         ]
         for participant in ("01", "02")
         for trial in same
