@@ -18,6 +18,7 @@ from scipy import fft
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
+from focalgradient.scenes.texture import random_field
 
 __all__ = [
     "CLIP",
@@ -89,12 +90,7 @@ def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.f
     >>> round(float(texture.std()), 6), bool(np.abs(texture).max() < 3.1)
     (1.0, True)
     """
-    rows, columns = shape
-    white = fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
-    frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
-    frequency[0, 0] = np.inf
-    field: NDArray[np.float64] = fft.irfft2(white / frequency**slope, s=shape)
-    return standard(np.clip(field / field.std(), -CLIP, CLIP))
+    return standard(np.clip(random_field(shape, seed, slope=slope), -CLIP, CLIP))
 
 
 def standard(field: NDArray[np.float64]) -> NDArray[np.float64]:
