@@ -102,6 +102,7 @@ def random_field(
     seed: int | Sequence[int] | np.random.Generator,
     *,
     slope: float = 1.0,
+    coarsest: float = 0.0,
     finest: float = math.inf,
 ) -> NDArray[np.float64]:
     """Return a periodic Gaussian field with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
@@ -114,6 +115,8 @@ def random_field(
         Random seed, or a generator.
     slope
         Exponent of the amplitude spectrum; 1 for natural images.
+    coarsest
+        Frequency below which the amplitude is constant, in cycles per pixel.
     finest
         Highest frequency in any direction, in cycles per pixel; those of the pixels' corners exceed 1/2.
 
@@ -123,7 +126,7 @@ def random_field(
     >>> field.shape, round(float(field.std()), 6)
     ((64, 64), 1.0)
     """
-    frequency = np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1]))
+    frequency = np.maximum(np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1])), coarsest)
     frequency[0, 0] = np.inf
     white = fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
     field: NDArray[np.float64] = fft.irfft2(np.where(frequency > finest, 0, white / frequency**slope), s=shape)
