@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, Gaussian
 from focalgradient.render import necker_frame
-from focalgradient.render.wireframe import Gradient, blur_at
+from focalgradient.render.wireframe import WIDTH, Gradient, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import EDGES, Direction
 from focalgradient.stimuli.stimulus import (
@@ -131,7 +131,7 @@ def fixated_cube(
     # The centre of the cube lies on the axis, which the mean of its projected vertices misses.
     middle = np.zeros(2) if at is None else vertices[at] - (np.array(frame.shape[::-1]) - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
-    line_sd = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # standard deviation of a sharp line
+    line_sd = frame.pixels(line_arcmin) / WIDTH  # standard deviation of a sharp line
     return measured_stimulus(
         *("fixated_cube", ("pastukhov",), frame, parameters),
         picture=picture,

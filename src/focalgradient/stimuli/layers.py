@@ -18,6 +18,7 @@ from scipy import fft
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
+from focalgradient.render.wireframe import EXTENT_SD
 from focalgradient.scenes.texture import random_field
 
 __all__ = [
@@ -35,9 +36,6 @@ __all__ = [
 
 Equal = ("luminance", "contrast", "spectrum")
 """Properties that can be equalised."""
-
-EXTENT_SD = 5.0
-"""Extent of a Gaussian in standard deviations: 6e-7 of its energy lies outside."""
 
 COARSE_PX, FINE_FACTOR = 1.5, 4
 """Blur (px) below which edges are blurred on a grid finer by this factor: on the pixel grid they would ring by 1 %."""
