@@ -7,14 +7,13 @@ import json
 import re
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import LOOK, Server, chromium, take_part
+from chromium import LOOK, Server, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
 from playwright.sync_api import Browser
@@ -37,12 +36,6 @@ SCALES = {
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
     "typed": 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\nlanguage = "de"\n',
 }
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def served(folder: Path, design: str, *options: object) -> Server:
