@@ -1,10 +1,12 @@
-"""What the tests of the server begin with: databases, made once for all of them, and either store."""
+"""What the tests of the server begin with: databases, made once for all of them, either store, and a browser."""
 
 from collections.abc import Iterator
 
 import participant
 import pytest
+from chromium import chromium
 from databases import FOUND, Cluster, cluster
+from playwright.sync_api import Browser
 
 
 @pytest.fixture(scope="session")
@@ -21,3 +23,9 @@ def store(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> st
     if request.param == "postgresql":
         monkeypatch.setattr(participant, "DATABASE", [request.getfixturevalue("databases").address()])
     return str(request.param)
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as made:
+        yield made

@@ -9,7 +9,6 @@ import signal
 import sys
 import time
 from collections import Counter
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import LOOK, Server, chromium, take_part
+from chromium import LOOK, Server, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
 from playwright.sync_api import Browser, Error
@@ -40,12 +39,6 @@ SCALES = {
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
     "typed": 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\nlanguage = "de"\n',
 }
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def served(folder: Path, design: str, *options: object) -> Server:

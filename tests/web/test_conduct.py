@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import LOOK, Server, chromium, step, take_part
+from chromium import LOOK, Server, step, take_part
 from participant import DEPTH, NECKER
 from playwright.sync_api import Browser, Error
 from test_browser import SCALES, journal, served
@@ -27,12 +26,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
 TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def keep(page: Any, name: str) -> None:

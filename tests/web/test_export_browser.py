@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import chromium, take_part
+from chromium import take_part
 from click.testing import CliRunner
 from participant import DEPTH, NECKER, Participant, client_of, make_set, study
 from platform_stub import Platform, platform
@@ -21,12 +21,6 @@ from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def run(*words: object, code: int = 0) -> str:
