@@ -61,4 +61,9 @@ def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str,
 
 def _lens(aperture_mm: float, focus_distance: float) -> Lens:
     """Return a lens of that aperture; its focal length (m) does not affect the angular blur."""
-    return Lens(focal_length := min(0.01, focus_distance / 2), 1e3 * focal_length / aperture_mm, focus_distance)
+    return Lens(
+        focal_length := min(0.01, focus_distance / 2),
+        1e3 * focal_length / aperture_mm,
+        focus_distance,
+        field_tolerance=0,
+    )
