@@ -270,9 +270,8 @@ class FocusSeries:
             fits = shape in (self.distance.shape, (*self.distance.shape, 3)) and plane.shape == shape
             if not (fits and plane.dtype.kind == "f" and np.isfinite(plane).all()):
                 raise InputError(
-                    f"the picture at {vergence:g} D in {printable(where)} is inconsistent with the other files: "
-                    "make the "
-                    "series again."
+                    f"the picture at {vergence:g} D in {printable(where)} is inconsistent with the other files: make "
+                    "the series again."
                 )
         if self.distance.dtype.kind != "f" or not (self.distance > 0).all():
             raise InputError(f"the distances in {printable(where)} must all be positive: make the series again.")

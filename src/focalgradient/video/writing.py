@@ -151,8 +151,7 @@ def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> 
         ):
             raise InputError(
                 f"frame {number} contains radiance outside 0 to 1 (fractions of the display's white): scale it, so "
-                "that its "
-                "brightest pixel is 1."
+                "that its brightest pixel is 1."
             )
         values = encode(values)
     picture = (values.ndim == 2 and values.dtype in (np.uint8, np.uint16)) or (
