@@ -121,7 +121,7 @@ def test_scalar_and_compiled_agree() -> None:
                 samples=16,
                 seed=1,
                 variant=which,
-                progress=lambda share: None,
+                progress=lambda share, words: None,
             )
             for which in (SCALAR, best())
         ]

@@ -22,7 +22,7 @@ from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.render import blur_picture
 
 __all__ = ["HALF_MAX", "FocusSeries"]
@@ -150,7 +150,7 @@ class FocusSeries:
         kept = Kept(where, digest, lambda vergence: blur(light, far, vergence))
         if where is not None and (where / SUMMARY).exists():
             return cls.read(where)
-        say = progress or (lambda share, words: None)
+        say = progress or silent
         expected = _expected(light, far, blur, ends, bound, pixels)
         texels = light.shape[0] * light.shape[1] * (4 if light.min() >= 0 and light.max() <= 1 else 8)
         require(expected * light.size * 4.0, f"A focus series of {expected} planes", "reduce the picture")

@@ -149,7 +149,7 @@ def cast_without(
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
             if progress is not None:
-                progress(done / len(starts), "casting rays")
+                progress(done / len(starts), "rendering")
     return image, distance
 
 

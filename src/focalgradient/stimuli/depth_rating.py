@@ -22,7 +22,7 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.files import read_array
 from focalgradient.parallel import completed
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
@@ -119,7 +119,7 @@ def make_depth_rating(
         If a number is out of range, the display cannot resolve the blur, the folder contains another set or cannot be
         written, or Mitsuba is missing for an engine that needs it.
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     _check(seed, scenes, size, samples, display)
     lenses = named_apertures(apertures)
     how = _engine(engine)
@@ -316,7 +316,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             if sharp is None:
                 # At a finer resolution, because a pixel at an edge has one depth but the radiance of two surfaces.
                 fine = recipe.finer()
-                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done, words: None)
+                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), silent)
                 sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
             assert sharp_mean is not None
             measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
@@ -332,17 +332,14 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
 
 
 def _all_pictures(scene: _Scene) -> list[_Made]:
-    return list(_pictures(scene, lambda share, words: None))
+    return list(_pictures(scene, silent))
 
 
 def _made(executor: Executor | None, scenes: Sequence[_Scene], say: Progress) -> Iterator[tuple[_Scene, _Made]]:
     """Yield each missing picture as it is made: here one by one, by workers scene by scene."""
     if executor is None:
         for number, scene in enumerate(scenes):
-
-            def share(done: float, words: str, before: int = number) -> None:
-                say((before + done) / len(scenes), words)
-
+            share = part_of(say, number, len(scenes))
             yield from ((scene, picture) for picture in _pictures(scene, share))
         return
     for done, (number, pictures) in enumerate(completed(executor, _all_pictures, scenes), start=1):

@@ -14,7 +14,7 @@ from scipy.ndimage import distance_transform_edt
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
@@ -85,7 +85,7 @@ def make_from_stimuli(
     ...     [(one.aperture, one.fixation) for one in made.pictures]
     [('pinhole', 'focus'), ('f/8.333', 'focus')]
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     shape, pupil_mm = _checked(stimuli, display)
     aperture = f"f/{1e3 * FOCAL_LENGTH / pupil_mm:.4g}"
     parameters = {

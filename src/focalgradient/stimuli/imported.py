@@ -24,7 +24,7 @@ from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.depth_rating import Pupil
@@ -130,7 +130,7 @@ def import_pictures(
         If the position of a fixated object is missing: the centre of the picture is used.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
-    display, say = display or Display(), progress or (lambda share, words: None)
+    display, say = display or Display(), progress or silent
     if not 0 < focal_length <= 1:
         raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
     if field is not None and not 0 < field < math.pi:

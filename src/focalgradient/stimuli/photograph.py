@@ -16,7 +16,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number
 from focalgradient.files import plain_name
 from focalgradient.parallel import in_order
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
@@ -86,7 +86,7 @@ def make_from_photographs(
     InputError
         If a picture and its depth do not match, do not fit the display, or the display cannot resolve the blur.
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     lenses = named_apertures(apertures)
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
@@ -112,10 +112,7 @@ def make_from_photographs(
     folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
         for number, (name, pair) in enumerate(photographs.items()):
-
-            def share(done: float, words: str, before: int = number) -> None:
-                say((before + done) / len(photographs), words)
-
+            share = part_of(say, number, len(photographs))
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
         judge_set(folder)
         light = folder.content["controls"]["mean_luminance_percent"]["worst"]

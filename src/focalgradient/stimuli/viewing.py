@@ -21,7 +21,7 @@ from focalgradient.optics import Optics
 from focalgradient.photographs.depth_pictures import DepthPair, DepthPicture
 from focalgradient.photographs.pictures import png_of
 from focalgradient.plausibility import named
-from focalgradient.progress import Progress, part_of
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.psf import Psf
 from focalgradient.render import blur_picture
 from focalgradient.stimuli.depth_rating import LIGHTS
@@ -174,7 +174,7 @@ class Viewing:
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
         count = self.resolved(picture).wavelengths
         if count is None and self.screen is None:
-            say = progress or (lambda share, words: None)
+            say = progress or silent
             parts = [part_of(say, number, len(LIGHTS)) for number in range(len(LIGHTS))]
             bands = [
                 blur_picture(colours[..., n], metres, eye.in_light(nm), pixel_angle=angle, progress=parts[n])
