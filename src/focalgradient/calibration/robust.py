@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 __all__ = ["fit_terms"]
 
-FloatArray = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 
-def fit_terms(terms: FloatArray, values: FloatArray, weight: FloatArray, rounds: int) -> tuple[FloatArray, float]:
+def fit_terms(terms: Floats, values: Floats, weight: Floats, rounds: int) -> tuple[NDArray[np.float64], float]:
     """Return the coefficients of `terms` that fit `values`, and the standard deviation of the residuals.
 
     Each of the `rounds` weighs observations by their residuals r in the round before, as 1 / sqrt(1 + (r / 2 sd)^2).
@@ -34,7 +36,7 @@ def fit_terms(terms: FloatArray, values: FloatArray, weight: FloatArray, rounds:
     """
     reweighted, used = weight, weight > 0
     for _ in range(rounds):
-        fit: FloatArray = np.asarray(
+        fit: NDArray[np.float64] = np.asarray(
             np.linalg.lstsq(terms * reweighted[:, None], values * reweighted, rcond=None)[0], float
         )
         off = np.abs(values - terms @ fit)
