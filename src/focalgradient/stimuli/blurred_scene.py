@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design import BlurThresholdDesign
+from focalgradient.optics import Aperture
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.depth_rating import Pupil
 
 if TYPE_CHECKING:
     from focalgradient.stimuli.sets import StimulusSet
@@ -48,10 +48,10 @@ def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str,
     if amount > 0:
         angle = math.radians(1 / stimuli.display.pixels_per_degree)
         if design.judged == "blur":
-            lens, distance = Pupil(design.pupil_mm / 1000, amount), np.full(light.shape[:2], math.inf)
+            lens, distance = Aperture(design.pupil_mm / 1000, amount), np.full(light.shape[:2], math.inf)
         else:
             distance = stimuli.depth(scene).astype(float)
             x, y = stimuli.scene(scene).target(design.fixation).position_px
-            lens = Pupil(amount / 1000, 1 / float(distance[int(y), int(x)]))
+            lens = Aperture(amount / 1000, 1 / float(distance[int(y), int(x)]))
         light = blur_picture(light, distance, lens, pixel_angle=angle)
     return stimuli.display.encode(light)

@@ -22,12 +22,12 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import inner_name, plain_name, read_array, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
+from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress, silent
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import (
@@ -393,7 +393,7 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
         for one in shown:
             if one["aperture"] == "pinhole" or one["focus_m"] is None:
                 continue
-            optics = Pupil(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
+            optics = Aperture(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
             blurred = read_array(out / one["linear"], "a picture of the set") @ weights
             stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
             known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)

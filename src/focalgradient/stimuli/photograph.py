@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number
 from focalgradient.files import plain_name
+from focalgradient.optics import Aperture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
+from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
@@ -156,7 +157,7 @@ class _Condition:
 
     sharp: NDArray[np.float32]
     distance: NDArray[np.floating]
-    optics: Pupil
+    optics: Aperture
     pixel_angle: float
 
 
@@ -190,10 +191,13 @@ def _scene(
     sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
     sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
     folder.put({f"{name}/depth.npy": npy(stored_distance(distance, name))})
-    shown: dict[tuple[Fixation, str], tuple[str, Pupil]] = {}
+    shown: dict[tuple[Fixation, str], tuple[str, Aperture]] = {}
     for end in FIXATIONS:
         for aperture in lenses:
-            shown[end, aperture] = stem_of(aperture, end), Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
+            shown[end, aperture] = (
+                stem_of(aperture, end),
+                Aperture(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1]),
+            )
     optics_of = dict(shown.values())  # pinhole first
     jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}
