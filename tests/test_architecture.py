@@ -140,6 +140,7 @@ HOMES = {
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab"},
     "pydantic": {
+        "dataset",
         "design",
         "photographs",
         "published",

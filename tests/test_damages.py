@@ -17,6 +17,7 @@ from damaging import (
     journal,
     lines,
     manifest,
+    noted,
     people,
     put,
     renamed,
@@ -147,10 +148,16 @@ DAMAGES = {
     "presses lost": (text(b'"presses"', b'"pressed"', task="necker"), "line 6: presses is missing"),
     "presses of ratings": (
         text(b'"rating"', b'"presses": [[1]], "rating"'),
-        "line 6: presses are given in a trial in which",
+        "line 6: presses is .*, but must be absent in a trial in which no keys are held",
     ),
-    "press damaged": (text(b"[1.0, ", b"[null, ", task="necker"), "line 6: a press is .*, but must be a time, a key"),
-    "presses not in order": (text(b"[1.0, ", b"[8.0, ", task="necker"), "line 6: presses are not in order of time"),
+    "press damaged": (
+        text(b"[1.0, ", b"[null, ", task="necker"),
+        "line 6: presses has .None, .*, but must be a list in order",
+    ),
+    "presses not in order": (
+        text(b"[1.0, ", b"[8.0, ", task="necker"),
+        "line 6: presses is .*, but must be a list in order",
+    ),
     "head of another": (text(b'"participant": "01"', b'"participant": "04"', 0), "belongs to a participant, session"),
     "head without design": (text(b'"design"', b'"plan"', 0), "line 1: design is missing"),
     "head lost": (lines(lambda found: found.pop(0)), "does not start with the first line of a journal"),
@@ -282,6 +289,17 @@ DAMAGES = {
     "all: looks too close": (
         forged(each("onset", lambda event: event["onset"] / 5), "pinhole"),
         "it begins 6 s after the previous one",
+    ),
+    "all: no pictures stated": (
+        forged(lambda events: events[0].pop("stimuli")),
+        "line 1: stimuli is missing",
+    ),
+    "all: age in a list": (forged(head(about=[30])), r"line 1: about is \[30\], but must be a table"),
+    "all: triggers without codes": (forged(noted(3, "triggers", ports=[])), "line 4: markers is missing, but must be"),
+    "all: a round in words": (forged(noted(3, "practice", round="last", passed=False)), "line 4: round is 'last', but"),
+    "all: a value beyond floats": (
+        text(b'"rating"', b'"extra": {"clear": {"value": 1e999}}, "rating"'),
+        "line 6: extra is .*, but must be a table of values",
     ),
     # Participants, manifest and description.
     "age below 0": (people("\t30\t", "\t-3\t"), r"row 2: age is -3, but must be a number of years"),

@@ -8,7 +8,7 @@ import pytest
 
 from focalgradient.dataset import Files, Journal, begin_dataset, repair, validate
 from focalgradient.dataset.bids import add_participant
-from focalgradient.dataset.events import wrong_event
+from focalgradient.dataset.events import event_error
 from focalgradient.dataset.focus import Change, export_focus
 
 
@@ -147,9 +147,9 @@ CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "g
     [
         ({"kind": "gaze", "samples": []}, None),
         ({"kind": "gaze", "samples": [[0.1, 1, 2.0]]}, None),
-        ({"kind": "gaze"}, "samples of the gaze are not a list"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "a sample of the gaze is [0.1, 1.0], but must be a time, x and y"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "a sample of the gaze is [0.1, 1.0, None], but must be"),
+        ({"kind": "gaze"}, "samples is missing, but must be a list, each a time, x and y"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "samples has [0.1, 1.0], but must be a list, each a time, x and y"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "samples has [0.1, 1.0, None], but must be a list"),
         ({"kind": "eye tracker", **TRACKER}, None),
         ({"kind": "focus", "time": 1.0}, None),  # when it was asked for
         ({"kind": "focus", **CHANGE}, None),
@@ -159,5 +159,5 @@ CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "g
     ],
 )
 def test_notes_of_a_session_are_checked_by_their_kind(event: dict[str, Any], why: str | None) -> None:
-    found = wrong_event({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
+    found = event_error({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
     assert found is None if why is None else str(found).startswith(why)

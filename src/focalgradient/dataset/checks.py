@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -324,7 +325,7 @@ class _Checked:
             if named:
                 yield "it names pictures, but not their manifest: restore it."
             return
-        if not (isinstance(sha256, str) and SHA256.fullmatch(sha256)):
+        if not (isinstance(sha256, str) and re.fullmatch(SHA256, sha256)):
             yield f"StimuliSHA256 is {str(sha256)[:80]!r}, but must be a SHA-256 in hexadecimal."
             return
         if sha256 not in self.manifests:

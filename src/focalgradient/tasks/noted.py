@@ -16,6 +16,7 @@ __all__ = [
     "AGAIN",
     "AGAIN_ABOUT",
     "EXTRA",
+    "NAME",
     "SHOWN",
     "SHOWN_ABOUT",
     "START",
@@ -23,7 +24,6 @@ __all__ = [
     "Noted",
     "OpenRecord",
     "check_noted",
-    "is_noted",
     "noted_columns",
     "noted_start",
     "plain",
@@ -206,23 +206,6 @@ def check_noted(trials: Iterable[Mapping[str, Any]]) -> None:
             raise InputError(f"{name} was noted as {kinds}: give values of one kind, or two names.")
         if len(units := [*dict.fromkeys(one["unit"])]) > 1:
             raise InputError(f"{name} was noted in {units[0]!r} and in {units[1]!r}: give both one unit, or two names.")
-
-
-def is_noted(extra: Any) -> bool:
-    """Return whether the `extra` entry of an event is valid.
-
-    >>> is_noted({"interest": {"value": 3}}), is_noted({"interest": 3})
-    (True, False)
-    """
-    if not isinstance(extra, dict):
-        return False
-    for name, entry in extra.items():
-        if not (NAME.fullmatch(name) and isinstance(entry, dict) and "value" in entry):
-            return False
-        texts = all(isinstance(entry.get(key, ""), str) for key in ("unit", "description"))
-        if not (texts and (entry["value"] is None or type(entry["value"]) in FORMS)):
-            return False
-    return True
 
 
 FORMS: Mapping[type, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}
