@@ -59,11 +59,11 @@ def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path
     place, table = session
     whole = table.read_text()
     table.write_text(whole.replace("20.1235", "10.1235", 1))
-    assert "row 2: latency_ms differs from its journal" in problems(place)
+    assert "in row 2, where latency_ms is '10.1235', but '20.1235' in the journal" in problems(place)
     table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
-    assert "has 2 changes of focus, but its journal has 3" in problems(place)
+    assert "it differs from its journal, as row 4 is missing" in problems(place)
     table.write_text("onset\n")
-    assert "the column focus_dioptre is missing" in problems(place)
+    assert "it differs from its journal" in problems(place)
     table.unlink()
     assert "the session crashed" in problems(place)
 
@@ -83,7 +83,7 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
         ('"ms": 21.623', '"ms": 11.623', "Latency differs from the journal"),
         ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from the journal"),
         ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from the journal"),
-        ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: restore it"),
+        ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: use 'focalgradient repair'"),
         ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' occurs twice"),
         ("{", "[{", "is not valid JSON"),
     ],
@@ -95,9 +95,9 @@ def test_a_sidecar_that_was_changed_is_found(session: tuple[Path, Path], old: st
     path.write_text(path.read_text().replace(old, new, 1))
     assert sentence in problems(place)
     path.write_text("[1]")
-    assert "is not a JSON object: restore it" in problems(place)
+    assert "is not a JSON object: use 'focalgradient repair'" in problems(place)
     path.unlink()
-    assert "cannot be read" in problems(place)
+    assert f"{path} is missing" in problems(place)
 
 
 @pytest.mark.parametrize("torn", [False, True])

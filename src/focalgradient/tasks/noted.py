@@ -138,7 +138,7 @@ class OpenRecord(type):
 
     def __call__(cls, *values: Any, **named: Any) -> Any:
         """Create an answer."""
-        own = {one.name for one in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        own = cls.__dataclass_fields__  # type: ignore[attr-defined]
         given = named.pop(EXTRA, {})
         if not isinstance(given, Mapping):
             raise InputError(f"{EXTRA} is a {type(given).__name__}, but must be a dict of further fields by name.")
