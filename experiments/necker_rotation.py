@@ -81,8 +81,7 @@ def show_cube(sitting: Sitting, trial: NeckerTrial, loop: list[Any]) -> Watched:
 
     found: list[Press] = []
     onset = screen.play(draw, trial.trial_s, "cube", presses=found)
-    end = screen.blank()
-    screen.on_event("off", end)
+    end = screen.empty(0.0, "off")
     found += screen.keys.events()  # key events during the last frame
     presses = sorted(press._replace(time=press.time - onset) for press in found if press.key in keys)
     return Watched(onset=sitting.since_start(onset), presses=presses, trial_duration=end - onset)

@@ -1,6 +1,7 @@
 """The house: which room may import which, how light the front door is, and that no file is tied to one machine."""
 
 import ast
+import functools
 import os
 import re
 import shutil
@@ -50,7 +51,7 @@ ROOMS = {
     },
     "tables": {"errors", "files"},
     "scales": {"errors", "files"},
-    "tasks": {"errors", "files", "scales"},
+    "tasks": {"display", "errors", "files", "scales"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
     "dataset": {"design", "errors", "files", "parallel", "scales", "tasks"},
     "observers": {
@@ -127,7 +128,7 @@ ROOMS["__main__"] = {"cli"}
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics"},
+    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics", "stimuli"},
     "power": {"observers"},
     "published": {"statistics"},
 }
@@ -188,13 +189,21 @@ def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
             yield from (f"{origin}.{alias.name}" for alias in node.names)
 
 
-def imported(file: Path) -> Iterator[tuple[str, str]]:
+@functools.cache
+def parsed(file: Path) -> ast.Module:
+    return ast.parse(file.read_text(encoding="utf-8"))
+
+
+@functools.cache
+def imported(file: Path) -> list[tuple[str, str]]:
     """(library, what of it) for each import of a file: for this package the room, for others the dotted rest."""
+    found = []
     package = ".".join(file.relative_to(ROOT / "src").parts[:-1]) if file.is_relative_to(PACKAGE) else ""
-    for name in imports(file.read_text(encoding="utf-8"), package):
+    for name in imports(parsed(file), package):
         library, _, rest = name.partition(".")
         part = rest.partition(".")[0]
-        yield library, (part if part in ROOMS else "__init__") if library == "focalgradient" else rest
+        found.append((library, (part if part in ROOMS else "__init__") if library == "focalgradient" else rest))
+    return found
 
 
 def test_imports_are_found_wherever_they_stand() -> None:
@@ -223,8 +232,8 @@ def test_rooms_load_nothing_early_that_they_may_import_when_called_only() -> Non
         for room, others in WHEN_CALLED.items()
         for file in sorted(PACKAGE.rglob("*.py"))
         if room_of(file) == room
-        for node in ast.parse(file.read_text(encoding="utf-8")).body
-        for name in imports(ast.unparse(node) if isinstance(node, ast.Import | ast.ImportFrom | ast.If) else "")
+        for node in parsed(file).body
+        for name in (imports(node) if isinstance(node, ast.Import | ast.ImportFrom | ast.If) else ())
         if name.split(".")[:2] in [["focalgradient", other] for other in others]
     ]
     assert not early
@@ -282,7 +291,7 @@ def test_only_command_lines_speak_of_options() -> None:
         f"{file.relative_to(ROOT)}, line {node.lineno}: {node.value!r}"
         for file in sorted(PACKAGE.rglob("*.py"))
         if room_of(file) not in ("cli", "lab")
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
+        for node in ast.walk(parsed(file))
         if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count("\n") < 2
         if option.search(quoted.sub("", node.value))
     ]

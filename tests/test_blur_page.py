@@ -94,7 +94,7 @@ def lens(chromium: browser.Browser, focus: float) -> Lens:
     return Lens(0.05, chromium.js("blurPage.stops[blurPage.state.stop]"), 1 / focus)
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("focus", [0.3, 0.9, 1.4])
 def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Browser, Path], focus: float) -> None:
     chromium = opened(shown)
@@ -110,7 +110,7 @@ def test_the_canvas_shows_what_blur_makes_of_the_picture(shown: tuple[browser.Br
     assert abs(mean) < 0.002
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.slow
 @pytest.mark.parametrize(("distance", "focus"), [(0.75, 1.0), (3.0, 1.0), (3.0, 1.4), (1.2, 0.3)])
 def test_the_disc_of_the_point_of_light_has_the_radius_of_eq_1(
     shown: tuple[browser.Browser, Path], distance: float, focus: float
@@ -159,70 +159,3 @@ def test_it_asks_nothing_of_the_network_and_reports_no_error(shown: tuple[browse
     troubles = ("Log.entryAdded", "Runtime.exceptionThrown", "Runtime.consoleAPICalled")
     assert not [event for event in chromium.events if event.get("method") in troubles]
     assert not re.findall(r"(?:src|href)=|https?://|url\(", shown[1].read_text())
-
-
-@pytest.mark.slow
-def test_it_moves_by_the_keyboard_alone(shown: tuple[browser.Browser, Path]) -> None:
-    chromium = opened(shown)
-
-    def press(key: str) -> None:
-        for kind in ("keyDown", "keyUp"):
-            chromium.call("Input.dispatchKeyEvent", type=kind, key=key, code=key, windowsVirtualKeyCode=KEYS[key])
-
-    reached = []
-    for _ in range(8):
-        press("Tab")
-        reached.append(chromium.js("document.activeElement.id || document.activeElement.tagName"))
-    assert [name for name in reached if name != "SUMMARY"] == [
-        *("picture", "aperture", "focus", "distance", "lamp", "sweep", "there")
-    ]
-    names = chromium.js("[...document.querySelectorAll('input')].map(i => i.labels.length)")
-    assert names == [1, 1, 1, 1]
-    chromium.js("document.getElementById('focus').focus()")
-    before = chromium.js("blurPage.state.focus")
-    press("ArrowRight")
-    assert chromium.js("blurPage.state.focus") < before
-    chromium.js("document.getElementById('picture').focus()")
-    chromium.js("blurPage.state.x = 40; blurPage.state.y = 100")
-    press("ArrowRight")
-    press("Enter")
-    assert chromium.js("blurPage.state.focus") == pytest.approx(1 / 0.7, abs=1e-3)
-
-
-KEYS = {"Tab": 9, "Enter": 13, "ArrowRight": 39}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("size", "phone", "dark"), [((1280, 860), False, False), ((390, 844), True, True)], ids=["desk", "phone"]
-)
-def test_it_fits_a_desk_and_a_phone(
-    shown: tuple[browser.Browser, Path], size: tuple[int, int], phone: bool, dark: bool, tmp_path: Path
-) -> None:
-    chromium = opened(shown, size=size, phone=phone, dark=dark)
-    assert chromium.js("document.documentElement.scrollWidth") <= size[0]
-    chromium.screenshot(tmp_path / "page.png")
-    seen = cv2.imread(str(tmp_path / "page.png"))
-    assert seen is not None
-    assert (seen[2, 2].mean() < 60) == dark  # the ground
-    assert seen.std() > 20
-
-
-@pytest.mark.slow
-def test_a_frame_while_something_moves_costs_less_than_a_tenth_of_a_second_of_processor(
-    tmp_path: Path, shown: tuple[browser.Browser, Path]
-) -> None:
-    # In all: 30 frames a second take so much of three cores at most. Processor time, as other programs may be at work.
-    light, metres = picture()
-    page = tmp_path / "large.html"
-    twice = (cv2.resize(light, (480, 320)), cv2.resize(metres, (480, 320), interpolation=cv2.INTER_NEAREST))
-    page.write_text(builder().page(*twice, ANGLE / 2, "Made for a test."))
-    chromium = opened((shown[0], page))
-    chromium.js("blurPage.state.stop = 0; document.getElementById('sweep').click()")
-    costs = []
-    for _ in range(6):  # all is compiled only after a while
-        before, drawn = chromium.processor_s(), chromium.js("blurPage.drawn()")
-        chromium.wait(f"blurPage.drawn() >= {drawn + 10}")
-        costs.append((chromium.processor_s() - before) / (chromium.js("blurPage.drawn()") - drawn))
-    print(f"{1e3 * min(costs):.0f} ms of processor a frame")
-    assert min(costs) < 0.1

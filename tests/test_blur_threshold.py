@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 import math
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +14,7 @@ from focalgradient.cli import main
 from focalgradient.dataset import Apparatus, Chosen, Session, export, read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
-from focalgradient.report.thresholds import analyse_thresholds
+from focalgradient.observers import OBSERVERS, choose, known_threshold
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -186,21 +183,6 @@ def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
     assert read_journal(next((tmp_path / "data").rglob("sub-01*.jsonl"))).head["about"]["threshold"] > 0
 
 
-def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
-    root = Path(shutil.copytree(simulated, tmp_path / "data"))
-    shutil.rmtree(root / "sourcedata")
-    for label in ("02", "03", "04"):
-        shutil.move(root / f"sub-{label}", tmp_path)
-    assert [one.participant for one in analyse_thresholds(root).result.subjects] == ["sub-01"]
-    shutil.move(tmp_path / "sub-02", root)
-    (sidecar,) = root.glob("sub-02/**/*_beh.json")
-    settings = json.loads(sidecar.read_text())
-    settings["Design"]["most_level"] = 1.5
-    sidecar.write_text(json.dumps(settings))
-    with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
-        analyse_thresholds(root)
-
-
 @pytest.mark.slow
 def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
     ran("report", simulated, "--out", tmp_path / "report")
@@ -286,15 +268,3 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(few, NotComputed)
     assert "but must be 20" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
-
-
-def test_without_psignifit_it_is_said_how_to_get_it(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"psignifit, which is not installed: pip install 'focalgradient\[thr"):
-        fit_threshold([0.1], [True], least=0.02, most=2.0)
-
-
-def test_the_share_of_right_answers_goes_from_half_to_all_but_lapses():
-    assert right_share(1e-6, 0.2, lapses=0.02) == pytest.approx(0.5)
-    assert right_share(0.2, 0.2, lapses=0.02) == pytest.approx(0.74)
-    assert right_share(9.0, 0.2, lapses=0.02) == pytest.approx(0.98)

@@ -60,6 +60,7 @@ def test_a_slip_is_named(slip, named):
     assert named in likeliest_slips(readings, FOCAL, pitch)[0].text
 
 
+@pytest.mark.slow
 def test_one_distance_measured_wrongly_is_named():
     """A tape that was read at 0.53 m instead of 0.7 m looks like an exchange or another pixel pitch."""
     readings = [replace(r, distance=0.525) if r.distance == 0.7 else r for r in camera(1)]

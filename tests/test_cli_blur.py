@@ -14,7 +14,7 @@ from PIL import Image, ImageCms
 from focalgradient import Lens
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus, natural_pupil
+from focalgradient.eye import natural_pupil
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
 from focalgradient.video import write_frames
@@ -110,35 +110,6 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
     assert (aberrated < 0.95 * plain).all()
 
 
-def test_an_eye_of_a_prescription_and_an_age(folder: Path) -> None:
-    """A wall at 1 m: sharp with lenses at 30 years, blurred to a myope of 3 D without, and with them at 65 years."""
-    np.save(folder / "wall.npy", np.full((48, 64), 1.0))
-    sharpness = []
-    glasses = ["--correction", "contact-lens"]
-    for number, person in enumerate((["--age", 30, *glasses], ["--age", 30], ["--age", 65, *glasses])):
-        out = folder / str(number)
-        given = ["--pupil", 3, "--refraction", "-3.00", *person, "--focus", 1, "--field", 1]
-        result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given)
-        assert result.exit_code == 0, result.output
-        (picture,) = out.glob("blurred-*.npy")
-        sharpness.append(float(np.load(picture).std()))
-    assert max(sharpness[1:]) < 0.7 * sharpness[0]
-    lens = ["--f-number", 2, "--focal-length", 50, "--age", 30, "--focus", 1, "--field", 1]
-    refused = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "lens", *lens)
-    assert refused.exit_code == 2
-    assert "describe an eye: give its --pupil" in refused.stderr
-
-
-def test_without_a_diameter_the_pupil_of_a_person_is_the_natural_one(folder: Path) -> None:
-    np.save(folder / "wall.npy", np.full((48, 64), 2.0))
-    given = ["--refraction", "plano", "--age", 60, "--focus", "inf", "--field", 1]
-    result = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "natural", *given)
-    assert result.exit_code == 0, result.output
-    facts = json.loads((folder / "natural" / "summary.json").read_text())["pictures"][0]
-    radius = float(natural_pupil(100.0, age=60)) / 2 * 0.5  # half a dioptre
-    assert max(facts["largest_blur_px"]) * np.radians(facts["pixel_arcmin"] / 60) == pytest.approx(radius, rel=0.01)
-
-
 def test_an_eye_from_a_table_of_zernike_coefficients(folder: Path) -> None:
     """Its defocus is corrected, so that the rest of its wavefront is what blurs."""
     (folder / "um.csv").write_text("n,m,um\n2,0,1.3\n4,0,0.2\n")
@@ -225,23 +196,12 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
     ("changed", "words"),
     [
         (["--f-number", "2"], "add the missing one"),
-        (["--pupil", "4", *LENS, "--field", "4"], "give exactly one of the three"),
-        (["--pupil", "40", "--field", "4"], "pupil"),
         ([*LENS], "the size of a pixel is unknown"),
-        ([*LENS, "--field", "4", "--pixel-pitch", "8"], "give one of them"),
         ([*LENS, "--field", "200"], "--field"),
-        ([*LENS, "--field", "4", "--chromatic"], "an eye"),
-        (["--pupil", "4", "--field", "4", "--wavelengths", "9"], "add --chromatic"),
         (["--pupil", "4", "--field", "4", "--to-show"], "add --chromatic"),
-        (["--pupil", "4", "--field", "4", "--illuminant", "A"], "add --chromatic"),
         (["--pupil", "4", "--field", "4", "--chromatic", "--to-show", "--illuminant", "A"], "leave out --to-show"),
-        (["--pupil", "4", "--field", "4", "--chromatic", "--illuminant", "sun"], "illuminant is 'sun'"),
-        ([*LENS, "--field", "4", "--depth-unit", "disparity"], "baseline"),
         ([*LENS, "--field", "4", "--gamma", "9"], "gamma"),
-        ([*LENS, "--field", "1e-4"], "reduce the picture"),
         ([*LENS, "--field", "4", "--eye", "no.toml"], "give exactly one of the three"),
-        (["--eye", "no.toml", "--field", "4"], "no.toml"),
-        ([*LENS, "--field", "4", "--focus", "1"], "twice"),
         ([*LENS, "--field", "4", "--focus", "0.01"], "focal length"),
     ],
 )
@@ -265,24 +225,6 @@ def test_an_alpha_channel_may_hide_nothing(folder: Path) -> None:
         assert result.exit_code == code, result.output
     assert "transparent.png is transparent in places" in result.output
     assert not (folder / "transparent").exists()
-
-
-def test_a_warning_of_the_optics_is_one_line_and_in_the_summary(folder: Path) -> None:
-    given = ("--pupil", 0.5, "--focus", 1, "--field", 4)
-    result = run(folder / "picture.png", folder / "depth.npy", "--out", folder / "out", *given)
-    assert result.exit_code == 0, result.output
-    assert result.stderr.startswith("Warning: a pupil of 0.5 mm")
-    assert ".py" not in result.stderr
-    assert len(json.loads((folder / "out" / "summary.json").read_text())["warnings"]) == 1
-
-
-def test_inputs_are_never_outputs(folder: Path) -> None:
-    np.save(folder / "blurred-1.0m.npy", np.full((48, 64), 2.0))
-    result = run(
-        folder / "picture.png", folder / "blurred-1.0m.npy", "--out", folder, *LENS, "--focus", 1, "--field", 4
-    )
-    assert result.exit_code == 2
-    assert np.load(folder / "blurred-1.0m.npy")[0, 0] == 2.0
 
 
 METRES = np.linspace(1, 3, 12).reshape(3, 4)
@@ -404,34 +346,6 @@ def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None
     with pytest.warns(match="66.67% of the pixels have no depth"):
         found = read_distances(tmp_path / "d.npy")
     assert found.metres.tolist() == [[1, 2, 2, 2], [3, 3, 3, 3], [3, 3, 3, 3]]
-
-
-def test_what_a_display_must_show_for_the_image_of_real_depth(folder: Path) -> None:
-    """It is what the library finds, and the summary states what is left."""
-    np.save(folder / "wall.npy", np.full((48, 64), 2.0))
-    given = ("--pupil", 4, "--focus", "1.0", "--field", 1, "--chromatic", "--to-show")
-    result = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "out", *given)
-    assert result.exit_code == 0, result.output
-    light = np.load(folder / "out" / "blurred-1.0m.npy")
-    picture = srgb_to_linear(cv2.imread(str(folder / "picture.png"))[..., ::-1] / 255)
-    angle = 2 * np.tan(np.radians(0.5)) / 64
-    found = chromatic_stimulus(picture, np.full((48, 64), 2.0), Eye(0.004, 1.0), screen=1.0, pixel_angle=angle)
-    assert np.allclose(light, found.shown, atol=1e-4)
-    residuals = json.loads((folder / "out" / "summary.json").read_text())["pictures"][0]["residuals"][0]
-    assert residuals["residual"] == pytest.approx(found.residual, rel=1e-2)
-    assert max(residuals["residual"]) < max(residuals["alike"])
-    aged = run(folder / "picture.png", folder / "wall.npy", "--out", folder / "aged", *given, "--age", 75)
-    assert aged.exit_code == 0, aged.output
-    basis = SpectralBasis.of_display().through_lens(75)
-    found = chromatic_stimulus(
-        picture,
-        np.full((48, 64), 2.0),
-        Eye(0.004, age=75, looking_at=1.0),
-        screen=1.0,
-        pixel_angle=angle,
-        basis=basis,
-    )
-    assert np.allclose(np.load(next((folder / "aged").glob("blurred-*.npy"))), found.shown, atol=1e-4)
 
 
 def test_a_focus_out_of_an_eyes_reach_is_stated(folder: Path) -> None:

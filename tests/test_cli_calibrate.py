@@ -18,8 +18,6 @@ from focalgradient.errors import InputError
 from focalgradient.photographs import camera_toml, load_camera, load_settings
 from focalgradient.psf import transfer
 
-SQUARES = Path(__file__).parents[2] / "shared" / "data" / "printed_squares"
-
 OFFSET, FOCUS, PITCH = 0.05, 0.35, 8e-6  # m; focus from the optical centre
 STOPS = {"8": 8.6, "16": 15.4}  # marked and true
 OWN = -0.8  # px^2: the camera sharpens
@@ -121,19 +119,6 @@ def test_two_distances_do_not_determine_the_offset(tmp_path, camera):
     assert load_camera(tmp_path / "camera.toml").calibration.sd[2] > 1.5 * load_camera(camera[0]).calibration.sd[2]
 
 
-def test_edges_with_a_camera_calibrated_by_equalising_are_warned_of(camera, tmp_path):
-    text = camera[0].read_text()
-    assert "psf =" not in text
-    (tmp_path / "camera.toml").write_text(text.replace("[camera]", '[camera]\npsf = "disc"', 1))
-    photographs = [picture(tmp_path / f"{mark}.png", 0.9, true, seed=7) for mark, true in STOPS.items()]
-    marks = ("--f-number", 8, "--f-number", 16, "--near", 0.45, "--far", 3, "--out", tmp_path / "out")
-    said = [
-        run("depth", *photographs, *marks, "--calibration", path, "--method", "edges").stderr
-        for path in (camera[0], tmp_path / "camera.toml")
-    ]
-    assert ["does not measure the blur along edges" in one for one in said] == [False, True]
-
-
 def test_edges_give_the_distance_from_the_users_plane(camera, tmp_path):
     photographs = [picture(tmp_path / f"{mark}.png", 0.9, true, seed=7) for mark, true in STOPS.items()]
     result = run(
@@ -189,7 +174,7 @@ def test_a_shaken_photograph_is_named(tmp_path):
     assert re.search(r"Warning: .*1\.png is \d+% more blurred than the others of its kind", result.stderr)
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("one", "other", "named"),
     [
@@ -206,16 +191,6 @@ def test_slips_are_refused_and_named(tmp_path, one, other, named):
     assert result.exit_code == 2
     assert f"contradict the stated values: their blur fits better with {named}" in result.stderr
     assert not (tmp_path / "camera.toml").exists()
-
-
-def test_photographs_of_one_distance_show_no_slips(tmp_path):
-    path = targets(tmp_path, (1.1,))
-    path.write_text(path.read_text().replace("distance_m = 1.1\n", "distance_m = 1.1\nfocus_distance_m = 0.3\n"))
-    result = run("calibrate", path, "--out", tmp_path / "camera.toml")
-    assert result.exit_code == 0, result.output
-    assert (
-        "cannot show whether their distances, f-numbers and pixel pitch are right, as all of them (2)" in result.stderr
-    )
 
 
 # --- What can be wrong -------------------------------------------------------------------------------------------
@@ -301,30 +276,3 @@ def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_
 
 
 # --- Real photographs --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not SQUARES.is_dir(), reason="the photographs of printed squares are not at hand")
-def test_printed_squares(tmp_path):
-    """One exposure of each calibrates, another is measured."""
-    text = "[camera]\nfocal_length_mm = 18\npixel_pitch_um = 4.7\n"
-    for centimetres in (50, 150):
-        for stop in (10, 16):
-            image = (SQUARES / f"{centimetres}cm-f{stop}-2.jpg").as_posix()
-            text += f'[[view]]\nimage = "{image}"\ndistance_m = {centimetres / 100}\nf_number = {stop}\n'
-    (tmp_path / "t.toml").write_text(text)
-    result = run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "camera.toml")
-    assert result.exit_code == 0, result.output
-    calibration = load_camera(tmp_path / "camera.toml").calibration
-    assert 1 / calibration.focus[None] - calibration.offset == pytest.approx(0.25, abs=0.05)
-    assert abs(calibration.offset) < 0.14
-    for metres in (0.5, 1.5):
-        image = SQUARES / f"{metres * 100:.0f}cm-f10-1.jpg"
-        result = run(
-            *("depth", image, "--f-number", 10, "--calibration", tmp_path / "camera.toml", "--method", "edges"),
-            *("--near", 0.3, "--out", tmp_path / "out"),
-        )
-        assert result.exit_code == 0, result.output
-        medians = json.loads((tmp_path / "out" / "summary.json").read_text())["medians"]
-        found = medians["vergence_dioptres"]
-        assert found == pytest.approx(1 / (metres + calibration.offset), abs=0.1)

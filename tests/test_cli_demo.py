@@ -9,10 +9,8 @@ from scipy import ndimage
 
 from focalgradient import DepthMap
 from focalgradient.cli import main
-from focalgradient.examples.files import CARDS_M, EFFECT, FOCUS_M, FRAMES, STOPS
+from focalgradient.examples.files import CARDS_M, FOCUS_M, STOPS
 from focalgradient.photographs import load_camera, load_settings, load_targets
-from focalgradient.statistics import depth_rating, read_ratings
-from focalgradient.video import Frame, Source
 
 
 @pytest.fixture(scope="module")
@@ -64,18 +62,6 @@ def test_the_camera_is_the_true_one_within_its_uncertainty(made):
     assert len(load_targets(folder / "targets.toml").shots) == 6
 
 
-def test_the_camera_is_what_calibrate_makes_of_the_targets(made, tmp_path):
-    folder, _ = made
-    again = CliRunner().invoke(main, ["calibrate", str(folder / "targets.toml"), "--out", str(tmp_path / "again.toml")])
-    assert again.exit_code == 0, again.output
-    kept, found = (load_camera(path).calibration for path in (folder / "camera.toml", tmp_path / "again.toml"))
-    assert found.offset == pytest.approx(kept.offset, abs=0.05 * kept.sd[2])
-    assert np.allclose(found.sd, kept.sd, rtol=0.02)
-    assert found.focus[FOCUS_M] == pytest.approx(kept.focus[FOCUS_M], abs=0.05 * kept.sd[5])
-    for stop in STOPS:
-        assert found.f_numbers[stop] == pytest.approx(kept.f_numbers[stop], rel=0.002)
-
-
 def test_edges_by_the_calibrated_camera_give_the_distances_of_the_cards(made, tmp_path):
     folder, _ = made
     command = ["depth", str(folder / "cards.png"), "--method", "edges", "--f-number", "5.6", "--near", "0.85"]
@@ -89,38 +75,6 @@ def test_edges_by_the_calibrated_camera_give_the_distances_of_the_cards(made, tm
         found = depth.distance[:, part][depth.valid[:, part]]
         assert len(found) > 50
         assert np.median(found) == pytest.approx(metres, rel=0.05)
-
-
-def test_the_frames_of_the_video_alternate_in_aperture(made):
-    folder, _ = made
-    with Source(folder / "video.mkv") as source:
-        frames = [item for item in source.frames() if isinstance(item, Frame)]
-    assert len(frames) == FRAMES
-    detail = [float(np.abs(np.diff(frame.image[:, -64:].astype(float), axis=1)).mean()) for frame in frames[:2]]
-    assert detail[0] > 1.1 * detail[1]
-
-
-def test_the_ratings_say_that_they_are_simulated(made):
-    folder, _ = made
-    table = read_ratings(folder / "ratings.csv").table
-    assert set(table["kind"]) == {"simulated"}
-    assert table["participant_id"].nunique() == 16
-    rises = {each.fixation: each.rise for each in depth_rating(table, equivalence_bound=1.2).fixations}
-    assert rises["nearest"].significant  # a newcomer's first report finds the effect that was put in
-    logs = np.log(table["rating"].astype(float))
-    near = table["fixation"] == "nearest"
-    rise = logs[near & (table["aperture"] == "f/5.6")].mean() - logs[near & (table["aperture"] == "pinhole")].mean()
-    assert rise == pytest.approx(np.log(EFFECT), abs=0.2)
-
-
-def test_a_file_in_the_place_of_the_folder_is_refused(made):
-    folder, _ = made
-    before = (folder / "near.png").read_bytes()
-    result = CliRunner().invoke(main, ["demo", "--out", str(folder / "near.png")])
-    assert result.exit_code == 2
-    assert result.stderr.startswith("Error: ")
-    assert result.stderr.count("\n") == 1
-    assert (folder / "near.png").read_bytes() == before
 
 
 def test_files_of_somebody_else_are_not_replaced(tmp_path):

@@ -12,15 +12,13 @@ import click
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
-from hypothesis import given
-from hypothesis import strategies as st
 
 from focalgradient.cli import main
 from focalgradient.cli.generate import Folder, Given, Made, command
-from focalgradient.cli.groups import DepthFile, Limits, Optics, Screen, Workers, screen_size
+from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
 from focalgradient.cli.shapes import ShapeAsked
 from focalgradient.errors import InputError
-from focalgradient.quantities import ARCMIN, DEGREES, METRES, MICROMETRES, MILLIMETRES
+from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 
 @dataclass(frozen=True)
@@ -223,19 +221,6 @@ def test_a_type_that_a_command_line_cannot_give_is_refused_by_name():
     assert received(unasked) == "None"
 
 
-def test_units_are_converted_as_everywhere_else():
-    """A set of pictures continues only with exactly its own settings."""
-    assert [n for n in (0.7, 1.5, 3.0, 6.0) if ARCMIN.si.value(n, "width") != math.radians(n / 60)] == []
-    assert [n for n in (0.7, 1.5, 3.0, 8.0) if DEGREES.si.value(n, "edge") != math.radians(n)] == []
-    assert [n for n in (0.7, 12.0, 35.0) if MILLIMETRES.si.value(n, "aperture") != 1e-3 * n] == []
-    assert ARCMIN.value(3.0, "width") == 3.0
-
-
-@given(st.integers(1, 9999), st.integers(1, 9999))
-def test_a_size_in_pixels_is_read_as_it_is_written(width, height):
-    assert screen_size("--screen", f"{width}x{height}") == (width, height)
-
-
 def test_groups_of_the_library_have_its_units_and_bounds():
     @command("Short.")
     def look(*, depth: DepthFile, limits: Limits, optics: Optics, workers: Workers) -> None:
@@ -252,19 +237,6 @@ def test_groups_of_the_library_have_its_units_and_bounds():
         ("--focus-tolerance", "2", "--focus-tolerance is 2.0, but must be a fraction"),
     ):
         assert message in str(run(look, option, value).exception)
-
-
-def test_a_display_is_made_of_its_options():
-    @command("Short.")
-    def look(*, display: Screen) -> None:
-        """Show."""
-        click.echo(f"{display.size_px} {display.pixel_pitch:.6g} {display.gamma}")
-
-    assert received(look) == "(1920, 1080) 0.0002767 sRGB"
-    words = ["--screen", "1000x500", "--screen-width", "50", "--gamma", "2.1,2.2,2.3"]
-    assert received(look, *words) == "(1000, 500) 0.0005 (2.1, 2.2, 2.3)"
-    assert "--screen is 5, but" in str(run(look, "--screen", "5").exception)
-    assert "--white is 0, but must be a positive number of cd/m^2." in str(run(look, "--white", "0").exception)
 
 
 def every(group: click.Group, path: str = "") -> Any:

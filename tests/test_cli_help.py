@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 import shlex
 import subprocess
@@ -51,12 +50,6 @@ def test_help_has_an_example_that_the_command_understands(words):
             assert context is not None
 
 
-def test_a_pixel_pitch_in_millimetres_is_refused():
-    refused = run("stimuli", "necker", "--out", "x", "--pixel-pitch", "0.2767")
-    assert refused.exit_code == 2
-    assert "give it in micrometres, 276.7 for 0.2767 mm" in refused.stderr
-
-
 def test_the_shell_completes_commands_options_and_choices():
     for words, expected in (("dep", "depth"), ("depth --calib", "--calibration"), ("depth --method eq", "equalise")):
         line = f"focalgradient {words}"
@@ -73,11 +66,6 @@ def test_the_shell_completes_commands_options_and_choices():
 @click.command(params=[JSON_OPTION])
 def found() -> None:
     show({"share": np.float64(0.5), "nothing": float("nan")}, "Share: 0.5", "Nothing.")
-
-
-def test_a_result_is_lines_for_people_or_one_object_for_programs():
-    assert CliRunner().invoke(found, []).stdout == "Share: 0.5\nNothing.\n"
-    assert json.loads(CliRunner().invoke(found, ["--json"]).stdout) == {"share": 0.5, "nothing": None}
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from photographed import SHAPE, TILE, RealCamera, encoded, write
 
 from focalgradient import DepthMap, InputError
 from focalgradient.cli import main
-from focalgradient.photographs import load_settings, read_photographs
+from focalgradient.photographs import read_photographs
 from focalgradient.plotting import PAPERS, calibration_sheet
 from focalgradient.psf import transfer
 
@@ -63,13 +63,6 @@ def test_a_stack_without_focus_distances_gives_the_order(tmp_path):
     assert json.loads((tmp_path / "out" / "summary.json").read_text())["details"]["order_only"] == 5
 
 
-def test_other_methods_want_the_focus_distances(tmp_path):
-    result = run("depth", *stack(tmp_path, 3), "--out", tmp_path / "out")
-    assert result.exit_code == 2
-    for option in ("--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"):
-        assert option in result.stderr  # all at once
-
-
 @pytest.fixture
 def pair(tmp_path):
     camera = RealCamera(scale=1.0, focus=1.0, curvature=0.0)
@@ -79,6 +72,7 @@ def pair(tmp_path):
     return paths[0], tmp_path / "cut.png"
 
 
+@pytest.mark.slow
 def test_views_of_unequal_size_are_cropped_when_asked(pair, tmp_path):
     refused = run("depth", *pair, "--out", tmp_path / "out", *OPTICS, *STOPS, "--far", 1)
     assert refused.exit_code == 2
@@ -112,12 +106,7 @@ def test_a_sheet_to_print(tmp_path):
     assert "--sheet A4" in run("calibrate", "--out", tmp_path / "c.toml").stderr
 
 
-def test_all_keys_that_are_missing_are_named_at_once(tmp_path):
-    (tmp_path / "v.toml").write_text('[camera]\n[[view]]\nimage = "a.png"\n')
-    with pytest.raises(InputError, match=r"focal_length_mm .* pixel_pitch_um .* are missing"):
-        load_settings(tmp_path / "v.toml")
-
-
+@pytest.mark.slow
 def test_what_an_assumed_encoding_leaves_open_is_stated(tmp_path):
     camera = RealCamera(scale=1.0, focus=1.0, curvature=0.0)
     paths = [camera.take(tmp_path / f"{mark}.png", 0.7, mark, seed=1) for mark in (11, 4)]

@@ -4,7 +4,6 @@ import json
 import os
 import shutil
 
-import pandas as pd
 import pytest
 from click.testing import CliRunner, Result
 from recorded import edit, rating_file, record_necker, record_ratings
@@ -93,22 +92,6 @@ def test_bad_options_are_said_in_one_sentence_and_nothing_is_written(data, tmp_p
     assert not (tmp_path / "report").exists()
 
 
-def test_nothing_is_written_into_a_data_set(data, tmp_path):
-    before = sorted(data.rglob("*"))
-    (tmp_path / "link").symlink_to(data)
-    for out in (data, data / "report", data / "sub-01" / "report", tmp_path / "link" / "report"):
-        result = run(data, "--out", out)
-        assert result.exit_code == 2
-        assert "is in the data set" in result.stderr
-    assert sorted(data.rglob("*")) == before
-
-
-def test_a_folder_without_data_set(tmp_path):
-    result = run(tmp_path, "--out", tmp_path / "report")
-    assert result.exit_code == 2
-    assert "is an empty folder: give the folder that" in result.stderr
-
-
 def test_a_table_of_ones_own(tmp_path):
     file = tmp_path / "ratings.csv"
     rows = [f"{who};{stop};{focus};1,{who}" for who in (1, 2, 3) for stop in ("0", "5,6") for focus in ("vorn", "far")]
@@ -131,27 +114,3 @@ def test_rules_and_a_preregistration(tmp_path):
     result = run(tmp_path, "--rules", tmp_path / "rules.toml", "--out", tmp_path / "report")
     assert result.exit_code == 2
     assert "lapse is not a known rule" in result.stderr
-
-
-def test_the_command_names_its_option_where_the_library_names_a_parameter(tmp_path):
-    (tmp_path / "own.csv").write_text("a,aperture,focus,rating\n1,0,near,1\n")
-    ended = run(tmp_path / "own.csv", "--out", tmp_path / "out")
-    assert ended.exit_code == 2
-    assert "name it with --columns participant=NAME." in ended.stderr
-
-
-@pytest.mark.slow
-def test_several_data_sets_are_pooled(data, tmp_path):
-    other = record_ratings(tmp_path / "other", 4)
-    result = run(data, other, "--out", tmp_path / "series")
-    assert result.exit_code == 0, result.output
-    pooled = pd.read_csv(tmp_path / "series" / "meta_analysis.csv")
-    studies = pd.read_csv(tmp_path / "series" / "studies.csv")
-    for _, row in pooled.iterrows():
-        own = studies[(studies["what"] == row["what"]) & (studies["exclusions"] == "with exclusions")]
-        assert own["value"].min() <= row["value"] <= own["value"].max()
-        assert row["studies"] == len(own) == 2
-    assert (tmp_path / "series" / "forest_01.png").exists()
-    result = run(data, other, "--preregister", "--out", tmp_path / "none")
-    assert result.exit_code == 2
-    assert "--preregister takes one design" in result.stderr

@@ -69,12 +69,9 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     ("args", "sentence"),
     [
         (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blur-blind, opposite"),
-        (("depth-rating", "--stimuli", "nowhere"), "contains no finished set"),
         (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
-        (("necker", "--workers", 1, "--scheduler", "tcp://127.0.0.1:1"), "both set where the work is done"),
         (("depth-rating", "--design", "{necker}"), "is a design of necker, but must be one of depth-rating"),
         (("necker", "--design", "{broken}"), "directions"),
-        (("necker", "--observers", 0), "--observers"),
         (("rating",), "EXPERIMENT is 'rating', but must be one of depth-rating, necker"),
     ],
 )
@@ -90,17 +87,6 @@ def test_what_is_wrong_is_said_in_one_sentence(tmp_path, necker, args, sentence)
     assert not (tmp_path / "data").exists()
 
 
-def test_a_scheduler_that_is_not_there_is_said_so(tmp_path, necker, monkeypatch):
-    pytest.importorskip("distributed")
-    monkeypatch.setattr("focalgradient.parallel.CONNECT_TIMEOUT_S", 0.2)
-    result = run(
-        *("necker", "--observers", 1, "--seed", 1, "--out", tmp_path / "data", "--design", necker),
-        *("--scheduler", "tcp://127.0.0.1:1"),
-    )
-    assert result.exit_code == 2
-    assert "the scheduler tcp://127.0.0.1:1 cannot be reached" in result.stderr
-
-
 def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
     out = tmp_path / "data"
     with Session.begin(out, NeckerDesign(), "09", apparatus=Apparatus("s")):
@@ -110,6 +96,7 @@ def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
     assert "is a data set of people" in result.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent otherwise there")
 @interruptible()
 def test_ctrl_c_leaves_with_130_and_what_was_recorded(tmp_path, necker):

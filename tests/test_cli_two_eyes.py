@@ -11,7 +11,6 @@ import pytest
 from click.testing import CliRunner, Result
 
 from focalgradient.cli import main
-from focalgradient.live import FocusSeries
 
 WIDTH, HEIGHT = 60, 40
 
@@ -57,21 +56,6 @@ def test_two_views_and_their_truth_are_written(given: Path) -> None:
     assert summary["disparity_px"][0] == pytest.approx(-0.01 * 0.625 / angle, rel=1e-3)
 
 
-def test_blur_and_disparity_are_set_apart(given: Path) -> None:
-    assert stereo("--focus", "0.8", "--interocular", "10", "--no-blur").exit_code == 0
-    with np.load("out/right.npz") as right:
-        assert (right["blur"] == 0).all()
-        assert np.ptp(right["disparity"]) > 0
-    assert stereo("--focus", "0.8", "--no-disparity", "--right-focus", "0.5").exit_code == 0
-    with np.load("out/left.npz") as left, np.load("out/right.npz") as right:
-        assert (left["disparity"] == 0).all()
-        np.testing.assert_allclose(right["blur"].max(), 0.002 * (2 - 0.625), rtol=1e-5)
-        np.testing.assert_allclose(left["blur"].max(), 0.002 * 0.625, rtol=1e-5)
-    assert stereo("--focus", "0.8", "--interocular", "10", "--blur-at", "0.8").exit_code == 0
-    with np.load("out/left.npz") as left:
-        assert left["blur"].max() < 1e-6
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -86,33 +70,6 @@ def test_what_stereo_refuses(given: Path, words: list[str], said: str) -> None:
     assert found.exit_code == 2
     assert said in found.stderr
     assert not (given / "out").exists()
-
-
-def test_a_view_that_is_mostly_completed_names_the_option(given: Path) -> None:
-    found = stereo("--focus", "0.8", "--screen-at", "0.3")
-    assert "move zero disparity nearer to the scene (--screen-at), or give a wider picture" in found.stderr
-
-
-def test_a_series_is_made_once(given: Path) -> None:
-    words = ["focus-series", "picture.png", "depth.npy", "--out", "series", "--pupil", "2", "--field", "6"]
-    found = run(*words, "--nearest", "0.8", "--farthest", "1.6", "--json")
-    assert found.exit_code == 0, found.output
-    told = json.loads(found.stdout)
-    series = FocusSeries.read("series")
-    assert len(series.planes) == told["planes"]
-    assert series.vergences[0] == pytest.approx(1 / 1.6)
-    assert series.vergences[-1] == pytest.approx(1 / 0.8)
-    assert told["largest_error_steps"] == pytest.approx(series.error[1])
-    before = {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")}
-    assert run(*words, "--nearest", "0.8", "--farthest", "1.6").exit_code == 0
-    assert {path: path.stat().st_mtime_ns for path in (given / "series").glob("focus-*")} == before
-    assert run(*words, "--nearest", "0.8", "--farthest", "1.6", "--web").exit_code == 0
-    page = json.loads((given / "series" / "focus.json").read_text())
-    assert page["vergences"] == list(series.vergences)
-    (given / "series" / "focus.json").write_text('{"mine": 1}')
-    refused = run(*words, "--nearest", "0.8", "--farthest", "1.6", "--web")
-    assert refused.exit_code == 2
-    assert "focus.json" in refused.stderr
 
 
 @pytest.mark.parametrize(

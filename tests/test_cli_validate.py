@@ -44,26 +44,6 @@ def test_problems_are_listed_with_exit_code_1(data):
     assert result.stdout.splitlines()[-1] == "Problems: 1"
 
 
-def test_tables_of_sessions_that_were_cut_off_are_made_on_demand(data):
-    (data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv").unlink()
-    result = run(data)
-    assert result.exit_code == 1
-    assert (
-        "has no table: resume the session, or write the table with 'focalgradient validate --export'" in result.stdout
-    )
-    result = run(data, "--export")
-    assert result.exit_code == 0, result.output
-    assert "Trials: 6" in result.stdout
-
-
-def test_a_session_cut_off_before_its_row_of_participants_is_one_problem(data):
-    (data / "sub-01" / "beh" / "sub-01_task-pinhole_beh.tsv").unlink()
-    people = data / "participants.tsv"
-    people.write_text(people.read_text().splitlines()[0] + "\n")
-    (problem,) = [line for line in run(data).stdout.splitlines() if "Problem: " in line and "BIDS" not in line]
-    assert "resume the session" in problem
-
-
 def test_without_the_validator_of_the_standard_that_is_said(data, monkeypatch):
     monkeypatch.setattr(checks.shutil, "which", lambda *args, **more: None)
     result = run(data)

@@ -52,12 +52,6 @@ def test_a_frame_replaces_the_pixels_of_a_file(files: tuple[Path, Path]) -> None
     assert (found.name, found.light.shape, float(found.light.max())) == ("clip.mkv", (20, 30, 3), 1.0)
 
 
-def test_picture_and_depth_have_one_size(files: tuple[Path, Path]) -> None:
-    np.save(files[1], np.ones((10, 30)))
-    with pytest.raises(InputError, match=r"is 30 x 20 pixels but .* is 30 x 10"):
-        read_depth_picture(*files, field=0.1)
-
-
 def test_pairs(tmp_path: Path, files: tuple[Path, Path]) -> None:
     assert depth_pairs(*files) == [(*files, "light")]
     pictures, depths = tmp_path / "pictures", tmp_path / "depths"

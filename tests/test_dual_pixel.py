@@ -86,14 +86,6 @@ def test_depth_and_its_side_come_from_one_shot(vergence: float) -> None:
     assert np.median(depth.common_sd[depth.valid]) == pytest.approx(expected, rel=0.1)
 
 
-def test_a_mean_view_beside_the_halves_changes_nothing() -> None:
-    left, right = views(halves(1.5), DualPixel.pair(LENS, 0.35))
-    mean = View((left.image + right.image) / 2, left.optics.mean, ANGLE)
-    with_mean, without = (recover_depth(seen) for seen in ([left, right, mean], [left, right]))
-    both = with_mean.valid & without.valid
-    assert np.abs(with_mean.vergence - without.vergence)[both].max() < 1e-5
-
-
 def test_a_sheet_calibrates_asymmetry() -> None:
     sheet = views(halves(1.6, asymmetry=0.27), DualPixel.pair(LENS))
     found = calibrate_dual_pixel(sheet, 1 / 1.6)
@@ -143,9 +135,3 @@ def test_settings_files_name_halves(tmp_path: Path) -> None:
     assert [view.optics.asymmetry for view in seen] == [0.35, -0.35]
     depth = recover_depth(seen)
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.6, abs=0.02)
-
-
-def test_the_method_of_dual_pixels_takes_nothing_else() -> None:
-    left, right = views(halves(0.6), DualPixel.pair(LENS, 0.35))
-    with pytest.raises(InputError, match="the left and the right view of one lens"):
-        recover_depth([left, View(right.image, LENS, ANGLE)], method="dual-pixels")

@@ -16,12 +16,9 @@ import pytest
 from click.testing import CliRunner, Result
 
 from focalgradient import InputError, Lens, View, recover_depth
-from focalgradient.calibration import Calibration
 from focalgradient.cli import main
 from focalgradient.depth import methods_for
 from focalgradient.eye import band_light, blur_transfer, off_axis
-from focalgradient.photographs import Calibrated, camera_toml, load_camera
-from focalgradient.photographs.tables import Sensor
 from focalgradient.psf import check_psf, pixel_transfer, psf_of, registry
 from focalgradient.retina import TwoEyes
 
@@ -143,27 +140,7 @@ def test_the_commands_find_it_by_name(package: Path, tmp_path: Path) -> None:
     assert "--power is 9.0, but must be a number from 0.1 to 8" in refused.output
 
 
-def test_a_calibrated_camera_keeps_it(package: Path, tmp_path: Path) -> None:
-    camera = Calibration(0.025, 8e-6, 0.4, 0.0, 0.0, {4.0: 4.1}, {None: 1.0}, 0.01, np.eye(5) * 1e-6, np.ones(5))
-    for name in ("apodised", "polygon", "blend", "disc"):
-        kept = Calibrated(sensor=Sensor(focal_length_mm=25.0, pixel_pitch_um=8.0), calibration=camera)
-        kept = kept.model_copy(update={"calibration": type(camera)(**{**vars_of(camera), "psf": psf_of(name)})})
-        (tmp_path / "camera.toml").write_text(camera_toml(kept))
-        assert load_camera(tmp_path / "camera.toml").calibration.psf == psf_of(name)
-
-
-def vars_of(camera: Calibration) -> dict[str, object]:
-    return {name: getattr(camera, name) for name in camera.__dataclass_fields__}
-
-
-def test_a_package_that_cannot_be_loaded_is_named(package: Path) -> None:
-    (package / "soft_bokeh.py").write_text("import no_such_module\n")
-    with pytest.raises(
-        InputError, match=r"psf 'apodised' of package soft-bokeh cannot be loaded \(ModuleNotFoundError"
-    ):
-        psf_of("apodised")
-
-
+@pytest.mark.slow
 def test_the_optics_of_the_page_give_both_sides(capsys: pytest.CaptureFixture[str]) -> None:
     exec(compile(block("python", "class DualPixel"), str(PAGE), "exec", dont_inherit=True), {"__name__": "page"})
     said = capsys.readouterr().out

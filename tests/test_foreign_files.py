@@ -63,15 +63,9 @@ def check(name: str) -> None:
         assert sum(line.startswith("Error") for line in refused.stderr.splitlines()) == 1, refused.stderr
 
 
-@pytest.mark.fast_cases(3)
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_files_of_others_are_kept(here: Path, name: str) -> None:
-    check(name)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SLOW)
-def test_files_of_others_are_kept_by_slow_commands(here: Path, name: str) -> None:
     check(name)
 
 

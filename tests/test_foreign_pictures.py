@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from focalgradient import FocalGradientWarning, InputError
+from focalgradient import FocalGradientWarning
 from focalgradient.photographs import read_photograph
 from focalgradient.photographs.pictures import read_distances, read_picture
 from focalgradient.video.pairing import Pair, Skipped, alternation, pairs
@@ -39,11 +39,6 @@ def test_marked_pixels_are_holes(tmp_path: Path, values: np.ndarray, unit: str, 
     assert found.filled == pytest.approx((RAMP > 2.5).mean())
 
 
-def test_a_far_surface_is_no_hole(tmp_path: Path) -> None:
-    np.save(tmp_path / "depth.npy", np.where(RAMP > 2.5, 65.0, RAMP))
-    assert read_distances(tmp_path / "depth.npy").metres.max() == 65
-
-
 def exr(folder: Path, **channels: np.ndarray) -> Path:
     module = pytest.importorskip("OpenEXR")
     path = folder / "layers.exr"
@@ -71,11 +66,6 @@ def test_the_layers_of_depth_and_colour_are_found(tmp_path: Path, others: dict[s
     np.testing.assert_allclose(read_picture(path).light[..., 1], RAMP / 3, rtol=1e-6)
 
 
-def test_two_depths_are_asked_about(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="of which 2 may be the depth"):
-        read_distances(exr(tmp_path, **COLOURS, A_Depth_Z=RAMP, B_Depth_Z=2 * RAMP))
-
-
 def test_8_bit_pixels_are_alike_in_each_container(tmp_path: Path) -> None:
     pixels = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
     np.save(tmp_path / "a.npy", pixels)
@@ -84,13 +74,6 @@ def test_8_bit_pixels_are_alike_in_each_container(tmp_path: Path) -> None:
     np.testing.assert_array_equal(one.luminance, other.luminance)
     assert one.encoding == other.encoding == "srgb"
     assert one.assumed
-
-
-def test_the_page_of_a_tiff_file_is_named(tmp_path: Path) -> None:
-    pages = [Image.fromarray(np.arange(64, dtype=np.uint8).reshape(8, 8) + level) for level in (50, 100, 150)]
-    pages[0].save(tmp_path / "a.tif", save_all=True, append_images=pages[1:])
-    with pytest.warns(FocalGradientWarning, match="has 3 pages, of which page 1 was read"):
-        read_photograph(tmp_path / "a.tif")
 
 
 @pytest.mark.parametrize("lost", [1, 2, 3, 7, 12, 20, 22])

@@ -12,12 +12,10 @@ from click.testing import CliRunner
 
 from focalgradient import InputError
 from focalgradient.cli import main
-from focalgradient.eye import read_zernike
 from focalgradient.eye.target_motion import TargetMotion
-from focalgradient.files.tables import parse_table
 from focalgradient.luminance import parse_luminance
 from focalgradient.report import make_report
-from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
+from focalgradient.statistics import read_detection, read_ratings, read_reports
 from focalgradient.statistics.own_conditions import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -191,19 +189,6 @@ def test_levels_that_a_spreadsheet_damaged_are_no_names(tmp_path: Path) -> None:
     assert not read_conditions(path, by=["blur=factor"]).notices
 
 
-def test_four_alternatives_of_a_staircase_are_asked_for(tmp_path: Path) -> None:
-    """A staircase shows each level once or twice, so that no level by itself contradicts two alternatives."""
-    path = tmp_path / "own.csv"
-    rows = [f"A,{0.1 + at / 200:.3f},{int(at % 4 == 0 or at > 40)}" for at in range(80)]
-    path.write_text("\n".join(["subject,level,correct", *rows]))
-    with pytest.raises(InputError, match=r"up to level 0.195 5 of 20 answers are right"):
-        read_thresholds(path)
-    shown = CliRunner().invoke(main, ["report", str(path), "--guess-rate", "0.25", "--explain"])
-    assert "80 rows, taken for 80 answers at levels" in shown.output
-    shown = CliRunner().invoke(main, ["report", str(path), "--order", "no,yes", "--explain"])
-    assert "order is for answers in words, but the table contains answers at levels" in shown.output
-
-
 WORDS = {"1": "strongly disagree", "2": "disagree", "3": "none", "4": "agree, mostly"}
 
 
@@ -242,15 +227,6 @@ def test_what_other_programs_damaged_is_refused_with_a_remedy(tmp_path: Path, wo
     assert "\n" not in str(error.value)
 
 
-def test_starts_of_sliders_without_a_name_are_noticed(tmp_path: Path) -> None:
-    lines = [",".join(HEAD), *(",".join(each) for row in ROWS for each in ((*row[:4], "1"), row))]
-    path = tmp_path / "own.csv"
-    path.write_text("\n".join(lines))
-    assert "as the start of a slider has" in " ".join(read_ratings(path).notices)
-    path.write_text("\n".join([lines[0], *(line for line in lines[2::2] for _ in range(2))]))
-    assert "as the start of a slider has" not in " ".join(read_ratings(path).notices)
-
-
 def test_named_rows_of_practice_are_noticed(tmp_path: Path) -> None:
     path = tmp_path / "own.csv"
     rows = [",".join((*row, "practice" if number % 8 == 0 else "main")) for number, row in enumerate(ROWS)]
@@ -282,31 +258,6 @@ def test_a_data_set_of_another_laboratory_is_read_by_its_tables(tmp_path: Path) 
     assert sorted(set(read_conditions(tables).table["participant_id"])) == ["sub-01", "sub-02", "sub-03"]
 
 
-def test_a_title_needs_a_row_of_names() -> None:
-    table = parse_table(b"first,,\n1,2,3\n4,5,6\n", "x.csv")
-    assert table.header == ("first", "", "")
-
-
-@pytest.mark.parametrize("text", ["n,m,c_nm\n4,0,50\n", "n\tm\tC_NM\n4\t0\t50\n"])
-def test_a_unit_behind_an_underscore_is_converted(tmp_path: Path, text: str) -> None:
-    path = tmp_path / "eye.csv"
-    path.write_text(text)
-    assert read_zernike(path)[12] == pytest.approx(0.05)
-
-
-def test_percentages_are_no_coefficients(tmp_path: Path) -> None:
-    path = tmp_path / "eye.csv"
-    path.write_text("n,m,%\n4,0,5\n")
-    with pytest.raises(InputError, match="in another unit"):
-        read_zernike(path)
-
-
-def test_a_photometers_comment_states_its_unit() -> None:
-    rows = "".join(f"{level},{level / 2.55}\n" for level in range(0, 256, 51))
-    with pytest.raises(InputError, match="must be in cd/m2: convert it, not fl"):
-        parse_luminance("# luminance in fL\nlevel,grey\n" + rows, "table")
-
-
 def test_numbers_that_may_be_codes_are_noticed_and_can_be_levels(tmp_path: Path) -> None:
     """As products of a tasting are coded 1 to 4."""
     rows = [f"p{who},{code},{1 + 0.1 * who + 0.3 * (code == 2):.2f}" for who in range(5) for code in (1, 2, 3)]
@@ -318,42 +269,3 @@ def test_numbers_that_may_be_codes_are_noticed_and_can_be_levels(tmp_path: Path)
     own = read_conditions(path, by=["product=factor"])
     assert dict(own.conditions) == {"product": ["1", "2", "3"]}
     assert not own.notices
-
-
-@pytest.mark.parametrize("rows", ["2,108,4.5052,1\n3,116,2.2411,0\n", "1;2;1;-1;5,05\n2;3;1;2;4,17\n"])
-def test_tables_of_numbers_alone_have_no_header(tmp_path: Path, rows: str) -> None:
-    path = tmp_path / "own.csv"
-    path.write_text(rows)
-    with pytest.raises(InputError, match="has no header: give each column a name of its own"):
-        read_ratings(path)
-
-
-def test_one_file_of_bids_names_its_participant(tmp_path: Path) -> None:
-    path = tmp_path / "sub-07_task-mine_events.tsv"
-    path.write_text("onset\tduration\tblur_D\trating\n1\t1\t0\t1.1\n3\t1\t1\t1.4\n")
-    assert set(read_conditions(path, by=["blur_D"]).table["participant_id"]) == {"sub-07"}
-
-
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
-def test_listings_of_zemax_are_named(tmp_path: Path, encoding: str) -> None:
-    path = tmp_path / "eye.txt"
-    path.write_bytes("Listing of Zernike Standard Coefficient Data\n\nZ 1 0.0123\n".encode(encoding))
-    with pytest.raises(InputError, match="Zemax's listing of Zernike coefficients, in waves"):
-        read_zernike(path)
-
-
-def test_headings_of_several_lines_are_one_line(tmp_path: Path) -> None:
-    path = tmp_path / "own.csv"
-    path.write_text(written().replace("rating", '"rating\n(%)"', 1))
-    assert read_ratings(path).table["rating"].iloc[1] == pytest.approx(float(ROWS[1][-1]) / 100)
-
-
-def test_notices_of_the_command_name_its_options(tmp_path: Path) -> None:
-    path = tmp_path / "own.csv"
-    rows = [",".join((*row, "practice" if number % 8 == 0 else "main")) for number, row in enumerate(ROWS)]
-    path.write_text("\n".join([",".join((*HEAD, "phase")), *rows]))
-    shown = CliRunner().invoke(main, ["report", str(path), "--explain"])
-    assert "leave them out with --where phase=main" in shown.output
-    path.write_text("subject,group,rating\nA,x,1\nA,y,2\n")
-    shown = CliRunner().invoke(main, ["report", str(path), "--explain"])
-    assert "or say what was varied with --by NAME" in shown.output

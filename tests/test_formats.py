@@ -2,14 +2,12 @@
 
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 from PIL import Image
 
 from focalgradient.errors import InputError
 from focalgradient.photographs import read_photograph, read_picture
-from focalgradient.video import Source
 
 PIXELS = np.random.default_rng(1).integers(20, 200, (24, 32, 3), np.uint8)
 WANTED, OTHERS = ("PNG", "TIFF", "JPEG"), ("BMP", "GIF", "WEBP", "PPM", "PCX", "TGA", "JPEG2000", "SGI")
@@ -29,19 +27,6 @@ def test_other_formats_are_refused(tmp_path: Path, name: str, read: object) -> N
     assert callable(read)
     with pytest.raises(InputError, match="expected an intact PNG, TIFF, JPEG"):
         read(path)
-
-
-def test_a_list_of_videos_is_refused(tmp_path: Path) -> None:
-    """FFmpeg would open the files that it names."""
-    writer = cv2.VideoWriter(str(tmp_path / "a.avi"), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"MJPG"), 10, (32, 24))
-    for _ in range(4):
-        writer.write(PIXELS)
-    writer.release()
-    with Source(tmp_path / "a.avi") as source:
-        assert sum(1 for _ in source.frames()) == 4
-    (tmp_path / "list.mkv").write_text("ffconcat version 1.0\nfile a.avi\n")
-    with pytest.raises(InputError, match="cannot be read as a video"):
-        Source(tmp_path / "list.mkv")
 
 
 def test_every_image_is_opened_with_its_formats_named() -> None:

@@ -31,12 +31,6 @@ def test_every_name_of_the_front_door_is_there(name: str) -> None:
     assert name in dir(fg)
 
 
-def test_unknown_names_are_no_attributes() -> None:
-    with pytest.raises(AttributeError, match="module 'focalgradient' has no attribute 'lenses'"):
-        _ = fg.lenses  # type: ignore[attr-defined]
-    assert not hasattr(fg, "cli_")
-
-
 def test_rooms_are_loaded_when_touched() -> None:
     program = (
         "import sys, focalgradient as fg; before = set(sys.modules); fg.Eye; after = set(sys.modules) - before; "
@@ -80,15 +74,3 @@ def found(name: str) -> bool:
 @pytest.mark.parametrize("document", documents(), ids=lambda path: str(path.relative_to(ROOT)))
 def test_documents_cite_names_that_exist(document: Path) -> None:
     assert [name for name in cited(document.read_text(encoding="utf-8")) if not found(name)] == []
-
-
-def test_citations_are_found_and_judged() -> None:
-    text = (
-        "from focalgradient.render import cast, nothing\n`fg.eye.Eye`, `focalgradient.depht` but /src/focalgradient.x"
-    )
-    names = list(cited(text))
-    assert names == [
-        *("focalgradient.render.cast", "focalgradient.render.nothing", "focalgradient.render"),
-        *("focalgradient.eye.Eye", "focalgradient.depht"),
-    ]
-    assert [found(name) for name in names] == [True, False, True, True, False]

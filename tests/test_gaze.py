@@ -51,19 +51,6 @@ def test_a_sweep_is_no_fixation_and_a_blink_ends_one() -> None:
     assert [round(one.onset, 1) for one in fixations(blinked, PIXELS)] == [0.0, 0.6]
 
 
-def test_a_position_with_one_coordinate_is_none_and_a_gap_in_the_recording_ends_a_fixation() -> None:
-    still = [Sample(step / 100, 50.0, 60.0) for step in range(100)]
-    for lost in (Sample(0.5, None, 60.0), Sample(0.5, 50.0, None)):
-        found = fixations([*still[:50], lost, *still[51:]], PIXELS)
-        assert [(one.onset, one.x, one.y) for one in found] == [(0.0, 50.0, 60.0), (0.51, 50.0, 60.0)]
-        assert [one.duration for one in found] == pytest.approx([0.49, 0.48])
-    found = fixations([*still[:50], *still[80:]], PIXELS)
-    assert [one.onset for one in found] == [0.0, 0.8]
-    # of a duration just long enough, and of one sample less
-    assert [one.duration for one in fixations(still[:11], PIXELS)] == pytest.approx([0.1])
-    assert fixations(still[:10], PIXELS) == []
-
-
 def test_only_what_was_seen_of_the_picture_counts() -> None:
     samples = path([(0.0, 0.0), (200.0, 0.0)], 1.0)  # 5 degrees apart
     assert away(samples, [Shown(0.0, 0.95, 0.0, 0.0)], PIXELS) == pytest.approx(0.0, abs=0.05)

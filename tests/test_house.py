@@ -105,6 +105,7 @@ def test_set_up_happens_once(house: House) -> None:
     assert (house.folder / "pages").read_text().count("bundled") == 4  # each time: its sources may have changed
 
 
+@pytest.mark.slow
 @needs_sh
 def test_what_only_the_tests_need_is_installed_for_them(house: House) -> None:
     """Later than the core, into the same environment, which then serves both."""
@@ -140,6 +141,7 @@ def test_nothing_else_depends_on_a_package_of_the_tests() -> None:
     assert "numba" in seen
 
 
+@pytest.mark.slow
 @needs_sh
 def test_uv_installs_the_same_where_it_is_there(house: House) -> None:
     house.program("uv", UV)
@@ -152,26 +154,7 @@ def test_uv_installs_the_same_where_it_is_there(house: House) -> None:
     assert house.set_up() == (0, [], "")
 
 
-@needs_sh
-def test_pip_goes_on_where_uv_fails(house: House) -> None:
-    house.program("uv", UV)
-    (house.folder / "uv-broken").touch()
-    status, calls, said = house.set_up()
-    assert (status, calls) == (0, ["venv", "uv pinned", "pinned", "uv itself", "itself"])
-    assert said.count("going on with pip") == 2
-    assert "error: the hash differs" in said
-
-
 @pytest.mark.slow
-@needs_sh
-@pytest.mark.parametrize("name", ["pyproject.toml", "requirements/python.txt"])
-def test_what_is_pinned_anew_is_installed_into_the_same_environment(house: House, name: str) -> None:
-    house.set_up()
-    (house.folder / name).write_text("changed")
-    assert house.set_up()[:2] == (0, ["pinned", "itself"])
-    assert house.set_up()[:2] == (0, [])
-
-
 @needs_sh
 def test_set_up_that_was_cut_off_starts_over(house: House) -> None:
     (house.folder / "broken").write_text("ERROR: hashes differ")
@@ -184,16 +167,6 @@ def test_set_up_that_was_cut_off_starts_over(house: House) -> None:
 
 
 @pytest.mark.slow
-@needs_sh
-def test_environment_that_was_moved_or_is_of_another_python_is_made_anew(house: House) -> None:
-    house.set_up()
-    house.folder = house.folder.rename(house.folder.with_name("moved"))
-    assert house.set_up()[1] == ["venv", "pinned", "itself"]
-    house.python("python3.12", "3.12.1")
-    assert house.set_up(PYTHON="python3.12")[1] == ["venv", "pinned", "itself"]
-    assert house.set_up(PYTHON="python3.12")[1] == house.set_up()[1] == []
-
-
 @needs_sh
 def test_a_python_that_fits_is_found(house: House) -> None:
     house.python("python3", "3.13.1", fits=False)
@@ -222,6 +195,7 @@ def test_trouble_is_said_in_one_sentence_with_the_remedy(house: House) -> None:
     ]
 
 
+@pytest.mark.slow
 @needs_sh
 def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> None:
     house.set_up()
@@ -254,31 +228,6 @@ def test_missing_debian_packages_are_installed_or_asked_for(house: House) -> Non
 
     house.program("uname", "echo Darwin")
     assert "xvfb" not in house.set_up("test")[2]
-
-
-@needs_sh
-@pytest.mark.parametrize(
-    ("message", "updates", "says"),
-    [
-        (
-            "E: Could not get lock /var/lib/apt/lists/lock. It is held by process 7 (apt)",
-            4,
-            "waiting for another program",
-        ),
-        ("E: Temporary failure resolving 'deb.debian.org'", 1, "going on, by a simpler path"),
-    ],
-)
-def test_another_programs_lock_on_apts_lists_is_waited_for(house: House, message: str, updates: int, says: str) -> None:
-    house.set_up()
-    (house.folder / "requirements" / "debian.txt").write_text("libllvm # path tracing\n")
-    house.program("sleep", "")
-    fails = f'echo "{message}" >&2; exit 100'
-    house.program("apt-get", f'echo "$1" >>calls; [ "$1" != update ] || [ $(wc -l <calls) = 4 ] || {{ {fails}; }}')
-    status, calls, said = house.set_up("reproduce")
-    assert status == 0
-    assert calls.count("update") == updates
-    assert said.count(says) == 1
-    assert ("going on" in said) == (len(calls) == 1)
 
 
 def test_every_package_asked_for_is_pinned_with_a_hash() -> None:

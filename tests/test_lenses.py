@@ -6,15 +6,13 @@ import os
 import struct
 import sys
 import threading
-from pathlib import Path
 
 import pytest
-from extended import ROOT
 from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
-from focalgradient.lab.lenses import Optotune, Planes, SimulatedLens, crc16, open_lens
+from focalgradient.lab.lenses import Optotune, SimulatedLens, crc16, open_lens
 
 EXAMPLE = bytes([0x50, 0x77, 0x44, 0x41, 0x07, 0xD0, 0x00, 0x00, 0x31, 0xFD])
 """The published example of the manual: 5 dioptres, with its CRC."""
@@ -39,14 +37,6 @@ def test_a_simulated_lens_reaches_every_focus_and_never_beyond(steps: list[float
         assert lens.settled()
         assert lens.focus_d == pytest.approx(step, abs=1e-9)
         before = lens.focus_d
-
-
-@given(st.lists(st.floats(0, 5), min_size=1, max_size=6), st.floats(0, 1))
-def test_of_several_planes_the_nearest_is_chosen(vergences: list[float], share: float) -> None:
-    planes = Planes(vergences)
-    focus = min(max(vergences), min(vergences) + share * (max(vergences) - min(vergences)))
-    planes.set_focus(focus)
-    assert abs(planes.vergences[planes.plane] - focus) == min(abs(one - focus) for one in vergences)
 
 
 class Driver(threading.Thread):
@@ -126,7 +116,3 @@ def test_a_lens_that_is_none_is_refused(given: str, message: str) -> None:
     with pytest.raises(InputError) as error:
         open_lens(given)
     assert message in str(error.value)
-
-
-def test_the_program_of_accommodation_is_short() -> None:
-    assert len(Path(ROOT, "experiments/accommodation_range.py").read_text().splitlines()) <= 150

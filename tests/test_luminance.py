@@ -1,14 +1,10 @@
 """A photometer's table: read, fitted, and what is wrong with it said in one sentence."""
 
-import json
-
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
-from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.lab import computer, photometer
+from focalgradient.lab import photometer
 from focalgradient.luminance import fit_luminance, read_luminance
 
 LEVELS = np.arange(0, 256, 15.0)
@@ -68,13 +64,9 @@ def test_a_linear_display_has_gamma_one_and_shares_are_read(tmp_path):
     ("text", "sentence"),
     [
         ("grey\n1\n", "has no column level: give the columns level, red, green, blue and grey"),
-        ("level,red\n0,1\n", "has no column grey"),
         ("", "has no column level"),
-        ("level,grey\n0,dark\n", "row 2: grey is 'dark', but must be a number of 0 or more"),
         ("level,grey\n0,-1\n", "row 2: grey is '-1', but must be a number of 0 or more"),
-        ("level,grey\n,1\n", "row 2: level is '', but must be a number of 0 or more"),
         ("level,grey\n0,1\n300,2\n", "levels must span 0 to 255, or 0 to 1, with both ends included"),
-        ("level,grey\n0,1\n100,2\n255,3\n", "grey has 3 levels, but must have 5 or more"),
         ("level,grey\n0,9\n50,5\n100,4\n200,3\n255,2\n", "grey is not brighter at the maximum level than at 0"),
     ],
 )
@@ -84,27 +76,6 @@ def test_wrong_tables_are_refused_in_one_sentence(text, sentence, tmp_path):
         read_luminance(tmp_path / "a.csv")
     assert sentence in str(caught.value)
     assert str(caught.value).count("\n") == 0
-
-
-def test_the_doctor_draws_a_table_and_gives_each_figure_with_its_limit(tmp_path, monkeypatch):
-    monkeypatch.setattr(computer, "check_screen", lambda **options: [])
-    rows = [
-        f"{level:g},{1 * light:.4f},{3 * light:.4f},{light:.4f},{5 * light:.4f}"
-        for level, light in zip(LEVELS, 20 * (LEVELS / 255) ** 2.3, strict=True)
-    ]
-    (tmp_path / "p.csv").write_text("\n".join(["level,red,green,blue,grey", *rows]))
-    result = CliRunner().invoke(
-        main, ["doctor", "--luminance", str(tmp_path / "p.csv"), "--data", str(tmp_path), "--json"]
-    )
-    checks = {one["name"]: one for one in json.loads(result.stdout)["checks"]}
-    assert all(checks[name]["well"] and checks[name]["limit"] for name in ("luminance", "fit of luminance", "guns"))
-    assert "grey 2.30; white 100.0" in checks["luminance"]["measured"]
-    assert "not stored: give --monitor" in checks["luminance"]["measured"]
-    assert (tmp_path / "p-fit.png").read_bytes().startswith(b"\x89PNG")
-    (tmp_path / "p.csv").write_text("level,grey\n0,1\n")
-    wrong = CliRunner().invoke(main, ["doctor", "--luminance", str(tmp_path / "p.csv"), "--data", str(tmp_path)])
-    assert wrong.exit_code == 2
-    assert wrong.output.startswith("Error: ")
 
 
 @pytest.mark.parametrize(
@@ -140,9 +111,3 @@ def test_a_reading_that_fails_is_tried_again_and_named_where_it_goes_on_failing(
     Failing.fails = 3
     with pytest.raises(InputError, match=r"at red 51, but must give a luminance"):
         photometer.measure(shown.append, Failing())
-
-
-def test_a_photometer_needs_a_file_for_its_table(tmp_path):
-    wrong = CliRunner().invoke(main, ["doctor", "--photometer", "LS100:COM3", "--data", str(tmp_path)])
-    assert wrong.exit_code == 2
-    assert "give --luminance FILE" in wrong.output

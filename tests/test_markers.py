@@ -47,15 +47,10 @@ def test_codes_follow_name_and_condition(tmp_path: Path) -> None:
     ("text", "message"),
     [
         ("[codes]\npicture = 256", "the code of picture is 256, but must be a whole number from 1 to 255"),
-        ("[codes]\npicture = true", "the code of picture is True"),
         ("[codes]\nflash = 15", "mask and flash share the code 15: give each its own"),
-        ("[codes]\nflash = {code = 99, colour = 1}", "flash has colour = 1, but may contain only code, about and hed"),
         ("pulse_ms = -1", "pulse_ms is -1, but must be from 0 to 1000 ms"),
-        ("[[condition]]\ncode = 90", "names no level: add one"),
         ("[[condition]]\nevent = 'x'\ncode = 90\na = 1", "'x', which has no code"),
-        ("[[condition]]\ncode = 15\na = 1", "mask and picture share the code 15"),
         ("code = 1", "'code', but may contain only codes, condition and pulse_ms"),
-        ("codes = 1", "codes must be a table"),
         ("[codes", "codes.toml"),
     ],
 )
@@ -124,12 +119,9 @@ def test_a_stream_of_lsl_has_the_condition_and_the_time_of_the_event() -> None:
     ("port", "message"),
     [
         ("usb", "--triggers is 'usb', but must begin with parallel, serial, lsl, file"),
-        ("file:", "names no file: give it"),
         ("file:here.txt", "here.txt exists and is not a marker file: give --triggers another file"),
-        ("file:no/such/folder.tsv", "cannot be written"),
         ("file:.", "is not a marker file"),
         ("serial", "names no port: give it"),
-        ("serial:/dev/no-such", "the serial port /dev/no-such for triggers cannot be opened"),
         (
             "parallel:/dev/no-such",
             "the parallel port /dev/no-such for triggers cannot be opened (No such file or directory)",
@@ -228,12 +220,3 @@ def test_the_table_of_events_has_codes_conditions_and_valid_tags(tmp_path: Path)
     assert any(path.name in problem for problem in validate(root).problems)
     assert repair(root)
     assert validate(root).problems == ()
-
-
-@pytest.mark.slow
-def test_wrong_tags_are_found_by_the_check(tmp_path: Path) -> None:
-    """Otherwise the check of the tags above could not fail."""
-    root = tmp_path / "data"
-    wrong = read_codes(codes(tmp_path, '[codes]\nflash = {code = 100, hed = "Sensory-event, Not-a-tag"}'))
-    recorded(root, wrong, None)
-    assert any("HED" in problem or "hed" in problem for problem in bids_problems(root))

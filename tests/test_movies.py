@@ -8,14 +8,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import focalgradient as fg
 from focalgradient import InputError
 from focalgradient.display import Display
 from focalgradient.stimuli import frames, slanted_plane
-from focalgradient.video import Source, read_movie, save_movie, write_light
+from focalgradient.video import Source, read_movie, save_movie
 
 
 def noise(kind: str, shape: tuple[int, ...], count: int) -> list[np.ndarray]:
@@ -33,18 +31,6 @@ def test_lossless_movies_are_read_back_exactly(tmp_path: Path, ending: str, kind
     np.testing.assert_array_equal(found, frames)
     with Source(path) as source:
         assert source.fps == pytest.approx(85.0, rel=1e-3)
-
-
-@settings(max_examples=12, deadline=None)
-@given(st.integers(1, 20), st.integers(1, 20), st.booleans(), st.integers(1, 4), st.integers(0, 99))
-def test_every_shape_comes_back(
-    tmp_path_factory: pytest.TempPathFactory, rows: int, columns: int, colour: bool, count: int, seed: int
-) -> None:
-    random = np.random.default_rng(seed)
-    shape = (2 * rows, 2 * columns, 3) if colour else (2 * rows, 2 * columns)
-    frames = random.integers(0, 256, (count, *shape), np.uint8)
-    path = save_movie(frames, tmp_path_factory.mktemp("movie") / "a.mkv", rate=60)
-    np.testing.assert_array_equal(list(read_movie(path)), frames)
 
 
 def test_light_is_encoded_for_the_display(tmp_path: Path) -> None:
@@ -122,19 +108,11 @@ GREY = np.zeros((4, 6), np.uint8)
     ("frames", "name", "options", "said"),
     [
         ([], "a.mkv", {}, "frames is empty"),
-        ([GREY], "a.mp4", {}, r"always compressed: choose one of .mkv, .avi, .mov, or set lossless=False"),
         ([GREY], "a.gif", {}, "no supported video extension"),
-        ([GREY], "no/a.mkv", {}, "cannot be written"),
-        ([GREY], "a.mkv", {"rate": 0}, "rate is 0"),
         ([GREY], "a.mkv", {"rate": float("nan")}, "rate is nan"),
-        ([GREY], "a.mkv", {"rate": 1e9}, "must be 10000 at most"),
         ([GREY, GREY[:2]], "a.mkv", {}, r"frame 1 is an array of shape \(2, 6\)"),
-        ([GREY, GREY.astype(np.uint16)], "a.mkv", {}, "frame 1 is .* uint16, but the first was"),
         ([GREY[:3]], "a.mkv", {}, "frame 0 has 6 x 3 pixels, but video needs even sides"),
-        ([GREY.astype(int)], "a.mkv", {}, "frame 0 is an array"),
-        ([GREY[0]], "a.mkv", {}, "frame 0 is an array"),
         ([GREY + 1.5], "a.mkv", {}, "frame 0 contains radiance outside 0 to 1"),
-        ([GREY - np.nan], "a.mkv", {}, "frame 0 contains radiance outside 0 to 1"),
         ([GREY.astype(np.uint16)], "a.mkv", {"lossless": False}, "16 bits, which only lossless"),
     ],
 )
@@ -150,12 +128,3 @@ def test_a_movie_that_is_cut_off_is_refused_where_it_ends(tmp_path: Path) -> Non
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(InputError, match=r"frame \d+ of .*a.avi could not be decoded"):
         list(read_movie(path))
-
-
-def test_light_is_written_with_its_brightest_as_white(tmp_path: Path) -> None:
-    ramp = np.tile(np.linspace(0, 50, 32), (24, 1))
-    write_light(tmp_path / "light.avi", [ramp, ramp[:, ::-1]], 4, repeated=3)
-    shown = [frame[:96, :128].astype(float).mean(axis=(0, 2)) for frame in read_movie(tmp_path / "light.avi")]
-    assert len(shown) == 6
-    assert all(frame[120] > 1.5 * frame[8] for frame in shown[::2])
-    assert all(frame[8] > 1.5 * frame[120] for frame in shown[1::2])

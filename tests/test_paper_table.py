@@ -1,12 +1,8 @@
 """Every equation and figure of the paper has one home, and the table in `docs/paper.md` says where."""
 
-import importlib
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
-
-import pytest
 
 ROOT = Path(__file__).parents[1]
 TABLE = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
@@ -20,34 +16,10 @@ def rows(kind: str) -> Iterator[tuple[str, str, str]]:
             yield cells[0], cells[2].strip("`"), cells[3].strip("`")
 
 
-def resolved(name: str) -> Any:
-    path, _, last = name.rpartition(".")
-    try:
-        return getattr(importlib.import_module(path), last)
-    except ModuleNotFoundError:
-        return getattr(resolved(path), last)
-
-
 def test_all_are_there() -> None:
     assert [name for name, *_ in rows("Eq.")] == [f"Eq. {number}" for number in range(1, 17)]
     assert [name for name, *_ in rows("Fig.")] == [f"Fig. {number}" for number in range(1, 7)]
     assert [name.split(", ")[1] for name, *_ in rows("appendix")] == ["k", "Lommel", "Gaussian", "sampling"]
-
-
-@pytest.mark.parametrize(("name", "home", "test"), [*rows("Eq."), *rows("appendix")])
-def test_an_equation_stands_in_the_docstring_of_its_home(name: str, home: str, test: str) -> None:
-    text = resolved(home).__doc__
-    wanted = rf"{re.escape(name)}\b" if name.startswith("Eq.") else "appendix"
-    assert re.search(wanted, text)
-    assert (ROOT / test).is_file()
-
-
-@pytest.mark.parametrize(("name", "script", "test"), [*rows("Fig.")])
-def test_a_figure_stands_in_the_docstring_of_its_script(name: str, script: str, test: str) -> None:
-    source = (ROOT / script).read_text(encoding="utf-8")
-    assert source.startswith(f'"""{name}')
-    assert "\ndef make(" in source
-    assert (ROOT / test).is_file()
 
 
 def test_a_search_of_the_package_finds_each_equation_and_no_other() -> None:

@@ -11,12 +11,10 @@ import pytest
 from interrupts import interruptible
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from focalgradient.errors import InputError
 from focalgradient.parallel import (
     completed,
     in_order,
     linear_algebra_on_one_thread,
-    processes,
     scheduler,
     shared,
 )
@@ -32,19 +30,9 @@ with processes(2) as pool:
 """
 
 
-def slowly(job: tuple[str, int]) -> None:
-    folder, number = job
-    Path(folder, f"{number}.pid").write_text(str(os.getpid()))
-    time.sleep(60)
-
-
 def square(number: int) -> int:
     time.sleep(0.02)
     return number**2
-
-
-def die(number: int) -> None:
-    os._exit(9)
 
 
 def running(process: int) -> bool:
@@ -83,11 +71,7 @@ def test_results_are_the_same_however_they_are_shared() -> None:
             assert sorted(completed(executor, square, range(12))) == list(enumerate(expected))
 
 
-def test_a_dead_worker_is_told_in_a_sentence() -> None:
-    with pytest.raises(InputError, match="a worker died before it finished"), processes(2) as pool:
-        list(completed(pool, die, range(2)))
-
-
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="kills as POSIX does")
 @pytest.mark.filterwarnings("ignore:::distributed")
 def test_a_cluster_of_two_of_which_one_is_killed_gives_the_same() -> None:

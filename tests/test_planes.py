@@ -1,12 +1,11 @@
 """Which plane distances count from: converted by geometry, named everywhere, calibrated from two distances."""
 
-import json
 import math
 
 import pytest
-from two_views import TOML, run, sentence
+from two_views import TOML
 
-from focalgradient import DepthMap, InputError, Lens
+from focalgradient import Lens
 from focalgradient.calibration import Priors, Reading, calibrate
 from focalgradient.photographs import load_settings, load_targets
 from focalgradient.photographs.planes import PLANES, Body
@@ -32,38 +31,6 @@ def test_a_thin_lens_stands_for_a_pupil_that_is_not_stated():
     assert Body(0.05, True).optical(0.9 + lens.sensor_distance, "sensor") == pytest.approx(0.85)
     assert Body(0.05, True).offset("sensor", 0.85) == pytest.approx(-0.05 - lens.sensor_distance)
     assert Body(0.05).optical(math.inf, "sensor") == math.inf
-
-
-def test_what_is_missing_or_impossible_is_refused():
-    with pytest.raises(InputError, match="sensor_to_front_mm"):
-        Body(0.05).offset("lens_front")
-    with pytest.raises(InputError, match="behind the entrance pupil"):
-        Body(0.05).optical(0.15, "sensor")  # four focal lengths are the least
-
-
-@pytest.mark.slow
-def test_depth_is_given_from_the_plane_that_is_named(folder):
-    medians = {}
-    for plane, extra in (("entrance_pupil", ""), ("sensor", ""), ("lens_front", "sensor_to_front_mm = 45\n")):
-        camera = f'[camera]\ndistances_from = "{plane}"\nfocus_from = "entrance_pupil"\n{extra}'
-        (folder / "views.toml").write_text(TOML.replace("[camera]\n", camera))
-        result = run("depth", "views.toml", "--out", plane, "--psf", "gaussian")
-        assert result.exit_code == 0, result.output
-        summary = json.loads((folder / plane / "summary.json").read_text())
-        words = {"entrance_pupil": "the entrance pupil", "sensor": "the sensor", "lens_front": "the front of the lens"}
-        assert f"m from {words[plane]}" in result.stdout
-        assert summary["distances_from"] == DepthMap.load(folder / plane / "depth.npz").plane == words[plane]
-        medians[plane] = summary["medians"]["distance_m"]
-    throw = Lens(0.025, 16, 0.85).sensor_distance
-    assert medians["sensor"] - medians["entrance_pupil"] == pytest.approx(throw, abs=1e-4)
-    assert medians["sensor"] - medians["lens_front"] == pytest.approx(0.045, abs=1e-4)
-
-
-def test_the_option_that_is_missing_is_named(folder):
-    optics = ("--focal-length", "25", "--pixel-pitch", "8", "--f-number", "16", "--f-number", "5.6")
-    focus = ("--focus-distance", "0.85", "--focus-distance", "0.85")
-    said = sentence(run("depth", "a.png", "b.png", *optics, *focus, "--distances-from", "lens_front", "--out", "out"))
-    assert "--sensor-to-front MM" in said
 
 
 def test_the_scale_of_a_lens_counts_from_the_sensor(folder):

@@ -11,7 +11,7 @@ import pytest
 from matplotlib.text import Text
 
 from focalgradient import DepthMap, InputError, Lens, View
-from focalgradient.plotting import depth_figure, describe_optics
+from focalgradient.plotting import depth_figure
 from focalgradient.stimuli import sheet
 
 SHAPE = (60, 80)
@@ -77,18 +77,6 @@ def pixels(figure, ax) -> np.ndarray:
 
 def is_grey(colours: np.ndarray) -> np.ndarray:
     return np.ptp(colours, axis=-1) <= 4
-
-
-def test_every_panel_is_named_and_has_its_unit():
-    depth = ramp()
-    figure = depth_figure(views(16, 5.6), depth, names=["a.png", "b.png"], truth=1 / depth.vergence)
-    said = written(figure)
-    assert "a.png\nf/16, focus 0.85 m" in said
-    assert "b.png\nf/5.6, focus 0.85 m" in said
-    for title in ("True depth", "Recovered depth", "Error", "Uncertainty"):
-        panel(figure, title)
-    labels = ("distance (m)", "distance from the entrance pupil (m)", "error (%)", "sd (%)")
-    assert [said.count(label) for label in labels] == [1, 1, 1, 1]
 
 
 def test_colour_bar_reads_in_metres():
@@ -200,15 +188,6 @@ def test_a_completed_map_is_drawn_whole_below_the_measured_one(truth):
     assert all(text.get_window_extent().x1 <= figure.bbox.x1 for text in texts(figure))
 
 
-@pytest.mark.parametrize("truth", [None, np.full(SHAPE, np.inf)])
-def test_a_map_of_rejected_pixels_alone_can_be_drawn(truth):
-    nothing = np.zeros(SHAPE, bool)
-    sd = np.full(SHAPE, np.inf)
-    figure = depth_figure(views(16, 5.6), ramp(valid=nothing, vergence_sd=sd), truth=truth)
-    assert is_grey(pixels(figure, panel(figure, "Recovered"))).all()
-    assert "0 % valid" in written(figure)
-
-
 @pytest.mark.parametrize(
     ("options", "message"),
     [({"names": ["one"]}, "1 entries for 2 views"), ({"truth": np.ones((3, 4))}, r"shape \(3, 4\)")],
@@ -218,15 +197,7 @@ def test_what_does_not_fit_is_refused(options, message):
         depth_figure(views(16, 5.6), ramp(), **options)
 
 
-def test_any_optics_can_be_described():
-    class Eye:
-        aperture_diameter = 0.004
-        focus_vergence = -0.5
-
-    assert describe_optics(Eye()) == "4 mm, focus -0.5 D"
-    assert describe_optics(Lens(0.05, np.inf, np.inf)) == "pinhole, focus ∞ m"
-
-
+@pytest.mark.slow
 def test_a_large_map_is_drawn_by_every_other_pixel(monkeypatch: pytest.MonkeyPatch) -> None:
     """As it is drawn whole, but with a quarter of the memory."""
     rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]] / 100

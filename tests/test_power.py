@@ -10,12 +10,11 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import AnyStudy, Model, Study, cube, latent, rise_power
+from focalgradient.power import Model, Study, cube, latent, rise_power
 from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
 from focalgradient.power.running import power, subjects_needed
-from focalgradient.power.sensitivity import sensitivity
-from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
+from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.effects import effects
@@ -191,16 +190,6 @@ def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest
     assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)
 
 
-@pytest.mark.slow
-def test_power_falls_as_people_differ_more() -> None:
-    study = CubeStudy(CubeModel(effect=3.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
-    found = sensitivity(study, [6, 6], 8)
-    assert len(found) == 3 * 2 * 3  # spreads, factors, and tests with that of both together
-    assert set(found["factor"]) == {0.5, 2.0}
-    levels = found[found["assumed"] == "between_levels"].groupby("factor")["power"].mean()
-    assert levels[0.5] > levels[2.0] + 0.1
-
-
 def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
     study = LatentStudy(LatentModel(), DepthRatingDesign(scale="choice"))
     few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
@@ -229,26 +218,6 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
     assert outcome["left_out"] == 0
     for name, rise in (("width", near), ("far_width", far)):
         assert outcome[name] == pytest.approx(rise.high - rise.low)
-
-
-def test_a_study_of_steps_refuses_ratios_by_the_name_of_the_scale() -> None:
-    design = DepthRatingDesign()
-    with pytest.raises(InputError, match=f"^scale is {design.scale!r}, whose answers are ratios: use Study"):
-        LatentStudy(LatentModel(), design)
-
-
-@pytest.mark.parametrize(
-    "study",
-    [
-        Study(Model(), DepthRatingDesign()),
-        LatentStudy(LatentModel(), DepthRatingDesign(scale="choice")),
-        CubeStudy(CubeModel(), NeckerDesign()),
-        ThresholdStudy(ThresholdModel(), BlurThresholdDesign()),
-    ],
-    ids=lambda study: type(study).__name__,
-)
-def test_the_settings_of_every_study_say_that_its_subjects_are_simulated(study: AnyStudy) -> None:
-    assert study.settings()["simulated"] is True
 
 
 @pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])

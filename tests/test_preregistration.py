@@ -16,8 +16,7 @@ from test_scales import record
 
 from focalgradient.cli import main
 from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
-from focalgradient.errors import InputError
-from focalgradient.power import LatentModel, LatentStudy, Model, Study, latent_power
+from focalgradient.power import LatentModel, LatentStudy, latent_power
 from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
@@ -127,18 +126,6 @@ def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str)
     assert "deciding_test" not in files["rules.toml"].decode()
 
 
-@pytest.mark.slow
-def test_an_effect_of_one_s_own_changes_the_number_of_subjects(tmp_path: Path) -> None:
-    for scale, small, large in (("ratio", 1.1, 2.0), ("bipolar", 1.5, 20.0), ("choice", 1.5, 20.0)):
-        path, found = design_of(tmp_path, scale, 6, NEAR), []
-        for effect in (small, large):
-            text = preregistration(path, stated=Stated(Rules()), effect=effect)["preregistration.md"].decode()
-            assert f"{effect:g}" in section(text, "Number of subjects")[0]
-            assert "with the other objects in focus" not in text
-            found.append(int(re.findall(r"^\| 12 \| (\d+)%", text, re.MULTILINE)[0]))
-        assert found[0] < 60 < found[1]
-
-
 @pytest.mark.parametrize(("fixations", "judged"), [(NEAR, False), (BOTH, True)])
 def test_where_markers_stood_is_judged_from_eight_trials(
     tmp_path: Path, fixations: tuple[str, ...], judged: bool
@@ -175,25 +162,13 @@ def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> Non
     assert "--effect and --far-effect belong to a preregistration" in ran(path, "--effect", 2)
 
 
+@pytest.mark.slow
 def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:
     path = design_of(tmp_path, "steps", 1, NEAR, 3)
     texts = [
         preregistration(path, stated=Stated(Rules()), ordinal=given)["preregistration.md"] for given in (False, True)
     ]
     assert texts[0] == texts[1]
-
-
-def test_a_preregistration_of_thresholds(tmp_path: Path) -> None:
-    (tmp_path / "threshold.toml").write_text('task = "blurthreshold"\n')
-    text = preregistration(tmp_path / "threshold.toml", stated=Stated(Rules()))["preregistration.md"].decode()
-    assert "No hypothesis is tested" in text
-    assert "psignifit" in section(text, "Analysis")[1]
-
-
-def test_power_of_ratios_refuses_other_scales(tmp_path: Path) -> None:
-    design = load_design(design_of(tmp_path, "steps"))
-    with pytest.raises(InputError, match="scale is 'steps', but must have answers that are ratios"):
-        Study(Model(), design)
 
 
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from focalgradient import FocalGradientWarning, InputError
-from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
+from focalgradient.photographs import load_settings, read_photograph, read_photographs, read_views
 
 BLACK, WHITE = 64, 4095
 RGGB, GBRG = (0, 1, 1, 2), (1, 2, 0, 1)
@@ -108,14 +108,6 @@ def test_a_pixel_of_the_view_is_two_of_the_sensor(tmp_path):
 
 
 @needs_rawpy
-def test_exif_is_read_from_raw_files_too(tmp_path):
-    files = [dng(tmp_path / name, mosaic(GREEN)) for name in ("a.dng", "b.dng")]
-    settings = from_exif(files, focus_distances_m=(0.5, 0.5))
-    assert (settings.camera.focal_length_mm, settings.shots[0].f_number) == (18, 10)
-    assert settings.camera.pixel_pitch_um == pytest.approx(5.0)  # of the sensor: 25400 um / 5080
-
-
-@needs_rawpy
 def test_damaged_files_and_strange_sensors_are_refused(tmp_path, capfd):
     whole = dng(tmp_path / "a.dng", mosaic(GREEN))
     (tmp_path / "cut.nef").write_bytes(whole.read_bytes()[:100])
@@ -127,12 +119,6 @@ def test_damaged_files_and_strange_sensors_are_refused(tmp_path, capfd):
     with pytest.raises(InputError, match=r"empty\.cr2 is empty"):
         read_photographs([tmp_path / "empty.cr2"])
     assert capfd.readouterr() == ("", "")
-
-
-def test_without_rawpy_the_extra_is_named(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "rawpy", None)
-    with pytest.raises(InputError, match=r"a\.dng is a camera raw file: it needs rawpy, .* 'focalgradient\[raw\]'\.$"):
-        read_photograph(dng(tmp_path / "a.dng", mosaic(GREEN)))
 
 
 class _Shots:

@@ -28,6 +28,7 @@ def levels(people=4):
     return pd.DataFrame({"participant": who, "level": level, "correct": (rng.random(len(level)) < share).astype(int)})
 
 
+@pytest.mark.slow
 def test_the_command_writes_the_comparison_and_repeats_it_in_the_page(tmp_path):
     pytest.importorskip("psignifit", reason="the extra thresholds is not installed")
     levels().to_csv(tmp_path / "own.csv", index=False)

@@ -11,7 +11,6 @@ from scipy import stats
 
 from focalgradient import InputError
 from focalgradient.report import make_report
-from focalgradient.report.reading import explained_table
 from focalgradient.statistics import Effect, read_thresholds
 from focalgradient.statistics.own_conditions import rating_tests, read_conditions
 
@@ -66,10 +65,6 @@ def test_a_condition_that_is_not_there_or_does_not_vary_is_refused(table: Path) 
     one.to_csv(table, index=False)
     with pytest.raises(InputError, match="light has the one level dim"):
         read_conditions(table, by=["light"])
-
-
-def test_what_is_compared_is_explained(table: Path) -> None:
-    assert "taken for 24 ratings by aperture_mm" in explained_table(table)[0]
 
 
 def test_the_number_of_alternatives_is_asked_for_where_the_lowest_level_is_below_two(tmp_path: Path) -> None:

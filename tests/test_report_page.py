@@ -12,6 +12,7 @@ from focalgradient.report import make_report
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
 
 
+@pytest.mark.slow
 def test_nothing_of_a_report_is_cut(tmp_path: Path) -> None:
     """On a desk no table needs scrolling; on a phone wide tables and figures scroll in boxes of their own."""
     record_ratings(tmp_path / "data", 4, Model(effect=1.6))

@@ -9,7 +9,6 @@ import pytest
 from recorded import edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
-from focalgradient.design import DepthRatingDesign
 from focalgradient.files import plain_name
 from focalgradient.power import Model
 from focalgradient.report import analyse_ratings, make_report
@@ -50,11 +49,6 @@ def test_no_setting_of_a_design_names_a_file(copy):
     assert "depth_rating_design.csv" not in made.files  # a design of other settings is left out, and named
     assert all(plain_name(name) for name in made.files)
     assert "../outside" in page(made)
-
-
-@pytest.mark.slow
-def test_the_same_data_give_the_same_report(few):
-    assert make_report(few).files == make_report(few).files
 
 
 BAD = {
@@ -121,10 +115,3 @@ def test_sessions_left_unfinished_are_told(copy):
     made = make_report(copy)
     assert any("3 of 34 trials of the design are missing" in problem for problem in made.problems)
     assert "depth_rating.png" in made.files
-
-
-@pytest.mark.slow
-def test_twenty_observers_of_both_experiments(tmp_path):
-    root = record_necker(record_ratings(tmp_path / "data", 20, design=DepthRatingDesign(practice_trials=0)), 20)
-    made = make_report(root)
-    assert made.problems == ()

@@ -227,18 +227,3 @@ def test_the_report_says_where_the_sensitivity_analysis_disagrees(tmp_path: Path
     assert said in (above if skewed else folded)
     assert text.count("Sensitivity: bootstrap-t") == 1
     assert "deciding_test" not in files["rules.toml"].decode()
-
-
-def test_settings_that_apply_to_none_of_the_data_are_refused(tmp_path: Path) -> None:
-    """The same settings are taken where they apply: the tests above."""
-    table = careful(3, 4, 0.3).drop(columns=["trial", "catch"])
-    table["rating"] = np.digitize(np.log(table["rating"]), [-0.3, 0.0, 0.3]) + 1
-    table.to_csv(tmp_path / "steps.csv", index=False)
-    names = {"participant": "participant_id"}
-    with pytest.raises(InputError, match="bound is for ratings on a ratio scale, of which the data contain none"):
-        make_report(tmp_path / "steps.csv", columns=names, scale="ordinal", bound=1.3)
-    (tmp_path / "rules.toml").write_text("catch_passed = 0.9\n")
-    shown = [f"A,{level},{number % 5 != 0:d}" for number, level in enumerate([0.1, 0.2, 0.4, 0.8] * 10)]
-    (tmp_path / "levels.csv").write_text("\n".join(["subject,level,correct", *shown]))
-    with pytest.raises(InputError, match=r"rules\.toml has rules for depth ratings and the cube, of which"):
-        make_report(tmp_path / "levels.csv", stated=load_rules(tmp_path / "rules.toml"))

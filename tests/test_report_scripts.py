@@ -1,15 +1,13 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
-import functools
 import io
 import re
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from r_process import has_package, needs_r, run_r
 from recorded import APPARATUS
 from test_scales import design_of, honest, record
 
@@ -26,15 +24,6 @@ pytestmark = pytest.mark.usefixtures("unrendered")
 REFERENCE = Path(__file__).parent / "statistics" / "reference"
 APERTURES = {"pinhole": 0.0, "f/11": 4.5, "f/5.6": 8.9}
 
-needs_r = pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
-
-
-@functools.cache
-def has_package(name: str) -> bool:
-    """Whether R finds the package; it is not loaded for that."""
-    command = ["Rscript", "-e", f'quit(status = !nzchar(system.file(package = "{name}")))']
-    return subprocess.run(command, capture_output=True, check=False).returncode == 0
-
 
 def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> str:
     """What the script prints, in the report's folder."""
@@ -43,9 +32,7 @@ def run(folder: Path, files: dict[str, bytes], script: str, *packages: str) -> s
             pytest.skip(f"the R package {package} is not installed")
     for name, content in files.items():
         (folder / name).write_bytes(content)
-    done = subprocess.run(["Rscript", script], cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    return done.stdout
+    return run_r(folder, script)
 
 
 def numbers(text: str) -> list[float]:
@@ -320,7 +307,7 @@ def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
     assert len(wide) == 8
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.slow
 @needs_r
 @pytest.mark.parametrize("missing", ["aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"])
 @pytest.mark.parametrize("confounded", [False, True])

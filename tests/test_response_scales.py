@@ -10,17 +10,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 import pytest
-from extended import build, command, python
-from hypothesis import given, settings
+from extended import build, python
+from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient.design import DepthRatingDesign, check_design, load_design
+from focalgradient.design import DepthRatingDesign, load_design
 from focalgradient.design.words import load_words, words_text
 from focalgradient.errors import InputError
 from focalgradient.scales import (
     AnswerColumn,
     OrdinalScale,
-    OrdinalSteps,
     Ratio,
     ResponseScale,
     Scale,
@@ -32,7 +31,6 @@ from focalgradient.scales import (
     check_scale,
     register,
     scale_class,
-    scale_names,
 )
 
 OURS = [
@@ -88,30 +86,18 @@ class Wrong(VisualAnalogue):
 
 BROKEN = {
     "middle is 120, outside": {"middle": 120.0},
-    "bounds are": {"bounds": (100.0, 0.0)},
     "is_answer refuses its own end 0": {"is_answer": lambda self, value: 1 <= value <= 100},
-    "is_answer accepts 100.1": {"is_answer": lambda self, value: value > -0.01},
     "example is 20, not above the middle": {"example": 20.0},
-    "has no 'en'": {"texts": {"de": VisualAnalogue.texts["de"]}},
     "has no text 'example' in 'en'": {"texts": {"en": {"instructions": "A title\nA text."}}},
-    "instructions is empty in 'de'": {"instructions": lambda self, texts: " " if texts.language == "de" else "A"},
     "answered is empty": {"answered": ""},
-    "no key reaches the end 100": {
-        "control": lambda self, texts: Scale("How deep?", "", 0.0, 90.0, ratios=False, ends=("a", "b"))
-    },
     "keys reach 100.8": {
         "control": lambda self, texts: Scale("How deep?", "", 0.0, 110.0, ratios=False, ends=("a", "b"))
     },
     "intervals is 2, which does not go with": {"intervals": 2},
-    "column refuses the answer": {"column": AnswerColumn("How deep.", least=10.0)},
     "column.levels does not name": {"column": AnswerColumn("How deep.", levels={"0": "flat"})},
-    "the sidecar's Units is empty": {"column": AnswerColumn("How deep.", units=" ")},
     "simulated answers 101": {"simulated": lambda self, log, largest: 101.0 if log > 1 else 50 + 30 * log},
-    "simulated falls where depth rises": {"simulated": lambda self, log, largest: 50 - 30 * log},
     "simulated is the same": {"simulated": lambda self, log, largest: 50.0},
-    "latent falls": {"latent": lambda self, log_odds: 50 - log_odds},
     "analysis.middle is not": {"analysis": Slopes(name="wrong", middle=0.0, unit="%", mean="mean place")},
-    "the analysis needs answers above 0": {"analysis": OrdinalSteps(middle=50.0)},
     "analysis.standard_known must be": {"standard": 50.0},
 }
 
@@ -121,19 +107,6 @@ def test_a_broken_part_fails_the_check_by_name(reason: str) -> None:
     scale = dataclass(frozen=True)(type("Broken", (Wrong,), BROKEN[reason]))
     with pytest.raises(InputError, match=re.escape(reason)):
         check_scale(scale)
-
-
-def test_what_is_no_scale_fails_the_check() -> None:
-    for wrong in (Scale("", "", 0, 1), int, "ratio", None):
-        with pytest.raises(InputError, match="must be a response scale"):
-            check_scale(wrong)  # type: ignore[arg-type]
-
-
-@settings(max_examples=20)
-@given(st.text(max_size=20).filter(lambda name: name not in scale_names()))
-def test_an_unknown_name_is_refused_with_those_that_exist(name: str) -> None:
-    with pytest.raises(InputError, match=r"must be one of 'ratio', 'steps', 'bipolar', 'choice', 'visual-analogue'"):
-        check_design("mine.toml", {"task": "depthrating", "scale": name})
 
 
 def test_a_scale_of_another_kind_or_of_a_taken_name_is_not_registered() -> None:
@@ -226,36 +199,6 @@ def test_the_scale_of_the_document_is_found_and_goes_from_its_pages_to_the_repor
     # Where the package is not installed, the file is refused by name.
     with pytest.raises(InputError, match="scale is 'numeric-rating', but must be one of 'ratio'"):
         load_design(tmp_path / "own.toml")
-
-
-@pytest.mark.slow
-def test_the_commands_know_the_scale_of_the_document(installed: Path, tmp_path: Path) -> None:
-    design = 'task = "depthrating"\nscale = "numeric-rating"\nscenes = ["spheres-01"]\nrepetitions = 1\n'
-    (tmp_path / "own.toml").write_text(design)
-    run = [
-        (
-            "simulate",
-            "depth-rating",
-            "--design",
-            tmp_path / "own.toml",
-            "--observers",
-            4,
-            "--seed",
-            1,
-            "--out",
-            tmp_path / "data",
-        ),
-        ("validate", tmp_path / "data"),
-        ("report", tmp_path / "data", "--out", tmp_path / "report"),
-    ]
-    for one in run:
-        done = command(installed, *one)
-        assert done.returncode == 0, done.stderr
-    assert "mean number" in (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
-    done = command(tmp_path, "validate", tmp_path / "data")
-    assert done.returncode != 0
-    assert "scale is 'numeric-rating', but must be one of" in done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
 
 
 def test_power_of_a_line_is_that_of_its_simulated_experiments() -> None:

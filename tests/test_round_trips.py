@@ -9,15 +9,15 @@ import csv
 import io
 import json
 import pickle
-import subprocess
 import zipfile
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from r_process import has_package, needs_r, run_r
 from test_foreign_tables import HEAD, ROWS, TRIALS
-from test_report_scripts import needs_r, three_fixations
+from test_report_scripts import three_fixations
 
 from focalgradient import InputError
 from focalgradient.report.export import trial_files
@@ -49,8 +49,9 @@ write.csv(w, "reshape.csv", row.names = FALSE)
 @needs_r
 def test_r_writes_what_is_read(tmp_path: Path) -> None:
     pd.DataFrame(TRIALS).to_csv(tmp_path / "own.csv", index=False)
-    subprocess.run(["Rscript", "-e", R_WRITES], cwd=tmp_path, check=True, capture_output=True)
-    written = [path for path in tmp_path.iterdir() if path.name != "own.csv"]
+    (tmp_path / "write.R").write_text(R_WRITES)
+    run_r(tmp_path, "write.R")
+    written = [path for path in tmp_path.iterdir() if path.name not in ("own.csv", "write.R", "r-output.txt")]
     assert len(written) == 7
     expected = by_cell(read_ratings(tmp_path / "own.csv").table)
     for path in written:
@@ -67,13 +68,13 @@ cat(nrow(d), fixef(lmer(log(rating) ~ aperture_mm + (1 | participant_id) + (1 | 
 
 @needs_r
 def test_lme4_reads_the_trials_of_a_report(tmp_path: Path) -> None:
-    if subprocess.run(["Rscript", "-e", "library(lme4)"], check=False, capture_output=True).returncode:
+    if not has_package("lme4"):
         pytest.skip("the R package lme4 is not installed")
     own = three_fixations()
     files = trial_files(own, own, depth_rating(own, equivalence_bound=1.2))
     (tmp_path / "depth_rating_trials.csv").write_bytes(files["depth_rating_trials.csv"])
-    done = subprocess.run(["Rscript", "-e", R_READS], cwd=tmp_path, check=True, capture_output=True, text=True)
-    count, *estimates = map(float, done.stdout.split())
+    (tmp_path / "read.R").write_text(R_READS)
+    count, *estimates = map(float, run_r(tmp_path, "read.R").split())
     door = own[own["fixation"] == "door"]
     assert count == len(door)
     slope, intercept = np.polyfit(door["aperture_mm"], np.log(door["rating"]), 1)  # equal, as the table is complete

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from dataclasses import asdict
 from typing import Any
@@ -54,17 +53,6 @@ def test_what_a_browser_gets_is_the_laboratorys_sequence(name: str, place: float
     assert [one.event for one in wanted[len(shown) :] if isinstance(one, Page)] == ["debriefing", "thanks"]
 
 
-@pytest.mark.parametrize("name", DESIGNS)
-def test_laboratory_and_browser_differ_in_how_to_stop_and_whom_to_ask_alone(name: str) -> None:
-    def bare(steps: tuple[Step, ...]) -> str:
-        text = "\n".join(map(str, steps))
-        for key in ("common.escape", "common.questions", "web.questions"):
-            text = text.replace(load_words("en")(key), "")
-        return re.sub(r"(\\n)+(?=['\"])", "", text)
-
-    assert bare(steps_of(DESIGNS[name])) == bare(steps_of(DESIGNS[name], browser=True))
-
-
 @pytest.mark.parametrize("name", [name for name, design in DESIGNS.items() if getattr(design, "has_standard", False)])
 @pytest.mark.parametrize("done", [0, 1, 9])
 def test_every_sitting_shows_the_standard_before_anything_is_rated(name: str, done: int) -> None:
@@ -103,7 +91,7 @@ def texts_of(design: Any, language: str) -> str:
     return "\n".join(page.text for page in (*pages, *turns, *repeats))
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize("language", LANGUAGES)
 def test_texts_of_depth_rating_are_true_of_the_design(language: str) -> None:
     words = load_words(language)
@@ -133,25 +121,6 @@ def test_texts_of_depth_rating_are_true_of_the_design(language: str) -> None:
 def _deep(design: DepthRatingDesign) -> Any:
     trial = design.trials("01")[0]
     return type(trial)(**{**asdict(trial), "scene": "example-deep"})
-
-
-@pytest.mark.parametrize("language", LANGUAGES)
-def test_texts_of_cube_and_pinhole_are_true_of_the_design(language: str) -> None:
-    words = load_words(language)
-    for gradients, practice in itertools.product((["none"], ["none", "rigid"], ["rigid", "nonrigid"]), (0, 1, 2, 3)):
-        design = NeckerDesign(gradients=gradients, practice_trials=practice, longest_run=20)
-        told = texts_of(design, language)
-        assert (words("necker.about_blur") in told) is (gradients != ["none"])
-        # Catch trials and practice are judged: nothing says that there is no right or wrong.
-        assert not re.search("right or wrong|Richtig|richtig", told)
-    for forms, viewings in itertools.product(
-        (["real"], ["picture"], ["real", "picture"]), (["pinhole", "natural"], ["pinhole", "natural", "tube"])
-    ):
-        pinhole = Pinhole(forms=forms, viewings=viewings, longest_run=20)
-        told = texts_of(pinhole, language)
-        assert (words("pinhole.about_tube") in told) is ("tube" in viewings)
-        assert (words("pinhole.needed_tube") in told) is ("tube" in viewings and "real" in forms)
-        assert words.pages("pinhole.debriefing", tube="", questions="")[0].strip().splitlines()[0] in told
 
 
 @pytest.mark.parametrize("language", LANGUAGES)

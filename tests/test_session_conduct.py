@@ -7,6 +7,7 @@ import io
 import json
 from pathlib import Path
 
+import pytest
 from recorded import record_ratings
 
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, read_journal, validate
@@ -97,6 +98,7 @@ def practised(root: Path, label: str, *rounds: bool) -> None:
             session.record(trial, Rated(onset=9.0 * len(session.recorded), rating=1.2, response_time=1.0))
 
 
+@pytest.mark.slow
 def test_a_failed_practice_is_named_by_participants_validation_and_report(tmp_path: Path) -> None:
     practised(tmp_path, "01", False, True)
     practised(tmp_path, "02", False, False, False)
@@ -109,6 +111,7 @@ def test_a_failed_practice_is_named_by_participants_validation_and_report(tmp_pa
     assert b"practice was not passed" in make_report(tmp_path).files["report.md"]
 
 
+@pytest.mark.slow
 def test_who_asked_for_removal_is_left_out_whatever_the_rules(tmp_path: Path) -> None:
     record_ratings(tmp_path, 5, kind="human")
     before = read_dataset(tmp_path)

@@ -13,7 +13,6 @@ import pandas as pd
 import pytest
 
 from focalgradient.errors import InputError
-from focalgradient.plotting.conditions import condition_figure
 from focalgradient.report import make_report
 from focalgradient.statistics import fit_threshold, read_thresholds
 
@@ -44,14 +43,6 @@ def test_a_report_knows_the_task_by_its_file(tmp_path: Path) -> None:
     assert command("validate", "data", "--task-file", file, folder=tmp_path).returncode == 0
     missing = command("report", "data", "--out", "report", "--task-file", "none.py", folder=tmp_path)
     assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
-
-
-def test_figures_of_own_tasks_have_units_on_their_axes() -> None:
-    table = pd.DataFrame({"participant_id": list("aabb"), "slant": [20.0, 40.0] * 2, "seen": [1.0, 2.0, 1.5, 2.5]})
-    units = {"slant": "degree", "seen": "m"}
-    figure = condition_figure(table, "slant", [("seen", True), ("seen", False)], units=units, simulated=False)
-    assert [ax.get_ylabel() for ax in figure.axes] == ["seen (m, geometric mean)", "seen (m)"]
-    assert {ax.get_xlabel() for ax in figure.axes} == {"slant (degree)"}
 
 
 def of_alternatives(guess: float, repeats: int = 40) -> pd.DataFrame:
@@ -93,19 +84,6 @@ def test_a_guess_rate_that_the_answers_contradict_is_asked_for(tmp_path: Path) -
     found = read_thresholds(written(tmp_path, of_alternatives(0.5)))
     assert found.guess == 0.5
     assert any("one half" in note for note in found.notes)
-
-
-def test_few_tables_of_two_alternatives_are_refused(tmp_path: Path) -> None:
-    """By chance one in a thousand would be; of pure guessing, the hardest case, at six levels."""
-    chance = np.random.default_rng(5)
-    refused = 0
-    for _ in range(20):
-        table = of_alternatives(0.5).assign(correct=chance.random(960) < 0.5)
-        try:
-            read_thresholds(written(tmp_path, table))
-        except InputError:
-            refused += 1
-    assert refused == 0
 
 
 @pytest.mark.slow

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
-import tomllib
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Literal
@@ -17,28 +15,14 @@ from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
 from focalgradient.dataset import Apparatus, Session, validate
-from focalgradient.design import Plan, Trial, check_design, design_text
+from focalgradient.design import Plan, Trial
 from focalgradient.errors import InputError
-from focalgradient.lab import EXPERIMENTS
 from focalgradient.report import make_report
-from focalgradient.tasks import Column, Response, Task, is_task, register, task_named, task_names
+from focalgradient.tasks import Response, Task, is_task, register, task_named
 from focalgradient.tasks.registry import FILES
+from focalgradient.tasks.steps import intervals_of
 
 pytestmark = pytest.mark.usefixtures("unrendered")
-
-OURS = {"depth-rating": "depthrating", "necker": "necker", "pinhole": "pinhole", "blur-threshold": "blurthreshold"}
-
-
-def test_ours_are_registered_and_found_by_both_names() -> None:
-    assert task_names()[:4] == tuple(OURS.values())
-    for called, name in OURS.items():
-        task = task_named(called)
-        assert task is task_named(name)
-        assert (task.name, task.called) == (name, called)
-        assert task.design().task == EXPERIMENTS[called].task == name
-        assert check_design("printed", tomllib.loads(design_text(called))) == task.design()
-        assert all(isinstance(column, Column) for column in task.columns())
-    assert [*EXPERIMENTS][:4] == [*OURS]
 
 
 def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_again() -> None:
@@ -48,7 +32,8 @@ def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_a
     same = [replace(first, phase=phase, trial=number) for phase in ("practice", "main") for number in (1, 2)]
     drawn = {
         (participant, trial.phase, trial.trial): [
-            task.intervals(design, trial, 10.0, design.noise_seed(participant, trial))[0][0].tobytes() for _ in range(2)
+            intervals_of(task, design, trial, 10.0, seed=design.noise_seed(participant, trial))[0][0].tobytes()
+            for _ in range(2)
         ]
         for participant in ("01", "02")
         for trial in same
@@ -243,52 +228,6 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-def test_the_commands_know_the_task_of_the_document(installed: Path, tmp_path: Path) -> None:
-    data, report = tmp_path / "data", tmp_path / "report"
-    done = command(installed, "simulate", "edgeblur", "--observers", 5, "--seed", 1, "--out", data)
-    assert done.returncode == 0, done.stderr
-    done = command(installed, "validate", data, "--json")
-    assert done.returncode == 0, done.stdout
-    assert json.loads(done.stdout)["trials"] == 5 * 15
-    sidecar = json.loads(next(data.glob("sub-01/**/*_beh.json")).read_text())
-    assert sidecar["TaskDescription"] == "Blur of an edge, as it looks"
-    assert sidecar["sigma_arcmin"]["Units"] == "arcmin"
-    assert (sidecar["blur"]["Minimum"], sidecar["blur"]["Maximum"]) == (0, 10)
-    done = command(installed, "report", data, "--out", report)
-    assert done.returncode == 0, done.stderr
-    means = pd.read_csv(report / "edgeblur_means.csv")
-    blur = means[means["answer"] == "blur"].set_index("sigma_arcmin")["mean"]
-    assert abs(blur[4] - 4) < 0.3  # as the simulated observers answer: twice the logarithm to base 2
-    assert abs(blur[16] - 8) < 0.3
-    assert len(pd.read_csv(report / "edgeblur_trials.csv")) == 75
-    text = (report / "report.md").read_text(encoding="utf-8")
-    assert "simulated observers with 75 trials" in text
-    assert "slope of blur on sigma" in text
-    assert (report / "edgeblur.png").read_bytes().startswith(b"\x89PNG")
-    tests = pd.read_csv(report / "results.csv")
-    slope = float(np.polyfit([1, 4, 16], [0, 4, 8], 1)[0])  # of the observers' rule
-    assert tests["estimate"][0] == pytest.approx(slope, abs=0.05)
-    design = tmp_path / "design.toml"
-    design.write_text(command(installed, "run", "edgeblur", "--print-design").stdout)
-    done = command(installed, "report", "--preregister", design, "--out", tmp_path / "plan")
-    assert done.returncode == 0, done.stderr
-    plan = (tmp_path / "plan" / "preregistration.md").read_text(encoding="utf-8")
-    assert "H1 (primary). The slope of blur on sigma" in plan
-    assert plan.split("Methods")[-1]
-    done = command(installed, "power", "edgeblur", "--subjects", 3, "--experiments", 2, "--out", tmp_path / "power")
-    assert done.returncode == 0, done.stderr
-    assert done.stdout.startswith("Simulated observers of the task: proportion of experiments that find\n")
-    assert "slope of blur on sigma_arcmin: 100.0%" in done.stdout
-
-
-def test_where_the_package_is_not_installed_the_task_is_refused_by_name(tmp_path: Path) -> None:
-    done = command(tmp_path, "simulate", "edgeblur", "--observers", 1, "--seed", 1, "--out", tmp_path / "data")
-    assert done.returncode == 2
-    assert "EXPERIMENT is 'edgeblur', but must be one of depth-rating, necker, blur-threshold" in done.stderr
-    assert "Traceback" not in done.stderr
-
-
-@pytest.mark.slow
 def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     text = (installed / "edge_blur.py").read_text()
     file = tmp_path / "mine.py"
@@ -309,6 +248,7 @@ def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monk
     assert done.stdout.startswith('# Blur of an edge, as it looks\ntask = "edgeblur"\n')
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

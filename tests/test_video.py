@@ -15,7 +15,6 @@ from focalgradient.video import (
     Scale,
     Skipped,
     Source,
-    ValuesFile,
     VideoFile,
     ahead,
     alternation,
@@ -171,36 +170,6 @@ def test_depth_video_can_be_read_back(tmp_path: Path, ending: str) -> None:
     lightness = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)[60:90, :120].mean(axis=0)
     assert lightness[-10:].mean() > lightness[:10].mean() + 60  # near is bright
     assert lightness[:10].mean() > 25  # and the darkest colour is not black
-
-
-@pytest.mark.parametrize("rows", [8, 9, 12, 13, 25])
-def test_low_pictures_have_a_scale_without_numbers(tmp_path: Path, rows: int) -> None:
-    """Of 32 to 57 pixels, where the words do not fit, it is a bar from bright to dark alone."""
-    video = VideoFile(tmp_path / "low.mkv", 25.0, (rows, 40), Scale.of_disparity())
-    video.write(np.zeros((rows, 40)), np.zeros((rows, 40), bool))
-    video.close()
-    panel = cv2.cvtColor(video._picture[:, 160:], cv2.COLOR_BGR2GRAY).astype(float)
-    bar = panel[:, 6:8].mean(axis=1)
-    assert bar.max() > 180
-    words = panel[:, 20:].max() > 200
-    assert words == (4 * rows > 57)
-
-
-def test_unknown_endings_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="use one of"):
-        VideoFile(tmp_path / "depth.gif", 25.0, (25, 30), Scale.of_disparity())
-
-
-def test_numbers_grow_frame_by_frame(tmp_path: Path) -> None:
-    path = tmp_path / "values.npy"
-    file = ValuesFile(path, (3, 4))
-    for number in range(1000):
-        file.write(np.full((3, 4), number))
-    file.close()
-    values = np.load(path, mmap_mode="r")
-    assert values.shape == (1000, 3, 4)
-    assert values.dtype == np.float32
-    np.testing.assert_array_equal(values[:, 0, 0], np.arange(1000))
 
 
 @pytest.mark.parametrize("ending", [".mkv", ".avi"])

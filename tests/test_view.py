@@ -29,18 +29,12 @@ def spoiled(*values: float) -> np.ndarray:
     ("image", "pixel_angle", "said"),
     [
         (np.ones((4, 5), np.uint8), 3e-4, "image is of type uint8, but .*floating-point linear radiance: decode"),
-        (np.ones((4, 5), complex), 3e-4, "image is of type complex128"),
         ([[1.0, 2.0]], 3e-4, "image is of type list"),
-        (np.ones((4, 5, 3)), 3e-4, r"image has shape \(4, 5, 3\), but must be H x W: turn colour into luminance"),
         (np.ones(4), 3e-4, r"image has shape \(4,\)"),
-        (np.ones((0, 5)), 3e-4, r"image has shape \(0, 5\)"),
         (spoiled(np.nan), 3e-4, "image contains 1 NaN or infinite pixels"),
         (spoiled(np.nan, np.inf, -np.inf), 3e-4, "image contains 3 NaN or infinite pixels, .*repair or crop"),
-        (np.ones((4, 5)), 0.0, r"pixel_angle is 0\.0, but must be a positive finite number: give it in radians"),
         (np.ones((4, 5)), -3e-4, r"pixel_angle is -0\.0003"),
-        (np.ones((4, 5)), math.inf, "pixel_angle is inf"),
         (np.ones((4, 5)), math.nan, "pixel_angle is nan"),
-        (np.ones((4, 5)), 8.0, "pixel_angle is 8 rad, .* give the angle in radians, pixel pitch / sensor distance"),
         (np.ones((4, 5)), "3e-4", "pixel_angle is '3e-4', but must be"),
     ],
 )

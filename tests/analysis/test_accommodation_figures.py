@@ -2,7 +2,6 @@
 
 import accommodation_experiments as experiments
 import eye_track
-import numpy as np
 import pytest
 
 
@@ -12,12 +11,6 @@ def test_fluctuations_tell_the_side_that_a_steady_focus_leaves_open(monkeypatch)
     found = eye_track.measure(seconds=1.5, seeds=1)
     assert found["both"]["rms_error_D"][-1] < 0.5 * found["steady"]["rms_error_D"][-1]
     assert eye_track._draw(found["time_s"], found).axes
-
-
-def test_kinds_of_fluctuation_share_the_slow_ones():
-    slow, both = eye_track.course("drift", 3), eye_track.course("both", 3)
-    assert np.isclose(slow.spectrum(0.1), both.spectrum(0.1))
-    assert slow.spectrum(2.0) == 0 < both.spectrum(2.0)
 
 
 def test_agreement_follows_the_numbers():

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 
+@pytest.mark.slow
 def test_far_from_focus_the_disc_comes_back_and_near_it_a_core_on_a_skirt():
     defocus = np.array([0.0, 0.75, 2.0, 6.0])
     white = eye_gaussian.measure(defocus, step_nm=20)

@@ -16,6 +16,7 @@ def test_reflection_is_sharpest_where_traced_rays_put_it():
     assert upright < across - 0.1 < FOCUS - 0.1
 
 
+@pytest.mark.slow
 def test_the_large_aperture_blurs_what_is_out_of_focus_alone():
     small, large = pair((90, 66), 32)
     near = np.abs(1 / small.distance - FOCUS) < 0.02

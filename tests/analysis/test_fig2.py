@@ -1,7 +1,5 @@
 """Fig. 2: both curves at points that can be worked out by hand, and against a lens."""
 
-import fig2
-import numpy as np
 import pytest
 from fig2 import focal_gradient_error, stereo_error
 
@@ -25,18 +23,3 @@ def test_a_lens_whose_blur_is_misread_errs_by_the_curve(lens, distance, side):
     little = 1e-6
     misread = lens.distance_from_blur((1 + little) * lens.blur_radius(distance), side)
     assert abs(misread - distance) == pytest.approx(focal_gradient_error(distance, little), rel=1e-4)
-
-
-def test_figure_shows_both_panels_with_units_and_the_numbers_it_states():
-    shown = fig2.make()
-    first, second = shown.figure.axes
-    assert first.get_title(loc="left").startswith("(a) Focal gradient")
-    assert second.get_title(loc="left").startswith("(b) Stereopsis")
-    assert [ax.get_xlabel() for ax in (first, second)] == ["distance $D$ (m)"] * 2
-    assert first.get_ylabel() == "error of distance (m)"
-    drawn = max(first.lines, key=lambda line: line.get_linewidth())
-    assert np.interp(4.0, *drawn.get_data()) == pytest.approx(0.08)
-    nearer, farther = shown.summary["distances_where_both_are_equal_m"]
-    for distance in (nearer, farther):
-        assert focal_gradient_error(distance) == pytest.approx(stereo_error(distance))
-    assert nearer < fig2.FOCUS < farther

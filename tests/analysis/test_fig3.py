@@ -1,21 +1,16 @@
 """Fig. 3 of any data set: drawn as in the paper, with the numbers of the analysis, and honest about who answered."""
 
-import json
 import sys
 from pathlib import Path
 
 import fig3
 import pytest
-from figure_faults import figure_faults
 from matplotlib.text import Text
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from recorded import edit, rating_file, record_ratings
+from recorded import record_ratings
 
-from focalgradient import InputError
-from focalgradient.plotting import new_figure, style
-from focalgradient.plotting.subjects import draw_depth_rating
 from focalgradient.power import Model
 from focalgradient.report import analyse_ratings
 
@@ -50,40 +45,6 @@ def test_of_people_the_picture_says_nothing_of_simulation(tmp_path):
     assert shown.summary["simulated"] is False
     assert not any("imulated" in text.get_text() for text in shown.figure.findobj(Text))
     assert "simulated" not in " ".join(shown.caption)
-
-
-def test_as_a_script_it_writes_picture_and_numbers(data, tmp_path, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["fig3.py", str(data), "--out", str(tmp_path / "out")])
-    assert fig3.main("fig3", fig3.shown) == 0
-    assert (tmp_path / "out" / "fig3.png").read_bytes().startswith(b"\x89PNG")
-    assert json.loads((tmp_path / "out" / "fig3.json").read_text())["fig3"]["summary"]["simulated"] is True
-
-
-def test_what_is_wrong_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
-    root = record_ratings(tmp_path / "data", 2)
-    edit(rating_file(root), 3, "aperture", "f22")
-    with pytest.raises(InputError, match="row 3: aperture is 'f22'"):
-        fig3.shown(root)
-    monkeypatch.setattr("sys.argv", ["fig3.py", str(root), "--out", str(tmp_path / "out")])
-    assert fig3.main("fig3", fig3.shown) == 2
-    assert "row 3: aperture is 'f22'" in capsys.readouterr().err
-
-
-def test_two_panels_that_share_an_axis_are_both_whole(data, tmp_path):
-    """Neither panel's limits cut the curves of the other, and each label stays at the end of its curve."""
-    flat = record_ratings(tmp_path / "flat", 8, Model(effect=1.0))
-    with style():
-        figure = new_figure(180, 80, layout="constrained")
-        axes = figure.subplots(1, 2, sharey=True)
-        for ax, root in zip(axes, (data, flat), strict=True):
-            draw_depth_rating(ax, analyse_ratings(root).result, simulated=True)
-        assert figure_faults(figure) == []
-        near = next(text for text in axes[0].texts if text.get_text().startswith("near"))
-        end = max(
-            line.get_ydata()[-1] for line in axes[0].lines if line.get_linewidth() == 2 and len(line.get_xdata()) == 4
-        )
-        label = near.get_transform().transform(near.get_position())[1]
-        assert label == pytest.approx(axes[0].transData.transform((0, end))[1], abs=5)
 
 
 @pytest.mark.parametrize(("effect", "near"), [(2.2, "rose"), (1.0, "was not shown to change"), (0.5, "fell")])

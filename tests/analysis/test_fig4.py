@@ -28,15 +28,6 @@ def test_segments_are_sorted_by_their_blur_and_by_nothing_else(found):
     assert sharp["pairs_in_the_right_order_percent"] < 60
 
 
-@pytest.mark.slow
-def test_a_second_view_sorts_hundreds_of_segments_and_two_alike_none(found):
-    scores = found.compared.scores()
-    assert scores["segments"] >= 200
-    assert scores["segments_in_the_right_class_percent"] >= 95
-    assert scores["pairs_in_the_right_order_percent"] >= 95
-    assert found.same.scores()["pairs_in_the_right_order_percent"] < 60
-
-
 def test_three_of_eight_bits_are_noise():
     view = View(np.linspace(0.05, 0.8, 6000).reshape(60, 100), LENS, 8e-4)
     grey = 255 * noisy_bits(view, 0.8, 1).image.astype(float)

@@ -131,6 +131,7 @@ QUICK = (
 """Programs of the gallery that take about a second; `make docs` checks the others."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", QUICK)
 def test_figures_of_the_gallery_are_whole(name, monkeypatch):
     monkeypatch.setattr(pyplot, "show", lambda: None)

@@ -5,28 +5,16 @@ from pathlib import Path
 
 import necker
 import pytest
-from matplotlib.text import Text
 from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from recorded import record_necker, record_ratings
-
-from focalgradient import InputError
+from recorded import record_necker
 
 
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory):
     return necker.make(record_necker(tmp_path_factory.mktemp("data") / "data", 6))
-
-
-def test_gradients_go_from_rigid_through_none_to_nonrigid(shown):
-    left, middle, right = shown.figure.axes
-    for ax in (left, middle, right):
-        assert [label.get_text() for label in ax.get_xticklabels()] == ["4", "0", "4"]
-    drawn = left.lines[6].get_ydata()  # after one line a subject
-    assert drawn[0] < drawn[1] < drawn[2]
-    assert "simulated observers" in {text.get_text() for text in shown.figure.findobj(Text)}
 
 
 def test_bars_are_the_shares_of_all_the_time(shown):
@@ -47,8 +35,3 @@ def test_medians_are_those_of_the_fits(shown):
     heights = [y for line in shown.figure.axes[2].lines for y in line.get_ydata()]
     assert any(height == pytest.approx(median) for height in heights)
     assert shown.summary["p_nonrigid_4mm"] < 0.01
-
-
-def test_a_data_set_without_the_cube_is_said_to_be(tmp_path):
-    with pytest.raises(InputError, match="holds no reports on the cube"):
-        necker.shown(record_ratings(tmp_path / "data", 1))

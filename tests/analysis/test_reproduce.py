@@ -10,8 +10,6 @@ import numpy as np
 import pytest
 import report
 import reproduce
-import simulated
-from browser import CHROMIUM, Browser
 
 from focalgradient.plotting import new_figure
 
@@ -68,15 +66,6 @@ def test_report_is_one_page_that_needs_nothing_else(results):
     assert "<td>0.08</td>" in text
 
 
-@pytest.mark.skipif(CHROMIUM is None, reason="no Chromium")
-def test_nothing_of_the_report_is_cut_on_a_desk_or_a_phone(results, tmp_path):
-    with Browser(tmp_path) as browser:
-        for size, phone in (((1200, 900), False), ((390, 800), True)):
-            browser.open(results / "report.html", size, phone=phone)
-            browser.wait("document.readyState === 'complete' && document.querySelector('footer')")
-            assert browser.cut(scrolled=not phone) == []
-
-
 def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)
@@ -118,6 +107,7 @@ def test_unfinished_results_of_another_program_are_not_used(tmp_path, monkeypatc
     assert (tmp_path / "fig6.png").exists()
 
 
+@pytest.mark.slow
 @pytest.mark.figure_with_faults
 def test_a_figure_with_cut_content_ends_in_failure(tmp_path, monkeypatch, capsys):
     def cut(**options):
@@ -130,48 +120,6 @@ def test_a_figure_with_cut_content_ends_in_failure(tmp_path, monkeypatch, capsys
     assert reproduce.main() == 1
     assert (tmp_path / "report.html").exists()
     assert re.search("fig6: 'a label beyond .* leaves the figure", capsys.readouterr().err)
-
-
-@pytest.mark.parametrize(("made", "seconds"), [(0, 325.0), (28, 101.0), (35, 45.0)])
-def test_time_is_weighed_by_the_pictures_that_are_left(tmp_path, monkeypatch, made, seconds):
-    """A folder alone, which an interrupted run leaves, counts for nothing."""
-    monkeypatch.setattr(simulated, "cache_folder", lambda: tmp_path)
-    for number in range(5 * 7):
-        scene = tmp_path / "natural-5" / f"scene-{number // 7}"
-        scene.mkdir(parents=True, exist_ok=True)
-        if number < made:
-            (scene / f"{number}.png").touch()
-    assert simulated.seconds() == seconds
-
-
-def test_the_scene_in_work_is_named(monkeypatch, tmp_path):
-    named = []
-
-    def pictures(progress, *, full):
-        progress(0.1, "spheres-03 f11-nearest")
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(simulated, "natural_pictures", pictures)
-    with pytest.raises(KeyboardInterrupt):
-        simulated.take_part(tmp_path, name=named.append)
-    assert named == ["spheres-03 f11-nearest"]
-
-
-def test_fig_3_is_made_first(tmp_path, monkeypatch):
-    made = []
-
-    def noted(name):
-        def make(**options):
-            made.append(name)
-            return fig6.make(**options)
-
-        return make
-
-    monkeypatch.setattr(reproduce, "OF_DATASET", set())
-    monkeypatch.setattr(reproduce, "FIGURES", tuple((name, noted(name), 1.0) for name in ("fig1", "fig3", "fig6")))
-    reproduce.reproduce(tmp_path, quiet=True)
-    assert made == ["fig3", "fig1", "fig6"]
-    assert list(json.loads((tmp_path / "numbers.json").read_text("utf-8"))) == ["fig1", "fig3", "fig6"]
 
 
 def test_a_folder_that_cannot_be_written_is_said_in_one_sentence(tmp_path, monkeypatch, capsys):
@@ -197,32 +145,3 @@ def test_what_is_not_finite_is_null_and_text_is_escaped():
     assert "a &lt; b" in text
     assert "c &amp; d" in text
     assert "share (%)" in text
-
-
-def test_tables_hold_no_dictionaries_and_no_rounding_errors():
-    rows = report.rows_of(
-        {
-            "error_by_kind_percent": {"bands": 1.5, "time": 2.0},
-            "rest": 1.353e-14,
-            "light_percent": 3.93838e-05,
-            "p_of_it": 1e-13,
-            "p_of_none": None,
-            "met": np.bool_(True),
-        }
-    )
-    assert rows == [
-        ("error by kind, bands (%)", "1.5"),
-        ("error by kind, time (%)", "2"),
-        ("rest", "0"),
-        ("light (%)", "3.938 × 10⁻⁵"),
-        ("p of it", "< 0.0001"),
-        ("p of none", "not defined"),
-        ("met", "yes"),
-    ]
-
-
-def test_figures_are_the_papers_in_its_order_then_ours():
-    names = [name for name, _, _ in reproduce.FIGURES]
-    assert len(set(names)) == len(names)
-    paper = [name for name in names if name.startswith("fig")]
-    assert paper == ["fig1", "fig2", "fig2_measured", "fig3", "fig4", "fig5", "fig6"] == names[: len(paper)]

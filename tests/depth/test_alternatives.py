@@ -28,7 +28,7 @@ def covered(depth: DepthMap, distance: float) -> float:
     return float((off < 2 * depth.vergence_sd[depth.valid]).mean())
 
 
-@pytest.mark.fast_cases(2)
+@pytest.mark.slow
 @pytest.mark.parametrize("hole", [0.35, 0.5])
 @pytest.mark.parametrize(("lenses", "near"), [(APERTURES, 0.85), (FOCI, None)])
 def test_a_ring_is_named(lenses, near, hole, monkeypatch):
@@ -53,6 +53,7 @@ def mixed(frequency, radius, psf, k):
     return (transfer(frequency, radius, "disc") + transfer(frequency, radius, "gaussian", 0.5)) / 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [rim, mixed])
 def test_blur_of_a_discs_second_moment_alone_is_named_and_covered(form, monkeypatch):
     monkeypatch.setattr("blurred.transfer", form)

@@ -108,6 +108,7 @@ def test_depth_of_blocks_continues_to_odd_sizes() -> None:
     assert interpolate_nodes(np.array([[1.0, 3.0]]), None, 2, (3, 5)).tolist() == [[1.0, 1.5, 2.5, 3.0, 3.0]] * 3
 
 
+@pytest.mark.slow
 def test_a_compressed_sheet_gains_and_an_uncompressed_one_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     sheet = np.where(np.arange(TILE) < TILE // 2, natural(np.random.default_rng(11)), 0.7)
 

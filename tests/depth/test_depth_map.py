@@ -56,16 +56,6 @@ def test_sd_of_distance_is_that_of_vergence_carried_over() -> None:
     assert depth.distance_sd[0, 0] == pytest.approx(float(np.std(1 / draws)), rel=0.01)
 
 
-def test_a_failed_save_leaves_what_was_there(depth: DepthMap, tmp_path: Path) -> None:
-    path = tmp_path / "depth.npz"
-    depth.save(path)
-    before = path.read_bytes()
-    with pytest.raises(TypeError):
-        DepthMap(depth.vergence, depth.vergence_sd, depth.valid, depth.side_known, {"lens": object()}).save(path)
-    assert path.read_bytes() == before
-    assert [file.name for file in tmp_path.iterdir()] == ["depth.npz"]
-
-
 @pytest.mark.parametrize("kind", ["text", "empty", "cut short", "other arrays", "npy", "pickle", "bad details"])
 def test_refuses_what_is_no_depth_map(kind: str, depth: DepthMap, tmp_path: Path) -> None:
     path = tmp_path / f"{kind}.npz"
@@ -105,10 +95,3 @@ def test_infinity_is_infinitely_uncertain() -> None:
     vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
     depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
     assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
-
-
-@pytest.mark.figure_with_faults  # drawn twice into the same axes
-def test_draws_itself_into_new_axes_or_given_ones(depth: DepthMap) -> None:
-    ax = depth.plot()
-    assert "valid" in ax.get_title(loc="left")
-    assert depth.plot(ax) is ax

@@ -96,6 +96,7 @@ def test_polarity_exposure_and_transposition_change_nothing():
     assert np.median(turned.angle) == pytest.approx(np.pi / 2 - 0.4, abs=0.05)
 
 
+@pytest.mark.slow
 def test_the_radius_of_a_disc_is_found_with_the_model_of_discs():
     # The edge spread of a uniform disc, integrated from its chords here: no closed form.
     chord = np.linspace(-1, 1, 20001)
@@ -182,13 +183,6 @@ def test_noise_is_estimated_where_it_is_not_given():
     assert measure_edges(image, noise=0.001).valid.mean() < 0.5
 
 
-def test_images_without_edges_have_none():
-    noise = np.random.default_rng(0).standard_normal((64, 64))
-    for image in (np.zeros((64, 64)), 0.5 + 0.01 * noise, np.ones((8, 9))):
-        edges = average_segments(measure_edges(image), 16)
-        assert not edges.valid.any()
-
-
 def test_a_segment_that_recedes_is_fitted_by_a_line():
     # Blur grows from 2 to 4 px along 200 px.
     row, column = np.mgrid[:200, :80]
@@ -216,12 +210,3 @@ def test_a_segment_that_recedes_is_fitted_by_a_line():
 def test_settings_out_of_range_are_refused(settings_, word):
     with pytest.raises(InputError, match=word):
         measure_edges(np.zeros((32, 32)), **settings_)
-
-
-def test_images_that_cannot_be_read_are_refused():
-    with pytest.raises(InputError, match=r"\(4, 40\)"):
-        measure_edges(np.zeros((4, 40)))
-    with pytest.raises(InputError, match="NaN"):
-        measure_edges(np.full((32, 32), np.nan))
-    with pytest.raises(InputError, match="mask is list, but must be an array of booleans"):
-        measure_edges(np.zeros((32, 32)), mask=[[True]])

@@ -44,6 +44,7 @@ def test_orthonormal_and_blind_to_the_scene(transfers: np.ndarray) -> None:
         assert np.abs((rows * transfers).sum(axis=0)).max() < 1e-5
 
 
+@pytest.mark.slow
 @given(TRANSFERS.filter(lambda h: len(h) > 2), st.sampled_from([1, 1j]), st.integers(0, 2))
 @settings(deadline=None)
 def test_filters_turn_no_more_than_they_must(transfers: np.ndarray, other: complex, start: int) -> None:

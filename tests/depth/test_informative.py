@@ -69,6 +69,7 @@ def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
         assert left_on_blank(nodes(30, misfit), informative, [even]) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quality", [*(pytest.param(one, marks=pytest.mark.slow) for one in (65, 75, 85)), 95])
 def test_blank_paper_in_jpeg_is_rejected(quality: int) -> None:
     for seed in range(3):

@@ -15,8 +15,6 @@ from focalgradient.depth.limits import (
     comparison_bound,
     edge_bound,
     natural_power,
-    texture_bound,
-    window_area,
 )
 from focalgradient.psf import transfer
 
@@ -151,12 +149,6 @@ def test_no_blur_to_tell_by_is_an_infinite_bound() -> None:
     assert bound.tolist() == [math.inf, math.inf]
 
 
-def test_window_area_is_that_of_a_gaussian_mean() -> None:
-    x = np.arange(-60, 61)
-    weight = np.exp(-(x[:, None] ** 2 + x**2) / (2 * 8.0**2))
-    assert window_area(8.0) == pytest.approx(weight.sum() ** 2 / np.sum(weight**2), rel=1e-9)
-
-
 @pytest.mark.parametrize(
     ("change", "said"),
     [
@@ -181,13 +173,3 @@ def test_bad_input(change: dict, said: str) -> None:
         comparison_bound(**(settings | change))
     with pytest.raises(InputError, match="contrast is 0, but"):
         edge_bound(2.0, noise=0.01, contrast=0, length=16)
-
-
-def test_pictures_and_widths_that_are_none() -> None:
-    for sigma in (-1.0, math.nan):
-        with pytest.raises(InputError, match="sigma contains"):
-            edge_bound(sigma, noise=0.01, contrast=0.5, length=16)
-    with pytest.raises(InputError, match=r"sharp has shape \(32, 32, 3\), but must be H x W"):
-        texture_bound(np.ones((32, 32, 3)), [lens(16), WIDE], 0.8, PIXEL, noise=0.01, window=8)
-    with pytest.raises(InputError, match="sharp contains NaN"):
-        texture_bound(np.full((32, 32), np.nan), [lens(16), WIDE], 0.8, PIXEL, noise=0.01, window=8)

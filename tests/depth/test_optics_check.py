@@ -73,6 +73,7 @@ def test_a_common_factor_of_all_f_numbers_shows_with_two_foci(factor, named):
     assert bool(re.search(f"fit better with {named} times all f-numbers", text)) == (named is not None)
 
 
+@pytest.mark.slow
 def test_more_blur_than_at_infinity_names_the_focus_distance():
     feet = [lens(n, 0.85 / 0.3048) for n in (16, 4)]
     text = said(slant(STOPS, 0.5, 1.1), feet, near=0.85)
@@ -81,6 +82,7 @@ def test_more_blur_than_at_infinity_names_the_focus_distance():
     assert "infinity" not in said(slant(STOPS, 0.0, 0.1), STOPS, near=0.85)  # a scene that is there
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("psf", ["gaussian", "blend"])
 def test_another_shape_of_blur_is_not_taken_for_other_optics(psf):
     text = said(slant(STOPS, 0.5, 1.1, psf, 0.5 if psf == "gaussian" else 0.35), STOPS, near=0.85)

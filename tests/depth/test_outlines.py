@@ -116,13 +116,6 @@ def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> No
     assert not depth.valid[~mask].any()
 
 
-def test_the_map_draws_outlines(found: DepthMap) -> None:
-    plain, lines = found.plot(), found.plot(outlines=True)
-    assert len(lines.lines) == len(plain.lines) + len(found.details["outlines"])
-    assert lines.get_xlim() == plain.get_xlim()
-    assert lines.get_ylim() == plain.get_ylim()
-
-
 def test_curves_keep_the_near_side_on_their_right() -> None:
     side = -np.ones((40, 50), np.int8)
     rows, columns = np.indices(side.shape)

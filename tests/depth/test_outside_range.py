@@ -58,6 +58,7 @@ def test_walls_outside_near_and_far_are_rejected(foci, distance) -> None:
     assert depth.valid.mean() < 0.005
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore:the views share one plane")
 def test_a_wall_just_beyond_the_default_range_is_rejected() -> None:
@@ -70,6 +71,7 @@ def test_a_wall_just_beyond_the_default_range_is_rejected() -> None:
     assert np.median(wider.distance[wider.valid]) == pytest.approx(3.0, rel=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:the views share one plane")
 def test_walls_at_an_end_of_the_range_are_kept() -> None:
     """At a limit that is given, at infinity and at a shared focus."""

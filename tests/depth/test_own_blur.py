@@ -117,6 +117,7 @@ def test_methods_that_know_discs_refuse_other_blur_by_name(method, offered) -> N
         recover_depth(pair, method=method, psf="optics")
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
 def test_a_disc_that_is_asked_for_is_warned_about() -> None:
     made = kind(("transfer",), None)

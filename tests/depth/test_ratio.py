@@ -83,12 +83,6 @@ def test_stored_values_are_decoded_by_table() -> None:
         np.testing.assert_array_equal(by_table, decoded)
 
 
-def test_gaussian_means_mirror_the_frame() -> None:
-    plane_ = np.random.default_rng(0).random((1, 9, 30), np.float32)
-    ours = energies.smoothed(plane_, 2.0)[0]
-    np.testing.assert_allclose(ours, ndimage.gaussian_filter(plane_[0], 2.0, truncate=3.5), atol=2e-6)
-
-
 # The ratio.
 
 
@@ -249,13 +243,6 @@ def test_what_bands_differ_by_beyond_chance_widens_the_uncertainty() -> None:
     assert beyond_chance(8 * chance, 6) == pytest.approx(4, rel=0.03)
 
 
-@pytest.mark.parametrize("texture", [Texture(texel=0.6e-3, projected=True), Texture(texel=0.3e-3, contrast=0.1)])
-def test_other_textures_and_noise(texture: Texture) -> None:
-    views, truth = rendered(0.9, 1.6, 0.01, texture)
-    depth = recover_depth(views, near=0.85, method="ratio")
-    assert np.median(np.abs(depth.distance / truth - 1)[depth.valid]) <= 0.05
-
-
 @pytest.mark.fast_cases(4)
 @pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
 @pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, ENERGY_ERROR), (1.4, ENERGY_ERROR)])
@@ -272,18 +259,6 @@ def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope
     assert depth.valid[32:-32, 32:-32].mean() > 0.95
     assert abs(error.mean()) < most
     assert error.std() < 0.06
-
-
-def test_saturated_pixels_are_left_out_of_the_disparity_too() -> None:
-    board = (1 + 0.5 * (np.indices((96, 96)).sum(axis=0) % 2)).astype(np.float32)
-    usable = np.ones(board.shape, bool)
-    usable[40, 41] = False
-    corrupted = board.copy()
-    corrupted[40, 41] = 100.0
-    disparity, valid = focal_disparity(corrupted, board, window=8, usable=usable)
-    assert not valid[10, 10]
-    assert valid.sum() == valid.size - 1
-    np.testing.assert_allclose(disparity[valid], 1, rtol=1e-4)
 
 
 def test_nearer_than_focus_by_the_limits() -> None:

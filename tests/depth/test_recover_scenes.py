@@ -53,6 +53,7 @@ def test_two_apertures() -> None:
     Pooled(readings).check(median=0.005, p90=0.015, bias=0.001)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("breathing", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_two_focus_distances(breathing: bool) -> None:
     """A plane from 0.7 to 1.6 m focused at 0.8 and 1.25 m, telecentric or with the magnification of each focus."""

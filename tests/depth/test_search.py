@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from blurred import PIXEL, lens, wall
 
-from focalgradient import InputError, Lens, recover_depth
+from focalgradient import InputError, recover_depth
 from focalgradient.depth.search import Search
 
 
@@ -16,12 +16,6 @@ def test_limits_that_leave_all_open_do_no_harm(near: float, monkeypatch: pytest.
     depth = recover_depth(wall([lens(4, 0.8), lens(4, 1.25)], 1.0), near=near)
     assert depth.valid.mean() > 0.95
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.0, abs=0.003)
-
-
-def test_a_limit_far_nearer_than_a_distant_focus_does_not_decide_the_side() -> None:
-    lenses = [Lens(0.05, number, 20.0) for number in (8, 2)]
-    assert not Search.over(lenses, 8e-5, 0.02, None).side_known
-    assert Search.over(lenses, 8e-5, 20.0, None).side_known
 
 
 @pytest.mark.parametrize(

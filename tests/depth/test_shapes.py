@@ -8,7 +8,6 @@ from shaped import FOCI, FROM_ONE_FOCUS, walls
 
 from focalgradient import InputError, recover_depth
 from focalgradient.calibration import pair_blur
-from focalgradient.depth import methods_for
 from focalgradient.depth.edges import measure_edges
 from focalgradient.depth.limits import comparison_bound
 from focalgradient.psf import Annulus, Blend, Disc, Gaussian, Polygon, Psf, gaussian_transfer
@@ -79,14 +78,6 @@ def test_a_round_shape_works_with_every_method_that_compares_views(shape: Psf, m
 def test_what_a_method_cannot_use_is_refused_by_name(shape: Psf, method, said: str) -> None:
     with pytest.raises(InputError, match=said):
         recover_depth(walls(Disc(), FROM_ONE_FOCUS, 1.2), psf=shape, method=method, near=0.85)
-
-
-def test_methods_are_listed_by_what_a_shape_provides() -> None:
-    every = ["equalise", "spectra", "ratio", "edges", "autofocus"]
-    assert all(methods_for(shape) == every for shape in (Disc(), Gaussian(), "blend", Annulus()))
-    assert methods_for(MyPsf()) == [name for name in every if name != "edges"]
-    assert methods_for(Polygon(6)) == ["equalise", "autofocus"]
-    assert methods_for("optics") == ["equalise", "autofocus"]
 
 
 @pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(0.3), Annulus(0.4)], ids=lambda shape: shape.name)

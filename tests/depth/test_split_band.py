@@ -69,6 +69,7 @@ def test_the_model_error_makes_no_pixel_invalid():
     assert depth.valid.mean() > 0.9
 
 
+@pytest.mark.slow
 def test_boundaries_are_no_error_of_the_blur_model():
     """Three foci, a half plane before a slanted wall: standard deviations fit the errors, and are not tens of them."""
     lenses = tuple(outline_scenes.lens(8, focus) for focus in (0.7, 1.0, 1.5))

@@ -70,6 +70,7 @@ def test_a_frame_by_tiles_is_as_whole(monkeypatch):
     assert (error[parts.valid] < 2).mean() == pytest.approx(0.95, abs=0.06)
 
 
+@pytest.mark.slow
 def test_depth_about_an_outline_is_the_same_from_the_part_of_the_frame_about_it(monkeypatch):
     near, far = wall((200, 1000), 1.1), wall((200, 1000), 1.6)
     left = np.arange(1000) < 400

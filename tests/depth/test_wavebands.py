@@ -122,12 +122,6 @@ def test_blur_at_every_other_level() -> None:
     assert blurs.every(2).transfer.shape == (2, 2, 512)
 
 
-@pytest.mark.parametrize("method", ["spectra", "ratio"])
-def test_own_blur_is_for_the_default_method(method) -> None:
-    with pytest.raises(InputError, match="which the optics' own blur does not give"):
-        recover_depth(views(Tinted(1.0), Tinted(1.6)), psf="optics", method=method)
-
-
 def test_a_disc_is_the_default_unless_optics_know_better() -> None:
     own, plain = Tinted(1.0), Lens(0.025, 4.0, 1.0)
     auto = RecoverySettings("equalise", None, None, AUTO, 8.0, None, False, 1e-3, lambda share, words: None)

@@ -68,23 +68,3 @@ def test_a_lens_that_does_not_answer_or_reach_is_refused_before_the_window(tmp_p
         assert sentence in running.errors
         assert "Traceback" not in running.errors
         assert not (tmp_path / "data").exists()
-
-
-@pytest.mark.slow
-def test_a_response_box_alone_is_enough_from_the_first_page_to_the_last(tmp_path: Path) -> None:
-    pytest.importorskip("serial")
-    (tmp_path / "own.toml").write_text(DESIGN.format("en"))
-    device, port = os.openpty()
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
-    given += ["--box", f"serial:{os.ttyname(port)}", "--box-keys", "1=left,2=right,3=space"]
-    with headless(tmp_path / "x") as screen:
-        running = Running(screen, str(PROGRAM), *given)
-        for event in running.events():
-            if event in ("question", "instructions", "thanks"):
-                os.write(device, b"2" if event == "question" else b"3")
-        assert running.end() == 0, running.errors
-    rows = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()[1:]
-    assert len(rows) == 3
-    assert all("\tfalse\t" in row for row in rows)
-    os.close(device)
-    os.close(port)

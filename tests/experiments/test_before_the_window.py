@@ -16,7 +16,7 @@ from focalgradient.dataset import Apparatus, Session
 from focalgradient.design import NeckerDesign, Pinhole, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab import EVENTS, EXPERIMENTS, Scale, preparation, run
+from focalgradient.lab import EXPERIMENTS, preparation, run
 from focalgradient.lab import pinhole as demonstration
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import cube_frames, read_set
@@ -46,27 +46,14 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
     ("given", "sentence"),
     [
         ("--participant 0_1", "the participant label is '0_1', but must be letters and digits only"),
-        ("--participant 01 --session a-b", "the session label is 'a-b', but must be letters and digits only"),
         ("--participant 01 --resume", "there is no such session to resume; begin it"),
-        ("--resume", "--resume is given without the participant whose session is to be resumed: give --participant"),
         ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
-        ("--participant", "argument --participant: expected one argument: see --help"),
         ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
-        ("--participant 01 --design set", "set is a folder: give the path of a settings file"),
-        (
-            "--participant 01 --design short.toml",
-            "short.toml is a design of depth-rating, but must be one of necker",
-        ),
         (
             "--participant 01 --consent no.txt",
             "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
         ),
-        (
-            "--participant 01 --markers no.py",
-            "--markers no.py does not define a function mark(code, name, seconds, trial)",
-        ),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
-        ("--participant 01 --data set", "set contains files but is not a data set: give a new or an empty folder"),
         ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),
     ],
 )
@@ -127,6 +114,7 @@ def test_a_session_that_is_there_is_never_overwritten(place, capsys):
     assert "but the session began with other ones" in refused(capsys, "depth-rating", *given, "--resume")
 
 
+@pytest.mark.slow
 @psychopy_here
 def test_a_display_that_does_not_answer(place):
     environment = {**os.environ, "DISPLAY": ":4095", "HOME": str(place)}
@@ -198,24 +186,6 @@ def test_screens_that_are_calibrated_give_degrees_and_gamma(tmp_path):
     assert warnings == ["the screen's gamma has not been measured: light is encoded for the sRGB curve."]
 
 
-def test_every_event_has_a_code_of_its_own():
-    assert len(set(EVENTS.values())) == len(EVENTS)
-    assert all(0 < code < 256 for code in EVENTS.values())  # as a parallel port takes them
-
-
-def test_scales_are_even_in_ratios_or_in_differences():
-    depth = Scale("", "", 0.25, 4.0)
-    assert depth.value(0.5) == pytest.approx(1.0)
-    assert depth.ticks() == [0.25, 0.5, 1.0, 2.0, 4.0]
-    assert [depth.share(tick) for tick in depth.ticks()] == pytest.approx([0, 0.25, 0.5, 0.75, 1])
-    assert Scale("", "", 0.3, 3.0).ticks() == [0.5, 1.0, 2.0]
-    assert 1.0 in Scale("", "", 0.001, 1000.0).ticks()
-    assert len(Scale("", "", 0.001, 1000.0).ticks()) < 10
-    sure = Scale("", "", 0.0, 1.0, ratios=False)
-    assert sure.ticks() == [0.0, 0.25, 0.5, 0.75, 1.0]
-    assert sure.share(sure.value(0.3)) == pytest.approx(0.3)
-
-
 PIXEL = math.radians(1 / 30)
 SHORT = NeckerDesign(turns_per_s=0.5, size_deg=4.0, line_width_deg=0.1)
 
@@ -262,13 +232,6 @@ def test_the_cube_turns_at_its_speed_on_any_display():
     assert cube_frames.frame_count(NeckerDesign(), 143.98) == 288
 
 
-def test_a_field_that_does_not_fit_is_refused():
-    display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
-    demonstration._check(Pinhole(), display, (1024, 768))
-    with pytest.raises(InputError, match="field_deg is 20, which takes 846 pixels of a window of 1024 x 768"):
-        demonstration._check(Pinhole(field_deg=20.0), display, (1024, 768))
-
-
 def test_the_tube_leaves_a_round_field_of_the_right_angle():
     display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
     wide = demonstration._field_px(Pinhole(field_deg=10.0), display)
@@ -286,16 +249,6 @@ def test_the_round_field_is_never_cut_by_the_border_of_the_picture():
         assert field[..., 0].sum() == pytest.approx(math.pi * 101**2 / 4, rel=0.01)
         assert math.dist(middle, about) <= math.hypot(51, 51)
     assert demonstration.whole_field((200.0, 150.0), (300, 400, 3), 101.0) == (200.0, 150.0)
-
-
-@psychopy_here
-def test_pictures_smaller_than_the_field_are_refused(place, capsys, monkeypatch):
-    screen = types.SimpleNamespace(screen_size=lambda number: (1920, 1080))
-    monkeypatch.setattr(preparation, "import_screen", lambda: screen)
-    (place / "show.toml").write_text('task = "pinhole"\nforms = ["picture"]\nscenes = ["spheres-01"]\n')
-    given = ["--design", "show.toml", "--stimuli", "set", "--uncalibrated"]
-    said = refused(capsys, "pinhole", *given)
-    assert "pixels, but the pictures of spheres-01 have only 40 x 30, and would cut it off" in said
 
 
 def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):

@@ -14,9 +14,11 @@ from headless import PROGRAMS, make_set
 
 from focalgradient.dataset import Press
 from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
+from focalgradient.design.pages import pages_of
+from focalgradient.design.sequence import breaks
 from focalgradient.design.words import load_words
 from focalgradient.display import Display
-from focalgradient.lab import EXPERIMENTS, Given, Sitting, described, necker, pinhole
+from focalgradient.lab import EXPERIMENTS, Given, Sitting, described, pinhole
 from focalgradient.lab.gaze import Taken
 from focalgradient.scales import Ways
 from focalgradient.stimuli import read_set
@@ -82,10 +84,12 @@ class Screen:
         self.time += seconds
         return onset
 
-    def empty(self, seconds: float, event: str, meanwhile: Callable[[], object] = lambda: None) -> None:
+    def empty(self, seconds: float, event: str, meanwhile: Callable[[], object] = lambda: None) -> float:
+        onset = self.time
         self.log.append(("empty", seconds, event))
         meanwhile()
         self.time += seconds
+        return onset
 
     def wait(self, draw: Callable[[], object], keys: Any, event: str) -> None:
         self.log.append(("wait", *keys, event))
@@ -115,8 +119,10 @@ def sat_through(trial: Callable[..., Any], before: Callable[..., Any], design: A
     sitting = Sitting(screen, design, "01", stimuli)  # type: ignore[arg-type]
     before(sitting)
     recorded: list[Any] = []
-    for one in design.trials("01"):
-        sitting.recorded = tuple(recorded)
+    listed = breaks(design, screen.words, pages_of(design, screen.words, "01"), design.trials("01"))
+    for turn, _, _ in listed:
+        one, sitting.recorded = turn.trial, tuple(recorded)
+        sitting.lead, sitting.after = turn.lead, turn.after
         answer = trial(sitting, one)
         fields = {name: getattr(one, name) for name in ("phase", "catch")}
         learnt = {name: getattr(answer, name) for name in ("level", "correct") if hasattr(answer, name)}
@@ -165,7 +171,7 @@ def test_each_copy_shows_the_same_pixels_for_the_same_time_and_answers_the_same(
         screen.log.append(("ask", repr(control), *rest))
         return Given(1.0, 0.8, None if isinstance(control, Ways) else 2.0)
 
-    rooms: list[Any] = [copy, necker, pinhole, described]
+    rooms: list[Any] = [copy, pinhole, described]
     for room in rooms:
         for called, stands_in in (("pages", logged), ("ask", asked), ("ask_which", asked), ("tone", lambda: True)):
             if hasattr(room, called):

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from focalgradient.cli import main
 from focalgradient.dataset import bids_problems, repair, validate
 from focalgradient.errors import InputError
-from focalgradient.lab.running import guard
 from focalgradient.live import Focusing, read_series
 
 WIDTH, HEIGHT = 240, 160
@@ -102,16 +101,6 @@ def test_a_damaged_series_is_refused(tmp_path: Path, settings: dict[str, object]
         read_series(tmp_path)
 
 
-def test_a_laboratorys_own_code_that_fails_is_warned_of_once(capsys: pytest.CaptureFixture[str]) -> None:
-    def mark() -> None:
-        raise OSError("no cable")
-
-    said: set[str] = set()
-    assert [guard("mark()", mark, said) for _ in range(3)] == ["OSError('no cable')"] * 3
-    assert guard("mark()", lambda: None, said) is None
-    assert capsys.readouterr().err.count("no cable") == 1
-
-
 def shown(screen: Headless) -> NDArray[np.uint8]:
     """The middle of the screen, as large as the pictures."""
     found = screen.pixels()
@@ -126,6 +115,7 @@ def until_shown(screen: Headless, picture: NDArray[np.uint8]) -> None:
         time.sleep(0.01)
 
 
+@pytest.mark.slow
 @psychopy_here
 @pytest.mark.parametrize("gaze", ["mouse", pytest.param("tracker", marks=pytest.mark.slow)])
 def test_what_is_looked_at_comes_into_focus(series: Path, tmp_path: Path, gaze: str) -> None:

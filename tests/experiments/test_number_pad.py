@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
-import time
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from headless import headless, psychopy_here
 
 from focalgradient.dataset import Press
 from focalgradient.design.words import load_words
@@ -58,35 +52,3 @@ STEPS = Steps("How blurred?", "", 0, 7, labels=())
 def test_digits_of_the_number_pad_are_digits(scale: Any, keys: tuple[str, ...], value: float) -> None:
     given = ask(screen_of(*keys), scale)
     assert given.value == value
-
-
-PROGRAM = """
-import json
-from focalgradient.display import Display
-from focalgradient.lab import Scale, Steps, ask
-from focalgradient.lab.screen import Screen
-
-screen = Screen(0, (640, 480), Display())
-screen.on_event = lambda name, at: print(name, flush=True)
-found = [ask(screen, Scale("How far?", "", 0, 99, ratios=False, ends=("", ""), typed=True)).value]
-found.append(ask(screen, Steps("How blurred?", "", 0, 7, labels=())).value)
-print(json.dumps(found))
-"""
-
-
-@psychopy_here
-@pytest.mark.slow
-def test_a_real_number_pad_answers(tmp_path: Path) -> None:
-    command = [sys.executable, "-c", PROGRAM]
-    with (
-        headless(tmp_path / "x") as screen,
-        subprocess.Popen(command, env=screen.environment, stdout=subprocess.PIPE, text=True) as process,
-    ):
-        assert process.stdout is not None
-        for number, keys in enumerate((("KP_4", "KP_2", "KP_Enter"), ("KP_6", "KP_Enter"))):
-            assert process.stdout.readline().strip() == "question", number
-            time.sleep(0.2)
-            screen.keys(*keys)
-        found = json.loads(process.stdout.readline())
-        assert process.wait(60) == 0
-    assert found == [42.0, 6.0]

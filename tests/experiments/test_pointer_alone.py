@@ -6,8 +6,7 @@ import time
 from pathlib import Path
 
 import pytest
-from headless import PROGRAMS, Running, headless, keep, make_set, psychopy_here
-from test_accommodation_range import DESIGN
+from headless import Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import read_dataset, validate
 
@@ -67,22 +66,3 @@ def test_ratings_by_the_mouse_alone(scale: str, language: str, tmp_path: Path) -
     assert len(table) == 2
     assert table["start"].isna().all()  # no key moved the marker
     assert (table["rating"] > {"ratio": 1, "steps": 4}[scale]).all()
-
-
-@pytest.mark.slow
-def test_one_of_two_by_the_mouse_alone(tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text(DESIGN.format("de"))
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
-    with headless(tmp_path / "x") as screen:
-        running = Running(screen, str(PROGRAMS / "accommodation_range.py"), *given, "--pointer")
-        for event in running.events():
-            time.sleep(0.15)
-            keep(screen, f"pointer-ways-{event.strip('?')}")
-            if event == "question":
-                screen.click(512 + 70, LOWEST)
-            elif event in ("instructions", "thanks"):
-                screen.click(512, LOWEST)
-        assert running.end() == 0, running.errors
-    rows = next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()[1:]
-    assert len(rows) == 3
-    assert all("\tfalse\t" in row for row in rows)

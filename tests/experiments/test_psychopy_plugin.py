@@ -179,21 +179,6 @@ for name in {names}:  # what `tool.uv.override-dependencies` leaves out of Psych
     sys.modules[name] = MagicMock()
 """
 
-COMPONENTS = """
-from psychopy.tests.test_experiment.test_components.test_base_components import (
-    BaseComponentTests, _TestLibraryClassMixin
-)
-from psychopy_focalgradient.components.focalgradient import FocalGradientComponent
-from psychopy_focalgradient.components.necker import NeckerComponent
-from psychopy_focalgradient.focal_gradient import FocalGradientStim
-from psychopy_focalgradient.necker import NeckerStim
-
-class TestFocalGradient(BaseComponentTests, _TestLibraryClassMixin):
-    comp, libraryClass = FocalGradientComponent, FocalGradientStim
-
-class TestNecker(BaseComponentTests, _TestLibraryClassMixin):
-    comp, libraryClass = NeckerComponent, NeckerStim
-"""
 
 BUILD = """
 import sys
@@ -288,15 +273,6 @@ def test_coder_shows_the_stimulus_to_the_8_bit_step(plugin: Headless) -> None:
     }
     assert set(refused) == set(expected)
     assert all(expected[name] in said for name, said in refused.items()), refused
-
-
-@psychopy_here
-@pytest.mark.slow
-def test_components_pass_psychopys_own_tests(plugin: Headless) -> None:
-    (plugin.folder / "test_components.py").write_text(COMPONENTS)
-    said = ran(plugin, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--rootdir=.", "test_components.py")
-    assert "failed" not in said
-    assert "passed" in said
 
 
 @psychopy_here

@@ -16,7 +16,6 @@ from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import sequence
 from focalgradient.design.words import load_words
 from focalgradient.report import make_report
-from focalgradient.statistics import quality
 
 pytestmark = psychopy_here
 
@@ -93,8 +92,6 @@ def which(screen: Headless, trial: DepthTrial) -> None:
 SCALES = {
     "ratio": ('scale = "ratio"\nlanguage = "de"\n', by_arrows, (0.25, 4.0)),
     "steps": ('scale = "steps"\n', by_digits, (2.0, 6.0)),
-    "bipolar": ('scale = "bipolar"\nreference = "same-scene"\nlanguage = "de"\n', by_arrows, (-3.0, 3.0)),
-    "visual-analogue": ('scale = "visual-analogue"\nlanguage = "de"\n', by_arrows, (0.0, 100.0)),
     "choice": ('scale = "choice"\nreference = "same-scene"\n', which, (0.0, 1.0)),
 }
 
@@ -152,21 +149,3 @@ def _frames(log) -> None:
                 longer[name].append(end - start - wanted[name])
     assert all(min(times) > -1.5 / 60 for times in longer.values())
     assert all(min(longer[name]) < 1.5 / 60 for name in ("mark", "picture", "mask")), longer
-
-
-@pytest.mark.slow
-def test_who_presses_one_key_and_confirms_is_excluded(tmp_path):
-    """With real keys: once to the right and Enter, at every question, as quickly as they can be pressed."""
-    folder = tmp_path / "lazy"
-    folder.mkdir()
-
-    def lazy(screen: Headless, trial: DepthTrial) -> None:
-        screen.keys("Right", "Return")
-
-    design = 'scale = "ratio"\npractice_rounds = 1\nrepetitions = 3\n'
-    with headless(folder / "x") as screen:
-        take_part(screen, folder, design, lazy)
-    _, found = quality(read_dataset(folder / "data").depth_rating.assign(kind="human"))
-    whole = {one.rule for one in found.exclusions if one.whole_subject}
-    assert {one.participant_id for one in found.exclusions if one.whole_subject} == {"sub-01"}
-    assert any("where the first key had put the marker" in rule for rule in whole), whole

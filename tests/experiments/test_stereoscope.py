@@ -132,51 +132,6 @@ def test_each_eye_has_its_picture_its_gamma_and_its_place_to_the_pixel(tmp_path:
     assert Display(gamma=2.2).encode(np.array(0.25)) != Display(gamma=1.6).encode(np.array(0.25))
 
 
-SPANNED = """
-import json
-from types import SimpleNamespace
-import pyglet
-import focalgradient.lab.screen as module
-from focalgradient.display import Display
-from focalgradient.errors import InputError
-from focalgradient.lab.stereoscope import Stereoscope
-
-real = pyglet.canvas.get_display  # one X server of two screens' size stands in for two screens
-def desktop(*screens):
-    found = [SimpleNamespace(x=x, y=y, width=w, height=h) for x, y, w, h in screens]
-    return lambda: SimpleNamespace(get_screens=lambda: found)
-
-said = []
-for second in ((0, 480, 640, 480), (640, 0, 640, 400), (0, 0, 640, 480)):
-    pyglet.canvas.get_display = desktop((0, 0, 640, 480), second)
-    try:
-        module.side_by_side((0, 1))
-    except InputError as error:
-        said.append(str(error))
-pyglet.canvas.get_display = desktop((0, 0, 640, 480), (640, 0, 640, 480))
-module.side_by_side = lambda numbers, place=module.side_by_side((0, 1)): place
-module.screen_size = lambda number: (640, 480)
-pyglet.canvas.get_display = real
-display = Display((640, 480))
-screen = module.Screen(0, None, display, stereoscope=(Stereoscope("screens"), (display, display)))
-sides, place = ([int(one) for one in what] for what in (screen.window.size, screen.window.pos))
-print(json.dumps([said, screen.size, sides, place]))
-"""
-
-
-@pytest.mark.slow
-@psychopy_here
-def test_one_window_spans_two_screens_side_by_side(tmp_path: Path) -> None:
-    with headless(tmp_path / "x", (1280, 480)) as screen:
-        command = [sys.executable, "-c", SPANNED]
-        done = subprocess.run(command, env=screen.environment, capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    said, *found = json.loads(done.stdout.splitlines()[-1])
-    assert found == [[640, 480], [1280, 480], [0, 0]]
-    assert len(said) == 3
-    assert all("side by side" in one for one in said)
-
-
 def lit(screen: Headless, eye: int) -> np.ndarray:
     """Rows and columns of an eye's half near its middle that are lit, as far as the nonius lines reach."""
     half = screen.pixels()[384 - 92 : 384 + 92, 512 * eye + 256 - 92 : 512 * eye + 256 + 92, 0]

@@ -10,7 +10,6 @@ from headless import Headless, Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
-from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, run
 from focalgradient.report import make_report
 from focalgradient.stimuli import blurred_scene, read_set
@@ -113,12 +112,6 @@ def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_pat
     sharp, seen = (blurred_scene(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
     assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
     assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()
-
-
-def test_without_the_library_the_procedure_says_how_to_get_it(monkeypatch):
-    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
-    with pytest.raises(InputError, match=r"needs questplus, which is not installed: pip install 'focalgradient\[thr"):
-        Procedure(BlurThresholdDesign())
 
 
 @psychopy_here

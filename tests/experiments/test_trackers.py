@@ -93,6 +93,7 @@ def test_pupil_core_starts_is_calibrated_and_its_samples_have_place_time_and_pup
     assert {"SUB_PORT", "C", "R", "r"} <= {*program.asked}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "sentence"),
     [

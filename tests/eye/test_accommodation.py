@@ -15,7 +15,6 @@ from focalgradient.eye import (
     Stimulus,
     Target,
     accommodate,
-    target_course,
 )
 
 STEADY = Accommodation(fluctuation=None)
@@ -139,13 +138,6 @@ def test_the_same_seed_is_the_same_course():
     assert not np.array_equal(first.estimate, other.estimate)
 
 
-def test_courses_from_tables():
-    course = target_course([0, 1, 1, 3], [1, 2, 4, 0])
-    assert [course(t) for t in (-1, 0.5, 1.0, 2.0, 9.0)] == [1, 1.5, 4, 2, 0]
-    with pytest.raises(InputError, match="none before the last"):
-        target_course([1, 0], [1, 1])
-
-
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
@@ -170,10 +162,3 @@ def test_courses_from_tables():
 def test_bad_input(call, sentence):
     with pytest.raises(InputError, match=sentence):
         call()
-
-
-def test_fluctuations_of_two_seeds_differ():
-    courses = [
-        accommodate(lambda t: 2.0, 1.0, Accommodation(fluctuation=Microfluctuations(0.3)), seed=s) for s in (1, 2)
-    ]
-    assert np.abs(courses[0].accommodation - courses[1].accommodation).max() > 0.05

@@ -12,7 +12,7 @@ from focalgradient.scenes import step
 PIXEL, SHAPE = np.radians(1 / 60), (112, 224)
 
 
-@pytest.mark.fast_cases(1)
+@pytest.mark.slow
 @pytest.mark.parametrize(("near", "far", "seed"), [(1.8, 0.4, 3), (0.8, 0.2, 4)])
 def test_depth_between_two_surfaces_is_not_claimed(near: float, far: float, seed: int) -> None:
     eye = Eye(0.004, 1.0)

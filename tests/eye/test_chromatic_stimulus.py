@@ -67,6 +67,7 @@ def test_bad_input(screen: float) -> None:
         chromatic_stimulus(np.ones((8, 8, 3)), np.ones((8, 8)), EYE, screen=screen, pixel_angle=PIXEL)
 
 
+@pytest.mark.slow
 def test_the_display_is_seen_through_the_lens_of_a_given_age() -> None:
     """Through a lens of 80 years the picture found for it is nearer the scene than the one found for 32 years."""
     old = SpectralBasis.of_display().through_lens(80)

@@ -14,23 +14,13 @@ from focalgradient.eye import (
     Eye,
     EyeDescription,
     ViewingConditions,
-    ZonedLens,
     compared_views,
     image_quality,
     off_axis,
     point_images,
     read_eye,
     resolved_cpd,
-    typical_aberrations,
 )
-
-
-def test_a_described_eye_is_that_of_the_same_arguments():
-    found = EyeDescription(refraction="-2.00 -0.75 x 180", age=30).eye(2.5, 0.003)
-    assert found == Eye(0.003, refraction="-2.00 -0.75 x 180", age=30, looking_at=2.5)
-    assert EyeDescription().eye(1.3, 0.003) == Eye(0.003, 1.3)
-    assert EyeDescription(aberrations="typical").eye(1.0, 0.005).aberrations == typical_aberrations(0.005)
-    assert EyeDescription(zones="2:2,8:0").eye(1.0, 0.004).lens == ZonedLens((0.002, 0.008), (2.0, 0.0))
 
 
 def test_which_descriptions_determine_the_pupil():

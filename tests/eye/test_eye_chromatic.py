@@ -57,8 +57,3 @@ def test_a_difference_that_no_light_has_is_refused() -> None:
     for bad in (-3.0, 1.0, np.nan):
         with pytest.raises(InputError, match="but visible light"):
             chromatic_wavelength(bad)
-
-
-def test_one_difference_of_a_list_that_no_light_has_is_refused_too() -> None:
-    with pytest.raises(InputError, match=r"an array of shape \(2,\) nm, by -2\.18 to 0\.61 D only"):
-        chromatic_wavelength([0.0, 5.0], np.array([580.0, 600.0]))

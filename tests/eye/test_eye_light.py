@@ -1,8 +1,5 @@
 """What cones catch, and how far apart their bands are focused."""
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 
@@ -77,14 +74,3 @@ def test_bad_light() -> None:
         band_light("S", "candle")
     with pytest.raises(InputError, match="step_nm is 0"):
         band_light("S", "E", 0)
-
-
-def test_a_missing_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "colour", None)
-    with pytest.raises(InputError, match=r"colour, which is not installed: pip install 'focalgradient\[eye\]'"):
-        cone_fundamentals(500)
-
-
-def test_arrays_are_printed_as_before() -> None:
-    program = "import numpy as np; from focalgradient.eye import luminosity; luminosity(550); print(np.array([2, 0.5]))"
-    assert subprocess.check_output([sys.executable, "-c", program], text=True) == "[2.  0.5]\n"

@@ -76,11 +76,6 @@ def test_cones_are_optics_that_say_their_blur_and_light() -> None:
     assert not own_blur(EYE).forms_views
 
 
-def test_a_resolution_that_is_none_is_refused() -> None:
-    with pytest.raises(InputError, match="finest_cpd"):
-        Cones.of(EYE, "S", finest_cpd=-1)
-
-
 @pytest.mark.parametrize("model", ["wave", "disc", "gaussian"])
 def test_one_frequency_and_none_are_taken_as_many_are(model) -> None:
     cones = Cones.of(EYE, "S", wavelengths=2, model=model)

@@ -17,21 +17,10 @@ from focalgradient.eye import (
     pupil_transfer,
 )
 from focalgradient.optics import DualPixel
-from focalgradient.psf import disc_transfer, gaussian_transfer
 
 EYE = Eye(pupil_diameter=0.004, accommodation=1.0)
 FREQUENCY = np.linspace(0, 40, 21)  # cycles per degree
 PER_RADIAN = np.degrees(FREQUENCY)
-
-
-def test_names_stand_for_their_models() -> None:
-    radius = 0.002 * 0.5
-    found = {name: blur_transfer(PER_RADIAN, 0, EYE, 0.5, model=name) for name in ("disc", "gaussian", "wave")}
-    assert found["disc"] == pytest.approx(disc_transfer(PER_RADIAN, radius))
-    assert found["gaussian"] == pytest.approx(gaussian_transfer(PER_RADIAN, radius, 0.5))
-    assert found["wave"] == pytest.approx(
-        optical_transfer(FREQUENCY, pupil_diameter=0.004, wavelength_nm=580, defocus=0.5)
-    )
 
 
 def test_the_eyes_aberrations_are_in_its_waves() -> None:

@@ -20,7 +20,7 @@ from focalgradient.eye import (
     eye_views,
     score,
 )
-from focalgradient.scenes import Mesh, Scene, plane, spheres
+from focalgradient.scenes import Scene, plane, spheres
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -67,6 +67,7 @@ def test_bands_blurred_too_much_to_share_anything_are_rejected(beyond: float, se
     assert found["valid"] == 0
 
 
+@pytest.mark.slow
 def test_what_bands_share_is_measured() -> None:
     for correlation, gain in ((0.98, 1.0), (0.9, 0.8)):
         found = scored(band_views(1 / 2.4, EYE, FRAME, PIXEL, correlation=correlation, gain=gain, noise=0.01, seed=5))[
@@ -90,6 +91,7 @@ def test_the_optics_own_transfer_is_the_default(seed: int) -> None:
     assert not disc.valid.any() or np.median(disc.vergence[disc.valid]) == pytest.approx(0.49, abs=0.01)
 
 
+@pytest.mark.slow
 def test_uncertainty_covers_what_bands_do_not_share() -> None:
     rendered = band_views(1 / 2.4, EYE, FRAME, PIXEL, correlation=0.9, noise=0.01, seed=6)
     depth = recover_depth([one.view for one in rendered], psf="optics")
@@ -169,18 +171,6 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
 def test_bad_input_is_refused(scene, asked, said) -> None:
     with pytest.raises(InputError, match=said):
         band_views(scene, EYE, **({"shape": (64, 64), "pixel_angle": PIXEL} | asked))
-
-
-def test_a_scene_of_meshes_is_refused() -> None:
-    corners = np.array([[0.0, 0.0, 1.0], [0.1, 0.0, 1.0], [0.1, 0.1, 1.0]])
-    triangle = Mesh(corners, np.array([[0, 1, 2]]), corners[:, :2], np.full((2, 2, 3), 0.5))
-    with pytest.raises(InputError, match="meshes"):
-        band_views(Scene((triangle,)), EYE, (64, 64), PIXEL)
-
-
-def test_times_out_of_order_are_refused() -> None:
-    with pytest.raises(InputError, match="later"):
-        accommodation_views(1.0, EYE, [0.3, 0.1], Oscillation(), (64, 64), PIXEL)
 
 
 def test_views_of_nothing_are_refused_and_progress_is_told_as_elsewhere() -> None:

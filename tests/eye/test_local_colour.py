@@ -156,6 +156,7 @@ def test_the_contrast_that_s_cones_see_is_expected_from_the_colours() -> None:
     assert blue @ seen > 3 * (red @ seen)
 
 
+@pytest.mark.slow
 def test_bands_share_a_texture_whose_gain_differs_from_place_to_place() -> None:
     """Detail in brown and in grey light, side by side: depth by bands is valid and right in both."""
     own = np.where((np.arange(128) < 64)[None, :, None], np.array((1.2, 1.0, 0.6)), np.array((0.9, 1.0, 1.3)))

@@ -1,15 +1,11 @@
 """Eyes of a refraction and an age: focus, astigmatism and pupil by hand, and a frozen record as any other eye."""
 
-import copy
-import inspect
 import math
-import pickle
-from dataclasses import asdict, fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import CORRECTIONS, Correction, Eye, Refraction, ZonedLens, natural_pupil
 
 MYOPE = "-2.00 -0.75 x 180"
@@ -71,29 +67,6 @@ def test_everything_else_of_an_eye_goes_with_a_refraction():
     astigmatism = plain.aberrations[0][2]
     assert eye.aberrations == ((2, 2, pytest.approx(astigmatism + 0.1)), (4, 0, 0.05))
     assert eye == replace(plain, aberrations=eye.aberrations, lens=lens, **others)
-
-
-def test_an_eye_is_a_record_of_its_fields_however_it_is_given():
-    eye = Eye(refraction=MYOPE, age=30, looking_at=2.5)
-    kept = asdict(eye)
-    assert list(kept) == [one.name for one in fields(Eye)] == list(inspect.signature(Eye).parameters)[: len(kept)]
-    assert Eye(**kept) == eye == pickle.loads(pickle.dumps(eye)) == copy.deepcopy(eye)
-    assert hash(Eye(**kept)) == hash(eye)
-    nearer = replace(eye, accommodation=eye.accommodation + 1)
-    assert nearer.focus_vergence == pytest.approx(eye.focus_vergence + 1)
-    assert nearer.aberrations == eye.aberrations
-    with pytest.raises(AttributeError):
-        eye.accommodation = 0.0
-    assert not hasattr(eye, "refraction")
-
-
-def test_wrong_names_are_refused_as_by_python():
-    with pytest.raises(TypeError, match="refracton"):
-        Eye(refracton="-2.00", age=30)  # type: ignore[call-arg]
-    with pytest.raises(TypeError, match="positional"):
-        Eye(0.004, 1.0, 580.0, 1.0, (), 0.0, (0.0, 0.0), None, "-2.00")
-    with pytest.raises(InputError, match="accommodation and refraction are both given"):
-        replace(Eye(0.004, 1.0), refraction="-2.00")  # type: ignore[call-arg]
 
 
 def test_the_blur_is_that_of_its_far_points():

@@ -7,7 +7,6 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from focalgradient import Eye
 from focalgradient.eye.wavefront import Aberrations, Pupil, pupil_transfer_of
 
 NATURAL: Aberrations = ((4, 0, 0.1), (3, 1, 0.2), (3, -3, 0.1))
@@ -49,11 +48,3 @@ def test_a_fine_line_of_frequencies_takes_no_more_memory_than_its_terms() -> Non
     assert tracemalloc.get_traced_memory()[1] < 4e8
     tracemalloc.stop()
     assert line[::20, 0] == pytest.approx(pupil_transfer_of(frequency[::20, 0], np.zeros(20), pupil), abs=1e-9)
-
-
-def test_an_eye_takes_it() -> None:
-    eye = Eye(0.004, 1.0, aberrations=NATURAL)
-    down, right = np.fft.fftfreq(31)[:, None] / 3e-4, np.fft.rfftfreq(31)[None] / 3e-4
-    whole = eye.optical_transfer(down, right, 0.5)
-    one = complex(eye.optical_transfer(down[3, 0], right[0, 4], 0.5))
-    assert complex(whole[3, 4]) == pytest.approx(one, abs=3e-4)

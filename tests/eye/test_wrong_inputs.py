@@ -44,22 +44,12 @@ GREY, NEAR = np.full((8, 8, 3), 0.5), np.ones((8, 8))
 
 WRONG_OPTIONS = [
     ("--refraction", "", "refraction is ''"),
-    ("--refraction", "-2,00", "refraction is '-2,00'"),
     ("--refraction", "-2.00 x 180", "sphere, cylinder and axis"),
-    ("--refraction", "-2 -0.75 x 181", "axis is 181"),
-    ("--refraction", "-200", "sphere is -200"),
     ("--refraction", "OD -2.00", "refraction is 'OD -2.00'"),
-    ("--age", "-5", "--age is -5"),
     ("--age", "0.5", "--age is 0.5.*from 1 to 120"),
-    ("--age", "500", "--age is 500.*from 1 to 120"),
-    ("--age", "nan", "--age is nan"),
     ("--age", "thirty", "'thirty'"),
-    ("--pupil", "0.04", "--pupil is 0.04.*from 0.1 to 9"),
     ("--pupil", "4mm", "'4mm'"),
-    ("--luminance", "-1", "--luminance is -1"),
-    ("--zones", "2:2,2:0", "--zones is '2:2,2:0', but diameters"),
     ("--zones", "bifocal", "--zones is 'bifocal'"),
-    ("--correction", "glasses", "'glasses'"),
     ("--correction", "spectacles", "--correction corrects the eye of --refraction"),
 ]
 

@@ -8,7 +8,7 @@ import pytest
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, DistanceOfFixated, Magnitude, RelativeLayout
-from focalgradient.stimuli import miniature, slanted_plane
+from focalgradient.stimuli import slanted_plane
 
 DISPLAY = Display()
 
@@ -67,17 +67,3 @@ def test_what_cannot_be_looked_at_is_refused(layout, fixation, words):
     light = np.random.default_rng(1).uniform(size=(64, 64))
     with pytest.raises(InputError, match=words):
         OBSERVERS["default"].look(light, DISPLAY, DistanceOfFixated(RelativeLayout(layout), fixation))
-
-
-@pytest.mark.slow
-def test_blur_at_odds_with_the_layout_changes_distance_less():
-    """Held et al. 2010: a gradient along the ground's makes a model of a town, one across it hardly does."""
-    display = Display(distance=Display().distance * 14 / Display().pixels_per_degree)
-    found = {}
-    for gradient in ("consistent", "vertical", "horizontal"):
-        town = miniature(simulated_distance_m=0.06, gradient=gradient, pixels_per_degree=14)
-        layout = RelativeLayout(town.depth_m, expected_m=100.0)
-        question = DistanceOfFixated(layout, (town.shape[1] / 2, town.shape[0] / 2))
-        found[gradient] = OBSERVERS["default"].look(town.picture, display, question).median
-    assert found["consistent"] < 1
-    assert found["horizontal"] > 5 * max(found["consistent"], found["vertical"])

@@ -8,7 +8,6 @@ import pytest
 
 from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import BlurThresholdDesign
-from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose, encoded_levels, intervals, pictures, simulate
 from focalgradient.observers.thresholds import seen_threshold
 
@@ -39,6 +38,7 @@ def test_the_more_is_added_the_more_are_right_and_the_least_is_not_seen(seen):
         assert share[-1] > 0.98
 
 
+@pytest.mark.slow
 def test_thresholds_dip_upon_a_pedestal_and_rise_with_the_weber_fraction(seen):
     (_, none), (_, half) = seen
     assert threshold(half["spheres-01"]) < 0.8 * threshold(none["spheres-01"])
@@ -47,6 +47,7 @@ def test_thresholds_dip_upon_a_pedestal_and_rise_with_the_weber_fraction(seen):
         assert threshold(levels["spheres-01"], keen) < threshold(levels["spheres-01"])
 
 
+@pytest.mark.slow
 def test_answers_are_right_as_often_as_is_seen(seen):
     design, levels = seen[0]
     known = seen_threshold(design, DEFAULT, "01", 1, levels)
@@ -59,6 +60,7 @@ def test_answers_are_right_as_often_as_is_seen(seen):
     assert 0.3 < np.mean(blind) < 0.7
 
 
+@pytest.mark.slow
 def test_levels_are_kept_and_a_data_set_has_the_threshold_that_is_seen(seen, stimuli, cache, tmp_path, monkeypatch):
     design, levels = seen[0]
     monkeypatch.setenv(pictures.CACHE, str(cache))
@@ -70,17 +72,3 @@ def test_levels_are_kept_and_a_data_set_has_the_threshold_that_is_seen(seen, sti
     assert not validate(tmp_path / "data", stimuli.folder).problems
     (sidecar,) = read_dataset(tmp_path / "data").sidecars.values()
     assert sidecar["Participant"]["threshold"] == seen_threshold(design, OBSERVERS["default"], "01", 1, again)
-
-
-def test_a_scene_that_is_not_there_is_refused_by_name(stimuli):
-    with pytest.raises(InputError, match="elsewhere"):
-        encoded_levels(BlurThresholdDesign(scenes=["elsewhere"]), stimuli)
-
-
-@pytest.mark.slow
-def test_who_judges_depth_looks_at_the_depth(stimuli, cache, monkeypatch):
-    monkeypatch.setenv(pictures.CACHE, str(cache))
-    design = BlurThresholdDesign(scenes=["spheres-01"], judged="depth", least_level=0.2, most_level=20.0)
-    one = encoded_levels(design, stimuli)["spheres-01"]
-    assert 0.5 < threshold(one) < 8.0
-    assert one.right_shares(replace(DEFAULT, prior=0.0))[-1] == pytest.approx(0.5, abs=0.05)

@@ -89,6 +89,7 @@ def test_the_border_belongs_to_the_side_of_its_blur():
     assert first_is_near(border(4, 0, 4.0)) > 0.5  # the same, with the sides exchanged
 
 
+@pytest.mark.slow
 def test_without_the_mechanism_the_order_is_open_and_with_the_other_prior_another():
     for edge in (0.0, 4.0):
         drawn = border(0, 4, edge)

@@ -19,7 +19,6 @@ from focalgradient.observers import (
     encoded_stimuli,
     pictures,
     rate,
-    relief,
     simulate,
     watch,
 )
@@ -193,6 +192,7 @@ def test_the_analysis_tells_observers_apart(design, encoded):
     assert found["guessing"][:2] == [False, False]
 
 
+@pytest.mark.slow
 def test_lapses_weaken_the_rise_and_do_not_end_it(design, encoded):
     """Of one experiment chance decides; of four together it does not."""
     double = design.model_copy(update={"repetitions": 2})
@@ -205,6 +205,7 @@ def test_lapses_weaken_the_rise_and_do_not_end_it(design, encoded):
     assert 1.1 < rises["lapsing"] < rises["default"]
 
 
+@pytest.mark.slow
 def test_for_the_blind_the_analysis_errs_as_often_as_it_says(design, encoded):
     """Slopes of a blind observer differ from none at the 5 % level in about 5 % of experiments."""
     blind, experiments, found = OBSERVERS["blur-blind"], 80, 0
@@ -295,14 +296,3 @@ def test_ordinal_ratings_are_whole_categories_in_the_order_of_the_ratios(design,
     assert len(set(steps)) > 2
     order = np.argsort(ratio)
     assert (np.diff(steps[order]) >= 0).all()
-
-
-def test_people_differ_with_the_far_object_in_focus(encoded):
-    """So that equivalence can fail: some do not discount all, few take blurred for near."""
-    people = [DEFAULT.person(np.random.default_rng(n)) for n in range(200)]
-    far = [encoded["spheres-01", aperture, "farthest"][1] for aperture in ("pinhole", "f/5.6")]
-    sharp, wide = (np.array([relief(one, o, np.random.default_rng(1)) for o in people]) for one in far)
-    rise = np.log(wide / sharp)
-    assert 0.01 < rise.std() < 0.3
-    assert rise.max() > 0.02
-    assert rise.min() < -0.02

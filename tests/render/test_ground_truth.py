@@ -88,6 +88,7 @@ def test_flat_mirror_shows_things_as_far_behind_as_they_are_before() -> None:
     assert vergence == pytest.approx(np.broadcast_to(np.eye(2) / (2 + WALL), (5, 7, 2, 2)), rel=1e-3, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_what_is_seen_directly_has_its_own_vergence() -> None:
     rendered = render(bottle(1), Lens(0.025, 4, 1.0), (24, 32), 0.35 / 32, samples=2)
     assert rendered.vergence is not None

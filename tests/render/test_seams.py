@@ -52,6 +52,7 @@ def test_what_is_hidden_fades_with_the_jump(focus: float) -> None:
     assert np.abs(np.diff(seen, axis=0)).max() < 0.035  # 0.7 of light: 5 %; it was 25 % at the former threshold
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(st.integers(0, 2**31), st.floats(-10, 20))
 def test_light_stays_within_the_range_of_the_picture(seed: int, focus: float) -> None:

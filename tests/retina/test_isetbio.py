@@ -73,25 +73,6 @@ def test_tables_as_aberrometers_name_terms(tmp_path, text):
     assert (found[4], found[12], len(found)) == (0.3, 0.05, 13)
 
 
-def test_the_sign_of_typeset_coefficients_is_read(tmp_path):
-    for text in ("Z(2,0) 0.30\nZ(4,0) \u22120.05\n", "4 0.3\n12 \u2212.05\n"):
-        (tmp_path / "eye.txt").write_text(text, encoding="utf-8")
-        assert read_zernike(tmp_path / "eye.txt")[12] == -0.05
-
-
-@pytest.mark.parametrize("line", ["Z(4,0) 50 nm", "Z(4,0) 0.05 0.01", "Z(4,0)", "C12: 0.05 at 6 mm"])
-def test_a_named_term_without_one_coefficient_in_micrometres_is_refused(tmp_path, line):
-    (tmp_path / "eye.txt").write_text(f"Z(2,0) 0.30\n{line}\nRMS 0.3\n")
-    with pytest.raises(InputError, match=r"eye.txt, line 2: .*one coefficient in micrometres"):
-        read_zernike(tmp_path / "eye.txt")
-
-
-def test_named_tables_of_other_orders_are_refused(tmp_path):
-    (tmp_path / "eye.txt").write_text("Zernike fringe coefficients\nZ4 0.3\n")
-    with pytest.raises(InputError, match="fringe"):
-        read_zernike(tmp_path / "eye.txt")
-
-
 def test_coefficients_of_matlab_files(tmp_path):
     values = [0.0, 0.0, 0.0, 0.1, 0.3]
     savemat(tmp_path / "vector.mat", {"zcoeffs": values})

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError, eye, stereo
+from focalgradient import InputError, stereo
 from focalgradient.eye import Eye, point_spread, typical_aberrations
 from focalgradient.retina import TwoEyes
 
@@ -75,10 +75,3 @@ def test_typical_aberrations_have_the_published_size_and_scale_with_the_pupil():
     half = {(n, m): um for n, m, um in typical_aberrations(0.003)}
     assert half[4, 0] == pytest.approx(0.13 / 16)
     assert half[3, -3] == pytest.approx(0.11 / 8)
-
-
-def test_names_that_moved_warn_where_they_were() -> None:
-    with pytest.warns(DeprecationWarning, match="TwoEyes is now in focalgradient.retina"):
-        assert eye.TwoEyes is TwoEyes
-    with pytest.raises(AttributeError, match="no attribute 'Nothing'"):
-        _ = eye.Nothing

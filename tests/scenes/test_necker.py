@@ -177,10 +177,3 @@ def test_the_perspective_said_to_be_possible_is() -> None:
     assert NeckerCube(perspective=most).nearest > 0
     with pytest.raises(InputError):
         NeckerCube(perspective=most + 0.001)
-
-
-def test_other_bad_input_is_refused() -> None:
-    with pytest.raises(InputError, match="reading is 'wobbly'"):
-        NeckerCube().seen(0.0, "wobbly")
-    with pytest.raises(InputError, match="n x 8 x 3"):
-        departure_from_rigid(NeckerCube().vertices(0.0))

@@ -14,11 +14,9 @@ from focalgradient.scenes import (
     bottle,
     naturalistic,
     plane,
-    room,
     scene_about,
     slant,
     spheres,
-    terrain,
 )
 
 
@@ -87,32 +85,15 @@ def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
     ("make", "words"),
     [
         (lambda: Texture(seed=-1), "seed is -1"),
-        (lambda: Texture(seed=0.5), "seed is 0.5"),  # type: ignore[arg-type]
-        (lambda: Texture(texel=0), "texel is 0, .*metres"),
         (lambda: Texture(texel=math.nan, projected=True), "texel is nan, .*radians"),
-        (lambda: Texture(mean=0.5, contrast=0.3), "mean 0.5 with contrast 0.3"),
         (lambda: Texture(mean=0), "mean 0 "),
-        (lambda: Texture(contrast=-0.1), "contrast -0.1"),
-        (lambda: Plane((0, 0, math.inf), (0, 0, 1)), "point is .*inf"),
         (lambda: Plane((0, 0, 1), (0, 0, 0)), "normal is the zero vector"),
-        (lambda: Plane((0, 0, 1), (0, 0, 1), size=(0.1, 0)), r"size is \(0.1, 0\)"),
-        (lambda: Sphere((0, 0), 0.1), "centre is"),  # type: ignore[arg-type]
         (lambda: Sphere((0, 0, 1), 0), "radius is 0"),
-        (lambda: Sphere((0, 0, 1), 1.5), "radius is 1.5"),
-        (lambda: Scene((), background=-1), "background is -1"),
         (lambda: Scene((), ambient=1.5), "ambient is 1.5"),
-        (lambda: Scene((), sun=(0, 0, 0)), "sun is the zero vector"),
         (lambda: plane(0), "distance is 0"),
-        (lambda: plane(math.inf), "distance is inf"),
-        (lambda: slant(-1, 2, 0.1), "near is -1"),
         (lambda: slant(1, math.nan, 0.1), "far is nan"),
-        (lambda: slant(1, 2, 0), "field is 0"),
-        (lambda: spheres(0, field=-0.1), "field is -0.1"),
         (lambda: Plane((0, 0, 1), (0, 0, 1), size=(0.1, math.nan)), r"size is \(0.1, nan\)"),
-        (lambda: spheres(-1), "seed is -1"),
         (lambda: bottle(-1), "seed is -1"),
-        (lambda: room(0.5), "seed is 0.5"),  # type: ignore[arg-type]
-        (lambda: terrain(-1), "seed is -1"),
         (lambda: naturalistic(-1), "seed is -1"),
     ],
 )

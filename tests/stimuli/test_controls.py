@@ -54,16 +54,6 @@ def test_blur_that_was_not_foreseen() -> None:
     assert ratios == sorted(ratios)  # the coarser, the less
 
 
-def test_noise_has_no_part() -> None:
-    rng = np.random.default_rng(4)
-    still = 0.5 + 0.2 * ndimage.gaussian_filter(rng.standard_normal((128, 128)), 0.6)
-    halves = still + 0.05 * rng.standard_normal((2, 128, 128))
-    noisy, residual = halves.mean(axis=0), (halves[0] - halves[1]) / 2
-    with_noise, without = (seen(noisy, noise, still)["spectrum"][0] for noise in (0.0, residual))
-    assert with_noise > 1.05
-    assert without == pytest.approx(1, abs=0.03)
-
-
 def test_colours_are_foreseen_each_by_its_own_focus() -> None:
     still = texture(5, (96, 96))
     lenses = [Pupil(0.01, 1.0 + more) for more in (-0.3, 0.0, 0.3)]

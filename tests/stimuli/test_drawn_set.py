@@ -6,10 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
 
 from focalgradient import InputError
-from focalgradient.cli import main
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
 from focalgradient.stimuli import (
@@ -60,23 +58,6 @@ def test_a_set_of_drawn_stimuli_is_read_as_others_are(stimuli: dict[str, Stimulu
     other = {**stimuli, "plane": slanted_plane(**SIZE, seed=2)}
     with pytest.raises(InputError, match="contains another set"):
         make_from_stimuli(tmp_path / "set", other, display=DISPLAY)
-
-
-@pytest.mark.slow
-def test_simulated_observers_rate_a_set_of_drawn_stimuli(stimuli: dict[str, Stimulus], tmp_path: Path) -> None:
-    make_from_stimuli(tmp_path / "set", stimuli, display=DISPLAY)
-    design = tmp_path / "design.toml"
-    design.write_text(
-        'task = "depthrating"\napertures = ["pinhole", "f/10"]\nfixations = ["focus"]\n'
-        'scenes = ["plane", "waves", "border"]\nstandard_scene = "plane"\nrepetitions = 1\ncatch_trials = 0\n'
-        "practice_trials = 0\n",
-        encoding="utf-8",
-    )
-    words = ["simulate", "depth-rating", "--stimuli", tmp_path / "set", "--design", design, "--out", tmp_path / "data"]
-    result = CliRunner().invoke(main, [*map(str, words), "--observers", "1", "--seed", "1", "--workers", "1"])
-    assert result.exit_code == 0, result.stderr
-    (ratings,) = (tmp_path / "data").rglob("sub-*_beh.tsv")
-    assert len(ratings.read_text(encoding="utf-8").splitlines()) == 7  # a header, three scenes through two apertures
 
 
 def test_what_makes_no_set_is_refused(stimuli: dict[str, Stimulus], tmp_path: Path) -> None:

@@ -79,18 +79,6 @@ def test_a_kill_while_writing_leaves_no_half_file(tmp_path: Path, monkeypatch: p
     assert (tmp_path / "two.txt").read_bytes() == b"two"
 
 
-def test_another_set_in_the_folder_is_refused_by_name(tmp_path: Path) -> None:
-    begun(tmp_path).finish()
-    with pytest.raises(InputError, match="differs in seed and size: give the same settings, or choose another folder"):
-        Folder(tmp_path, {**ASKED, "seed": 2, "parameters": {"size": [6, 6], "engine": "cast"}}, VERSIONS)
-
-
-def test_other_versions_do_not_go_on(tmp_path: Path) -> None:
-    begun(tmp_path)
-    with pytest.raises(InputError, match=r"begun by other versions.*python 3\.11; now python 3\.12"):
-        Folder(tmp_path, ASKED, {"python": "3.12"})
-
-
 @pytest.mark.parametrize("content", [b"{", b"[]", b"{}", b'{"files": 3}', b"\xff"])
 def test_lists_that_are_none(tmp_path: Path, content: bytes) -> None:
     (tmp_path / "manifest.json").write_bytes(content)

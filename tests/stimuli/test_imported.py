@@ -74,6 +74,7 @@ def blurred_series(folder: Path, focus: float) -> Path:
     return folder / "series.csv"
 
 
+@pytest.mark.slow
 def test_spectra_and_shifts_are_measured_where_the_field_is_known(photos: Path, tmp_path: Path) -> None:
     table = blurred_series(photos, 1.0)
     controls = import_pictures(photos, table, tmp_path / "right", field=np.radians(10)).manifest["controls"]
@@ -135,21 +136,13 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
     ("text", "said"),
     [
         ("file,scene,aperture\n", "no column 'fixation'"),
-        (HEADER, "has no rows below its header"),
         (HEADER + "a.png,yard,f/0,nearest,,", "row 2, column aperture: is 'f/0'"),
-        (HEADER + "a.png,yard,wide,nearest,,", "row 2, column aperture: is 'wide'"),
         (HEADER + ROWS[0] + "\nb.png,yard,f/8,left side,,", "row 3, column fixation: is 'left side'"),
-        (HEADER + "b.png,yard,f/8,,,", "row 2, column fixation: is ''"),
         (HEADER + "\n".join([*ROWS, ROWS[1]]), "row 5, columns scene, aperture and fixation: the same .* row 3"),
-        (HEADER + "gone.png,yard,f/8,nearest,,", "row 2, column file: .*gone.png cannot be read"),
         (HEADER + "../a.png,yard,f/8,nearest,,", "row 2, column file is '..'"),
-        (HEADER + "a.png,yard,f/8,nearest,gone.npy,", "row 2, column depth: .*gone.npy cannot be read"),
         (HEADER + "yard.npy,yard,f/8,nearest,,", "row 2, column file: yard.npy cannot be read"),
-        (HEADER + "a.png,yard,f/8,nearest,,,9", "row 2: there are 7 cells, but must be 6"),
         (HEADER + "a.png,..,f/8,nearest,,", "row 2, column scene"),
-        ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,64,0", "row 2, column x_px: is 64"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,6,", "row 2, column y_px: is empty"),
-        ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,nan,3", "row 2, column x_px: is 'nan'"),
         ("file,file,scene,aperture,fixation\n", "has the column file twice"),
     ],
 )
@@ -174,13 +167,3 @@ def test_wrong_pictures_are_refused(photos: Path, tmp_path: Path) -> None:
         warnings.simplefilter("error")
         with pytest.raises(InputError, match="the display 32 x 32"):
             import_pictures(photos, photos / "pictures.csv", tmp_path / "set", display=Display((32, 32)))
-
-
-def test_distances_beyond_32_bits_are_refused_by_name(photos: Path, tmp_path: Path) -> None:
-    depth = np.load(photos / "yard.npy").astype(float)
-    depth[0, 0] = 1e60
-    np.save(photos / "far.npy", depth)
-    table = tmp_path / "table.csv"
-    table.write_text(HEADER + "a.png,yard,pinhole,,far.npy,\n", encoding="utf-8")
-    with pytest.raises(InputError, match=r"row 2, column depth: far.npy contains a distance of 1e\+60 m"):
-        import_pictures(photos, table, tmp_path / "set")

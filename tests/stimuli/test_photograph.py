@@ -90,14 +90,9 @@ def test_pictures_that_the_blur_nearly_fills_are_not_measured(side: int) -> None
     ("photographs", "said"),
     [
         ({}, "photographs is empty"),
-        ({"a": (LIGHT, SLANT[:, 1:])}, "a has a picture of shape"),
         ({"a": (LIGHT[:, 1:], SLANT[:, 1:])}, "127 x 96 pixels, but both must be even"),
-        ({"a": (LIGHT, SLANT), "b": (LIGHT[2:], SLANT[2:])}, "b has 128 x 94 pixels, but those before"),
         ({"a": (LIGHT, 0 * SLANT)}, "distances that are not positive"),
-        ({"a": (-LIGHT, SLANT)}, "radiance that is negative"),
-        ({"a": (LIGHT, np.full(SLANT.shape, np.inf))}, "infinite everywhere"),
         ({"yard": (LIGHT, np.where(SLANT > 1, 1e60, SLANT))}, r"yard contains a distance of 1e\+60 m, but .* 32-bit"),
-        ({"yard": (LIGHT, np.where(SLANT > 1, 1e-60, SLANT))}, "yard contains a distance of 1e-60 m"),
         ({"a/b": (LIGHT, SLANT)}, "plain file name"),
     ],
 )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,10 +12,10 @@ import pytest
 from focalgradient import Eye, InputError, Lens
 from focalgradient.display import Display
 from focalgradient.eye import chromatic_stimulus, parts_needed, retinal_image
-from focalgradient.photographs import DepthPicture, depth_pairs, picture_of
+from focalgradient.photographs import DepthPicture, picture_of
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
-from focalgradient.stimuli import Viewing, viewed_files, with_frames
+from focalgradient.stimuli import Viewing, viewed_files
 
 ANGLE = math.radians(1 / 60)
 
@@ -105,12 +104,3 @@ def test_the_files_of_each_viewing_and_their_record() -> None:
 def test_contradictions_are_refused(optics: Any, given: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
         Viewing(optics, **given)
-
-
-def test_pictures_of_a_folder_come_without_frames(tmp_path: Path) -> None:
-    for folder, end in (("pictures", "png"), ("depths", "npy")):
-        (tmp_path / folder).mkdir()
-        (tmp_path / folder / f"a.{end}").touch()
-    pairs = depth_pairs(tmp_path / "pictures", tmp_path / "depths")
-    assert pairs == [(tmp_path / "pictures" / "a.png", tmp_path / "depths" / "a.npy", "a")]
-    assert [*with_frames(pairs)] == [(pairs[0], None)]

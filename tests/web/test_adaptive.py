@@ -2,32 +2,22 @@
 
 from __future__ import annotations
 
-import dataclasses
 import sys
-import time
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 import pytest
-from chromium import Server, chromium
-from participant import NECKER, Participant, client_of, make_set, study
-from playwright.sync_api import Error
+from participant import Participant, client_of, make_set, study
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
-from focalgradient import InputError
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import Procedure, Quest, answers_of
 from focalgradient.tasks import task_named
-from focalgradient.tasks.registry import FILES
-from focalgradient.web import Lists
-from focalgradient.web.export import export
 
 SHORT = 'task = "blurdiscrimination"\nask = []\nrepetitions = 3\npedestals_arcmin = [1.0]\n'
-UPRIGHT, ACROSS = {"width": 360, "height": 700}, {"width": 700, "height": 330}
-PHONE = {"viewport": UPRIGHT, "screen": {"width": 360, "height": 760}, "has_touch": True}
 
 
 def staircase() -> Any:
@@ -158,13 +148,6 @@ def test_blur_thresholds_follow_their_answers_in_the_browser_as_in_the_laborator
     assert first == [{1: "picture", 2: "reference"}[trial.interval] for trial in made.design.trials("001")]
 
 
-def test_a_study_without_a_server_is_refused_by_name(tmp_path: Path) -> None:
-    staircase()
-    lists = Lists(task_named("blurdiscrimination").design())
-    with pytest.raises(InputError, match=r"blurdiscrimination.*serve"):
-        export(lists, tmp_path / "out", ["01"])
-
-
 def test_quest_goes_on_in_the_browser_as_in_the_laboratory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     staircase()
     module = sys.modules["blur_discrimination"]
@@ -180,80 +163,3 @@ def test_quest_goes_on_in_the_browser_as_in_the_laboratory(tmp_path: Path, monke
     recorded = [{"phase": "main", "catch": False, **one} for one in table.to_dict("records")]
     expected = [quest.level(answers_of(recorded[:number])) for number in range(6)]
     assert [one["level"] for one in recorded] == pytest.approx(expected)
-
-
-def test_what_chooses_an_adjustment_by_the_answers_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    task = task_named(str(PROGRAMS / "blur_matching.py"))
-    monkeypatch.setattr(type(task), "adapted", lambda self, design, trial, recorded: dataclasses.replace(trial))
-    with pytest.raises(InputError, match=r"blurmatching.*focalgradient run"):
-        Lists(task.design())
-
-
-def test_small_screens_are_refused_where_keys_are_needed(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"smallest_screen.*necker"):
-        study(tmp_path, NECKER + "smallest_screen = [640, 360]\n")
-    with pytest.raises(InputError, match="smallest_screen"):
-        study(tmp_path, SHORT + "smallest_screen = [640]\n")
-
-
-def touched(page: Any, seconds: float = 240) -> None:
-    """Go through the screens by a finger alone."""
-    drag = """() => {
-        const item = document.querySelector("#item"), corner = document.querySelector("#jspsych-resize-handle");
-        const width = item.getBoundingClientRect().width;
-        const at = (kind, x) => {
-            const touch = new Touch({identifier: 1, target: corner, clientX: x, clientY: 100, pageX: x, pageY: 100});
-            corner.dispatchEvent(new TouchEvent(kind, {changedTouches: [touch], bubbles: true, cancelable: true}));
-        };
-        at("touchstart", 100); at("touchmove", 130); at("touchend", 130);
-        return item.getBoundingClientRect().width - width;
-    }"""
-    end, dragged = time.monotonic() + seconds, False
-    while not page.query_selector("#complete"):
-        assert time.monotonic() < end, f"stuck at {page.inner_text('body')}"
-        try:
-            if page.query_selector("#virtual-chinrest-circle"):
-                page.wait_for_timeout(300)
-                page.touchscreen.tap(100, 300)
-            elif page.query_selector("#end_resize_phase:visible"):
-                assert dragged or page.evaluate(drag) > 5, "the card follows the finger"
-                dragged = True
-                page.tap("#end_resize_phase", timeout=2000)
-            else:
-                if page.query_selector("input[type=range]:visible"):
-                    page.tap("input[type=range]", timeout=2000)
-                if page.query_selector("#stage button:enabled:visible"):
-                    page.tap("#stage button:enabled:visible", timeout=2000)
-        except Error:  # the screen has changed meanwhile
-            pass
-        page.wait_for_timeout(200)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", ["depth_order", "slant_from_blur"])
-def test_a_phone_takes_part_where_the_design_allows_it(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    task = task_named(str(PROGRAMS / f"{name}.py"))
-    monkeypatch.setenv(FILES, str(PROGRAMS / f"{name}.py"))
-    few = {"depth_order": "far_m = [0.8]", "slant_from_blur": "slants = [40.0]"}[name]
-    text = f'task = "{task.name}"\nask = []\nrepetitions = 1\npractice_trials = 0\n{few}\n'
-    for allowed in (False, True):
-        folder = tmp_path / str(allowed)
-        folder.mkdir()
-        (folder / "design.toml").write_text(text + "smallest_screen = [640, 300]\n" * allowed)
-        server = Server(folder, 0)
-        server.start("--invite", 1)
-        with chromium() as browser:
-            page = browser.new_context(**PHONE, is_mobile=True).new_page()  # type: ignore[arg-type]
-            page.goto(server.address)
-            if allowed:
-                page.wait_for_selector("text=wider than high")
-                page.set_viewport_size(ACROSS)  # type: ignore[arg-type]
-                touched(page)
-            else:
-                page.wait_for_selector(".page")
-                assert "640 x 480" in page.inner_text("body")
-        assert server.end() == 0
-        assert bool([*folder.glob("data/sub-*")]) is allowed
-    assert validate(tmp_path / "True" / "data").problems == ()

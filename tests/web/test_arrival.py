@@ -19,6 +19,7 @@ def short(someone: Participant, number: int, **changed: Any) -> dict[str, Any]:
     return {**message, "answer": message["answer"] | changed}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("design", [DEPTH.replace("picture_s = 0.3", "picture_s = 0.4"), NECKER])
 def test_a_script_that_is_faster_than_its_trials_is_found(tmp_path: Path, design: str) -> None:
     served = study(tmp_path, design)
@@ -112,17 +113,6 @@ def test_the_ends_of_a_scale_are_places_of_it(tmp_path: Path, rating: float) -> 
         assert someone.ask("answer", **short(someone, 0, rating=rating, start=rating)).status_code == 200
 
 
-def test_an_unknown_refresh_rate_is_recorded_as_that(tmp_path: Path) -> None:
-    with client_of(study(tmp_path, NECKER)) as client:
-        someone = Participant(client)
-        assert someone.begin(refresh_hz=None).status_code == 200
-        for number in range(len(someone.trials)):
-            assert someone.answer(number).status_code == 200
-        someone.ask("finish")
-    found = validate(tmp_path / "data")
-    assert found.problems == ()
-
-
 def test_the_form_is_recorded_as_in_the_laboratory(tmp_path: Path) -> None:
     with client_of(study(tmp_path, NECKER)) as client:
         someone = Participant(client)
@@ -135,14 +125,3 @@ def test_the_form_is_recorded_as_in_the_laboratory(tmp_path: Path) -> None:
     columns = rows[0].split("\t")
     row = dict(zip(columns, rows[1].split("\t"), strict=True))
     assert (row["age"], row["sex"], row["handedness"]) == ("34", "weiblich", "right")
-
-
-def test_what_is_shown_before_joining_takes_no_label(tmp_path: Path) -> None:
-    served = study(tmp_path, NECKER)
-    with client_of(served) as client:
-        opening = client.get("/api/opening").json()
-        assert "web.needs_screen" in opening["words"]
-        told = "".join(opening["words"])
-        for hidden in ("depth.", "necker.feedback", "pinhole.", "blur.", "consent."):
-            assert hidden not in told
-        assert served.people.everybody() == {}

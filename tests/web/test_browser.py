@@ -7,14 +7,13 @@ import json
 import re
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import LOOK, Server, chromium, take_part
+from chromium import LOOK, Server, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
 from playwright.sync_api import Browser
@@ -34,17 +33,9 @@ TABLET = (820, 1180)
 SCALES = {
     "ratio": 'language = "de"\n',
     "steps": 'scale = "steps"\ncatch_pictures = ["flatter", "deeper"]\n',
-    "bipolar": 'scale = "bipolar"\nreference = "same-scene"\ncatch_pictures = ["flatter", "deeper"]\n',
-    "visual-analogue": 'scale = "visual-analogue"\ncatch_pictures = ["flatter", "deeper"]\n',
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
     "typed": 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\nlanguage = "de"\n',
 }
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def served(folder: Path, design: str, *options: object) -> Server:
@@ -69,7 +60,7 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
     page.on("pageerror", lambda error: errors.append(str(error)))
     page.goto(server.address)
     seen = []
-    if scale in ("steps", "bipolar"):
+    if scale == "steps":
         seen = take_part(page, until="button.step")
         places = [one.bounding_box() for one in page.query_selector_all("button.step")]
         assert len({place["y"] for place in places if place}) == 1  # side by side, from end to end of the scale
@@ -113,8 +104,6 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
         assert (moved[table["confidence"] < 1] > 0).all()
         asked = table["question_onset"] - table["mask_onset"]
         assert ((table["mask_onset"] - table["onset"]).between(0.28, 60) & asked.between(0.2, 60)).all()
-    if scale == "bipolar":  # whose steps have no digits
-        assert [one["rating"] for one in answers] == [one["start"] for one in answers]
     frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
     for one in frames:
         stamps = next(shown["stamps"] for shown in one["shown"] if shown["event"] == "picture")
@@ -281,21 +270,6 @@ def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: P
 
 
 @pytest.mark.slow
-def test_a_second_tab_is_told_and_the_first_goes_on(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, NECKER)
-    first = browser.new_page()
-    first.goto(server.address)
-    take_part(first, until="#cube")
-    second = browser.new_page()
-    second.goto(server.address)
-    second.wait_for_selector("text=This session is open in another window")
-    second.close()
-    take_part(first)
-    first.close()
-    server.end()
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("remove", [False, True])
 def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     browser: Browser, tmp_path: Path, remove: bool
@@ -341,20 +315,6 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     server.end()
 
 
-@pytest.mark.slow
-def test_who_stops_is_told_why_answers_could_not_be_removed(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, DEPTH)
-    page = browser.new_page()
-    page.goto(server.address)
-    take_part(page, until="input[type=range]")
-    page.route("**/api/withdraw", lambda route: route.fulfill(status=409, json={"error": "The disk is full <b>."}))
-    page.click("#stop")
-    page.click("#stopping button:text-is('Stop, remove my answers')")
-    page.wait_for_selector("text=The disk is full <b>.")
-    page.close()
-    server.end()
-
-
 def test_texts_are_shown_and_never_run(browser: Browser, tmp_path: Path) -> None:
     (tmp_path / "consent.txt").write_text(
         "Consent <script>document.title='run'</script>\n\n<img src=x onerror=alert(1)>"
@@ -370,25 +330,6 @@ def test_texts_are_shown_and_never_run(browser: Browser, tmp_path: Path) -> None
     page.wait_for_selector("text=Nothing was recorded")
     assert not (tmp_path / "data").exists()
     page.close()
-    server.end()
-
-
-@pytest.mark.slow
-def test_the_experimenters_page_shows_who_has_begun(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, NECKER)
-    someone = browser.new_page()
-    someone.goto(server.address)
-    take_part(someone, until="#cube")
-    context = browser.new_context(http_credentials={"username": "experimenter", "password": server.password})
-    page = context.new_page()
-    page.goto(f"http://127.0.0.1:{server.port}/experimenter")
-    page.wait_for_selector("td:has-text('begun')")
-    page.on("dialog", lambda dialog: dialog.accept())
-    page.click("text=Stop")
-    page.wait_for_selector("td:has-text('stopped')")
-    someone.wait_for_selector("text=The session was stopped", timeout=30_000)
-    context.close()
-    someone.close()
     server.end()
 
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import LOOK, Server, chromium, step, take_part
+from chromium import LOOK, Server, step, take_part
 from participant import DEPTH, NECKER
 from playwright.sync_api import Browser, Error
 from test_browser import SCALES, journal, served
@@ -27,12 +26,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
 TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def keep(page: Any, name: str) -> None:
@@ -58,7 +51,7 @@ def go_on(page: Any, trials: int) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("task", TASKS)
+@pytest.mark.parametrize("task", ["ratio", "choice", "necker"])
 def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser, tmp_path: Path, task: str) -> None:
     server = served(
         tmp_path, TASKS[task].replace("least_break_s = 0.0", "least_break_s = 2.0") + "practice_rounds = 2\n"
@@ -124,6 +117,7 @@ def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path
     assert (noted["consent"]["version"], noted["consent"]["file"]) == ("2.1", "consent.txt")
 
 
+@pytest.mark.slow
 def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER)
     context = browser.new_context(**PHONE, is_mobile=True)  # type: ignore[arg-type]
@@ -165,45 +159,3 @@ def test_blocked_storage_and_no_javascript_are_said(
     finally:
         server.end()
     assert not (tmp_path / "data").exists()
-
-
-@pytest.mark.slow
-def test_a_hidden_refresh_rate_is_no_obstacle(browser: Browser, tmp_path: Path) -> None:
-    """As where a browser rounds its clock against fingerprinting: frames seem to come at one time."""
-    server = served(tmp_path, NECKER)
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.add_init_script("""{
-        const real = requestAnimationFrame;
-        globalThis.requestAnimationFrame = (act) => real((now) => act(100 * Math.round(now / 100)));
-    }""")
-    page.goto(server.address)
-    take_part(page)
-    page.close()
-    server.end()
-    log = read_journal(journal(tmp_path))
-    assert log.head["apparatus"]["refresh_hz"] is None
-    assert "refresh rate" in log.head["apparatus"]["clock"]
-    assert validate(tmp_path / "data").problems == ()
-
-
-@pytest.mark.slow
-def test_the_pointer_is_hidden_until_the_question(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, DEPTH)
-    page = browser.new_page(viewport={"width": 1280, "height": 800})
-    page.add_init_script("""addEventListener("DOMContentLoaded", () => {
-        globalThis.pointers = [];
-        const look = () => {
-            const picture = document.querySelector("#picture"), slider = document.querySelector("input[type=range]");
-            const kind = picture ? "picture" : slider ? "question" : null;
-            if (kind) pointers.push([kind, getComputedStyle(document.querySelector("#stage")).cursor]);
-            requestAnimationFrame(look);
-        };
-        look();
-    });""")
-    page.goto(server.address)
-    page.wait_for_function("globalThis.focalgradient")
-    go_on(page, 1)
-    found = {(kind, cursor == "none") for kind, cursor in page.evaluate("pointers")}
-    assert found == {("picture", True), ("question", False)}
-    page.close()
-    server.end()

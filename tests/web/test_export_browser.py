@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import chromium, take_part
+from chromium import take_part
 from click.testing import CliRunner
 from participant import DEPTH, NECKER, Participant, client_of, make_set, study
 from platform_stub import Platform, platform
@@ -21,12 +21,6 @@ from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as made:
-        yield made
 
 
 def run(*words: object, code: int = 0) -> str:
@@ -160,17 +154,6 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
     found = read_journal(journal(tmp_path / "data", "003"))
     assert any(event["presses"] for event in found.of("trial"))
     assert len(found.of("resumed")) == 1
-
-
-@pytest.mark.slow
-def test_what_a_platform_refuses_is_said_at_the_beginning(browser: Browser, tmp_path: Path) -> None:
-    bundle = exported(tmp_path, NECKER, "--datapipe", "wrong")
-    with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:
-        take_part(page, until="[role=alert]", name="refused")
-        assert "There is no such experiment" in page.inner_text("body")
-        page.goto(f"{stub.address}/datapipe.html?participant=9")
-        page.wait_for_selector("text=give 002 to 004")
-        assert stub.files == {}
 
 
 @pytest.mark.slow

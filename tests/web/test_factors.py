@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -90,22 +89,6 @@ def test_each_level_shows_its_own_picture_and_the_report_compares_levels(tmp_pat
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
     report = make_report(tmp_path / "data")
     assert "weather" in report.files["results.csv"].decode()
-
-
-def test_a_block_of_a_factor_begins_with_its_page(tmp_path: Path) -> None:
-    study = made(tmp_path, FACTOR + 'order = "blocked"\n')
-    with client_of(study) as client:
-        someone = Participant(client)
-        someone.begin()
-        around = []
-        for number in range(len(someone.trials)):
-            around.append(someone.entry(number)["before" if number else "first"])
-            assert someone.answer(number).status_code == 200
-        pages = ["".join(step["text"] for step in steps) for steps in around]
-        levels = [trial.factors["weather"] for trial in study.design.trials("001")]
-    named = [f"weather: {level}" in page for page, level in zip(pages, levels, strict=True)]
-    assert named == [True, *(now != before for before, now in pairwise(levels))]
-    assert sum(named) >= 2
 
 
 @pytest.mark.parametrize(

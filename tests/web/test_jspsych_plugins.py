@@ -7,8 +7,6 @@ import functools
 import importlib.util
 import json
 import os
-import shutil
-import subprocess
 import sys
 import threading
 import time
@@ -222,76 +220,3 @@ def test_what_is_shown_is_the_stimulus_to_the_8_bit_step(site: tuple[browser.Bro
     times, focus = np.array(live["changes"]).T
     assert len(times) > 5
     assert np.abs(focus - (0.5 + times / 1000)).max() < 1e-3
-
-
-SIMULATED = """
-import { initJsPsych } from "jspsych";
-import { FocalBlur, FocalCube, focalDistance, FocalPicture } from "@focalgradient/jspsych";
-const jsPsych = initJsPsych();
-const blur = { type: FocalBlur, stimulus: "series/focus.json" };
-await jsPsych.simulate([
-  focalDistance(jsPsych),
-  { type: FocalPicture, stimulus: "picture.png", choices: ["a", "b"], stimulus_duration: 300 },
-  { ...blur, adjustable: true },
-  { ...blur, adjustable: true, simulation_options: { data: { focus: 1.25 } } },
-  { ...blur, focus: 1.2, choices: ["c"] },
-  { type: FocalCube, trial_duration: 2500, keys: { f: "rigid", j: "nonrigid" } },
-], "MODE");
-"""
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("mode", ["data-only", "visual"])
-def test_plugins_simulate(site: tuple[browser.Browser, str, Path], mode: str) -> None:
-    page = open_timeline(site, SIMULATED.replace("MODE", mode), f"simulated-{mode}")
-    page.wait("window.done")
-    rows = page.js("window.done")
-    kinds = [row["trial_type"] for row in rows]
-    assert kinds[-5:] == ["focal-picture", *["focal-blur"] * 3, "focal-cube"]
-    picture, adjusted, fixed, blur, cube = rows[-5:]
-    assert picture["response"] in ("a", "b")
-    assert blur["response"] == "c"
-    assert all(row["rt"] > 0 for row in (picture, adjusted, blur))
-    assert 0.5 <= adjusted["focus"] <= 2.5
-    assert fixed["focus"] == pytest.approx(1.25)
-    assert blur["focus"] == pytest.approx(1.2)
-    assert cube["viewing_distance_mm"] == 500
-    assert cube["held"]["rigid"] > 0
-    assert sum(cube["held"].values()) <= 2.6
-    assert cube["seconds"] == pytest.approx(2.5, abs=0.2)
-    assert all(down in (True, False) and 0 <= at <= 2.6 for at, _, down in cube["presses"])
-
-
-@pytest.mark.slow
-def test_without_what_set_up_makes_the_build_says_what_it_needs(tmp_path: Path) -> None:
-    folder = tmp_path / "plugins" / "jspsych"
-    folder.mkdir(parents=True)
-    shutil.copy(PLUGINS / "build.py", folder)
-    words = [sys.executable, "-I", "-S", str(folder / "build.py")]
-    ran = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert ran.returncode == 1
-    assert ran.stderr.startswith("The plugins cannot be bundled (No module named")
-    assert "run 'make' in the checkout" in ran.stderr
-    assert ran.stderr.count("\n") == 1
-
-
-def test_the_package_holds_what_it_declares(tmp_path: Path) -> None:
-    npm = shutil.which("npm")
-    if npm is None:
-        pytest.skip("npm is not installed")
-    copy = tmp_path / "jspsych"
-    shutil.copytree(PLUGINS, copy, ignore=shutil.ignore_patterns("node_modules", "build", "dist"))
-    made = build()
-    made.bundle(copy / "dist")
-    done = subprocess.run(
-        [npm, "pack", "--ignore-scripts", "--json", "--offline"], cwd=copy, capture_output=True, text=True, check=True
-    )
-    names = {one["path"] for one in json.loads(done.stdout)[0]["files"]}
-    package = json.loads((copy / "package.json").read_text("utf-8"))
-    declared = {package["main"], package["types"], package["unpkg"], package["exports"]["."]["import"]}
-    assert {name.removeprefix("./") for name in declared} <= names
-    assert {"CITATION.cff", "LICENSE", "README.md", "docs/focal-blur.md", "examples/timeline.js"} <= names
-    for name in ("dist/index.js", "dist/index.cjs"):
-        text = (copy / name).read_text("utf-8")
-        assert "jspsych" in text
-        assert str(PLUGINS.parents[1]) not in text

@@ -25,6 +25,7 @@ def presses(keys: dict[str, str], draws: np.random.Generator) -> list[list[Any]]
     return [[0.0, one, True], [change, one, False], [change, other, True]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("task", [pytest.param("depthrating", marks=pytest.mark.slow), "necker"])
 def test_places_are_a_factor_and_screens_have_errors(tmp_path: Path, task: str) -> None:
     made = study(tmp_path, DEPTH.replace("catch_trials = 3", "catch_trials = 0") if task == "depthrating" else NECKER)

@@ -9,10 +9,6 @@ from pathlib import Path
 import pytest
 from chromium import Server, chromium, take_part
 from extended import ROOT, build, command
-from participant import make_set
-from test_adaptive import THRESHOLD
-
-from focalgradient.dataset import read_dataset, validate
 
 ALSO = """[also.interest]
 question = "How interesting was it?"
@@ -21,24 +17,6 @@ steps = true
 """
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
-
-
-@pytest.mark.slow
-def test_blur_thresholds_are_served(tmp_path: Path) -> None:
-    make_set(tmp_path / "set", ["spheres-01"], size=(320, 241))
-    (tmp_path / "design.toml").write_text(THRESHOLD + 'language = "de"\n')
-    server = Server(tmp_path, 0)
-    server.start("--invite", 1)
-    with chromium() as browser:
-        page = browser.new_page(viewport={"width": 1024, "height": 768})
-        page.goto(server.address)
-        seen = take_part(page, name="threshold")
-    assert server.end() == 0
-    assert any("Welches der beiden war unschärfer?" in text for text in seen)
-    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
-    table = read_dataset(tmp_path / "data").blur_threshold
-    assert (table["answer"] == 1).all()  # by the left arrow
-    assert table["level"].nunique() > 2
 
 
 @pytest.mark.slow

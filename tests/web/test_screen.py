@@ -36,12 +36,6 @@ def test_a_perfect_participant_is_found_where_they_sit() -> None:
     assert found.distance_sd_m == pytest.approx(distance * math.hypot(0.074, 0.5 / 85.6), rel=1e-9)
 
 
-def test_presses_before_the_ball_has_moved_are_no_distance() -> None:
-    found = measure(320.0, [10.0, -5.0], 60.0)
-    assert found.distance_m is None
-    assert found.distance_sd_m is None
-
-
 @pytest.mark.parametrize("gamma", [1.8, 2.2, 2.6])
 def test_two_standard_errors_of_a_matched_gamma_cover_nineteen_of_twenty(gamma: float) -> None:
     draws = np.random.default_rng(8)

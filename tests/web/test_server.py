@@ -17,7 +17,6 @@ import pandas as pd
 import participant
 import pytest
 from click.testing import CliRunner
-from databases import FOUND, Cluster, cluster
 from fuzz_server import run
 from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
 from starlette.testclient import TestClient
@@ -32,21 +31,7 @@ from focalgradient.web import Consent, Lists, People, Study, check_page
 from focalgradient.web import store as stores
 from focalgradient.web import study as studies
 
-
-@pytest.fixture(scope="module")
-def databases() -> Iterator[Cluster]:
-    if FOUND is None:
-        pytest.skip("PostgreSQL is missing: install the Debian package postgresql")
-    with cluster() as made:
-        yield made
-
-
-@pytest.fixture(params=["folder", "postgresql"], autouse=True)
-def store(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Every test runs with both stores."""
-    if request.param == "postgresql":
-        monkeypatch.setattr(participant, "DATABASE", [request.getfixturevalue("databases").address()])
-    return str(request.param)
+pytestmark = pytest.mark.usefixtures("store")
 
 
 @pytest.fixture
@@ -174,24 +159,6 @@ def test_a_server_killed_after_the_last_answer_leaves_the_table_to_the_next(tmp_
 def journal_of(made: Study) -> Path:
     """Of the first participant of a study."""
     return next(made.data.rglob("sub-*.jsonl"))
-
-
-@pytest.mark.parametrize("store", ["folder"], indirect=True)  # the database's lines stand
-def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    made = study(tmp_path)
-    someone = Participant(TestClient(client_of(made).app))
-    someone.begin()
-    someone.answer(0)
-    made.close()
-    path = journal_of(made)
-    path.write_bytes(b"no journal\n" + path.read_bytes())
-    with client_of(study(tmp_path)) as second:
-        answer = Participant(second, someone.token).ask("state")
-    assert answer.status_code == 400
-    assert answer.json() == {"error": "The study cannot continue: tell the person who gave you the link."}
-    assert str(path) in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("store", ["folder"], indirect=True)  # a database has whole lines only
@@ -562,11 +529,6 @@ def test_links_belong_to_one_server_and_are_whole(tmp_path: Path) -> None:
         People(path)
 
 
-def test_what_cannot_be_run_in_a_browser_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="run it in the laboratory"):
-        study(tmp_path, 'task = "pinhole"\n')
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 def test_an_attacker_changes_nothing(tmp_path: Path, seed: int) -> None:
     (tmp_path / "study").mkdir()
@@ -584,14 +546,6 @@ def test_data_belong_to_one_server_whatever_its_links(tmp_path: Path) -> None:
     first.close()
     assert sorted(path.name for path in tmp_path.iterdir()) == ["same"]
     People(tmp_path / "two.jsonl", data=tmp_path / "data").close()
-
-
-def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
-    for content in (b"notes without an end of line", b"notes\nof somebody", bytes(range(256))):
-        (tmp_path / "notes").write_bytes(content)
-        with pytest.raises(InputError, match=r"notes.* line \d"):
-            People(tmp_path / "notes")
-        assert (tmp_path / "notes").read_bytes() == content
 
 
 def test_a_link_that_a_kill_cut_short_is_dropped(tmp_path: Path) -> None:
@@ -679,3 +633,29 @@ def test_a_choice_is_recorded_as_its_scale_defines_answers(
         )
     (journal,) = (tmp_path / "data").glob("sourcedata/**/*.jsonl")
     assert {event["rating"] for event in read_journal(journal).of("trial")} == {recorded}
+
+
+@pytest.mark.parametrize("store", ["folder"], indirect=True)  # the database's lines stand
+def test_messages_with_names_of_the_servers_files_reach_the_experimenter_only(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    made = study(tmp_path)
+    someone = Participant(TestClient(client_of(made).app))
+    someone.begin()
+    someone.answer(0)
+    made.close()
+    path = journal_of(made)
+    path.write_bytes(b"no journal\n" + path.read_bytes())
+    with client_of(study(tmp_path)) as second:
+        answer = Participant(second, someone.token).ask("state")
+    assert answer.status_code == 400
+    assert answer.json() == {"error": "The study cannot continue: tell the person who gave you the link."}
+    assert str(path) in capfd.readouterr().err
+
+
+def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
+    for content in (b"notes without an end of line", b"notes\nof somebody", bytes(range(256))):
+        (tmp_path / "notes").write_bytes(content)
+        with pytest.raises(InputError, match=r"notes.* line \d"):
+            People(tmp_path / "notes")
+        assert (tmp_path / "notes").read_bytes() == content

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import participant
 import pytest
-from databases import FOUND, Cluster, cluster
 from participant import PASSWORD, SITTING, Participant, client_of, study
 from starlette.testclient import TestClient
 
 from focalgradient.dataset import read_journal
+
+pytestmark = pytest.mark.usefixtures("store")
 
 DOCS = Path(__file__).parents[2] / "docs" / "web.md"
 IDENTIFIER = {"PROLIFIC_PID": "5f1e4c0d9b", "id": "1"}
@@ -40,20 +41,6 @@ CELLS = cells()
 def test_the_table_has_every_actor_and_act() -> None:
     assert {column for _, column, _ in CELLS} == set(ACTS)
     assert {row for row, _, _ in CELLS} == set(ACTORS)
-
-
-@pytest.fixture(scope="module")
-def databases() -> Iterator[Cluster]:
-    if FOUND is None:
-        pytest.skip("PostgreSQL is missing: install the Debian package postgresql")
-    with cluster() as made:
-        yield made
-
-
-@pytest.fixture(params=["folder", "postgresql"], autouse=True)
-def store(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    if request.param == "postgresql":
-        monkeypatch.setattr(participant, "DATABASE", [request.getfixturevalue("databases").address()])
 
 
 class Actor:

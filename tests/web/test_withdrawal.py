@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import participant
 import pytest
 from click.testing import CliRunner
-from databases import FOUND, Cluster, cluster
+from databases import Cluster
 from participant import NECKER, PASSWORD, Participant, client_of, kept_in, study
 from starlette.testclient import TestClient
 
@@ -24,14 +23,6 @@ from focalgradient.web import People
 PLATFORM = {"PROLIFIC_PID": "5f1e4c0d9b", "SESSION_ID": "session-17", "STUDY_ID": "study-4"}
 TRIALS = 8
 """Of a session of `NECKER`."""
-
-
-@pytest.fixture(scope="module")
-def databases() -> Iterator[Cluster]:
-    if FOUND is None:
-        pytest.skip("PostgreSQL is missing: install the Debian package postgresql")
-    with cluster() as made:
-        yield made
 
 
 @pytest.fixture

@@ -139,6 +139,15 @@ class Watched(metaclass=OpenRecord):
         _finite(self, "onset")
         percepts(self.presses, {}, self.trial_duration)
 
+    def share_held(self, keys: Mapping[str, str], percept: str) -> float:
+        """Return the share of the trial for which only the key of a percept was held; `keys` by percept.
+
+        >>> Watched(onset=0.0, presses=[Press(1.0, "f", True)], trial_duration=4.0).share_held({"rigid": "f"}, "rigid")
+        0.75
+        """
+        seen = percepts(self.presses, keys, self.trial_duration)
+        return sum(part.end - part.onset for part in seen if part.percept == percept) / self.trial_duration
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Chosen(metaclass=OpenRecord):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
-from focalgradient.design.necker import NeckerDesign, NeckerTrial
+from focalgradient.design.necker import Gradient, NeckerDesign, NeckerTrial
 from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
 from focalgradient.design.words import Words
 
@@ -47,9 +48,9 @@ class CubePages:
 
     def after(self, trial: NeckerTrial) -> tuple[Page, ...]:
         """Return the feedback on practice; ``{share}`` is the percentage of time for which the correct key was held."""
-        if trial.phase != "practice" or trial.shape == "ambiguous":
+        if trial.phase != "practice" or trial.is_ambiguous:
             return ()
-        key = self.design.keys_of(self.participant)[trial.shape].upper()
+        key = self.design.keys_of(self.participant)[cast("Gradient", trial.shape)].upper()
         shape = self.words(f"necker.{trial.shape}")
         return (Page("feedback", self.words("necker.feedback", shape=shape, key=key, share="{share}")),)
 

@@ -23,9 +23,6 @@ Direction = Literal["right", "left"]
 Shape = Literal["ambiguous", "rigid", "nonrigid"]
 """Rotating object: the ambiguous wireframe cube, or an unambiguous example."""
 
-LEAST_HELD = 0.5
-"""Minimum fraction of a practice trial for which the correct key must be held (our choice)."""
-
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
 
 
@@ -55,6 +52,11 @@ class NeckerTrial(Trial):
     def condition(self) -> tuple[Hashable, ...]:
         """Object, blur gradient and direction of rotation."""
         return (self.shape, self.gradient, self.strength, self.direction)
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """True for the wireframe cube, which has no correct percept."""
+        return self.shape == "ambiguous"
 
 
 class NeckerDesign(Plan):
@@ -100,6 +102,7 @@ class NeckerDesign(Plan):
     turns_per_s: Annotated[float, Field(gt=0, le=2, description="a number above 0 and up to 2, like 0.125")] = 0.125
     line_width_deg: Annotated[float, Field(gt=0, le=2, description="a number of degrees above 0 and up to 2")] = 0.05
 
+    blank_s: ClassVar[float] = 0.0
     shortened: ClassVar = {
         "repetitions": 1,
         "strengths_mm": 1,

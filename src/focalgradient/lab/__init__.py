@@ -7,7 +7,7 @@ PsychoPy (extra ``lab``), and it is imported only when a window is opened.
 
 from collections.abc import Iterator, Mapping
 
-from focalgradient.lab import gaze_focus, necker, pinhole
+from focalgradient.lab import gaze_focus, pinhole
 from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.described import described_experiment, show_described
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
@@ -34,7 +34,6 @@ __all__ = [
     "described_experiment",
     "form",
     "gaze_focus",
-    "necker",
     "pages",
     "pinhole",
     "run",

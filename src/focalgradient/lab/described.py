@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import partial
 from inspect import cleandoc
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.dataset import Noted
+from focalgradient.dataset import Noted, Press
 from focalgradient.design.rating_pages import standard_text
+from focalgradient.design.sequence import Page
+from focalgradient.display import Display
+from focalgradient.errors import InputError
 from focalgradient.lab.adjusting import adjust
-from focalgradient.lab.experiment import GREY, Experiment, Sitting
+from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import ask
+from focalgradient.scales import Held
 from focalgradient.tasks import Task
 from focalgradient.tasks.noted import noted_start, with_noted
-from focalgradient.tasks.steps import BLANK_S, Step, pauses
+from focalgradient.tasks.steps import BLANK_S, Step, control_of, judged, pauses, steps_of
 
 __all__ = ["described_experiment", "show_described"]
 
@@ -29,11 +34,21 @@ def described_experiment(task: Task) -> Experiment:
         about=cleandoc(type(task).__doc__ or task.title),
         trial=trial,
         pictures=task.needed,
-        background=GREY,
+        check=_check_keys,
+        background=task.background,
         before=partial(_warm_up, task),
         standard=_show_standard,
-        right=lambda sitting, trial, answer: task.right(sitting.design, trial, answer),
+        right=lambda sitting, trial, answer: judged(task, sitting.design, trial, answer, sitting.participant)[0],
     )
+
+
+def _check_keys(design: Any, display: Display, room: tuple[int, int]) -> None:
+    """Raise `InputError` if a key of the design is unknown."""
+    from focalgradient.lab.screen import key_names
+
+    for key in getattr(design, "keys", ()):
+        if key not in key_names():
+            raise InputError(f"keys has {key!r}, but must name keys of a keyboard, such as 'f', 'left' or 'space'.")
 
 
 def _warm_up(task: Task, sitting: Sitting) -> None:
@@ -54,33 +69,85 @@ def _show_standard(sitting: Sitting) -> None:
 
 
 def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
-    """Run one trial as its task describes it, after the standard if it is due; return the answer."""
-    if getattr(trial, "standard_before", False):
-        _show_standard(sitting)
-    return _adjusted(task, sitting, trial) if task.adjusts else _asked(task, sitting, trial)
+    """Run one trial as its task describes it, between the pages that belong to it; return the answer."""
+    answer = _adjusted(task, sitting, trial) if task.adjusts else _asked(task, sitting, trial)
+    share = judged(task, sitting.design, trial, answer, sitting.participant)[1] if sitting.after else None
+    for page in sitting.after:
+        text = page.text if share is None else page.text.replace("{share}", f"{100 * share:.0f}")
+        pages(sitting.screen, [text], page.event)
+    return answer
+
+
+def _lead(sitting: Sitting, labels: Sequence[Any] = ()) -> None:
+    """Show the pages directly before a trial, and the standard if it is due; `labels`: those of held keys."""
+    for step in sitting.lead:
+        if not isinstance(step, Page):
+            _show_standard(sitting)
+        elif labels:
+            _wait_ready(sitting, step, labels)
+        else:
+            pages(sitting.screen, [step.text], step.event)
+
+
+def _wait_ready(sitting: Sitting, page: Page, labels: Sequence[Any]) -> None:
+    """Show a page above the labels of held keys, as they are during the trial, until the space bar is pressed."""
+    screen = sitting.screen
+    title, *lines = page.text.split("\n")
+    parts = [screen.text(title, height=0.05, y=0.1, bold=True)]
+    parts += [screen.text(line, y=-0.1 * number) for number, line in enumerate(lines)]
+    screen.wait(lambda: [part.draw() for part in (*parts, *labels)], ["space"], page.event)
+
+
+def _labels(sitting: Sitting, control: Any) -> list[Any]:
+    """Return the labels of held keys, each on the side of its key; empty for other controls."""
+    if not isinstance(control, Held):
+        return []
+    step = 0.6 / max(len(control.keys) - 1, 1)
+    return [
+        sitting.screen.text(f"{key.upper()}   {label}", height=0.028, x=-0.3 + step * number, y=-0.46)
+        for number, (key, label) in enumerate(zip(control.keys, control.labels, strict=True))
+    ]
 
 
 class _Shown(NamedTuple):
     """Step with its drawable parts; `place` is that of the mark, in px from the screen's centre, x right and y up."""
 
     step: Step
-    image: Any
+    images: Sequence[Any]
     place: tuple[float, float] | None
     mark: Any
     mask: Any
 
-    def draw(self, since: float) -> None:
-        """Draw the picture."""
-        self.image.draw()
-        if self.step.mark_kept:
-            self.mark.draw()
+    def draw(self, frame_s: float, labels: Sequence[Any], since: float) -> None:
+        """Draw the picture, or the frame of a film, with the labels of held keys."""
+        self.images[round(since / frame_s) % len(self.images)].draw()
+        for part in (*([self.mark] if self.step.mark_kept else []), *labels):
+            part.draw()
+
+
+def _film(sitting: Sitting, frames: Iterator[Any]) -> list[Any]:
+    """Upload the frames of a film to the graphics card."""
+    screen, film = sitting.screen, list[Any]()
+    moment = screen.text(sitting.words("common.moment"), height=0.026, y=-0.42)
+    for number, pixels in enumerate(frames):
+        if number % 10 == 0:  # redraw the screen and respond to ESC
+            moment.draw()
+            screen.frame()
+            screen.stop_if_asked(screen.keys.events())
+        film.append(screen.picture(pixels, recorded=False))
+        screen.warm(film[-1])
+    return film
 
 
 def _shown(task: Task, sitting: Sitting, trial: Any) -> list[_Shown]:
     """Load the parts of a trial's steps."""
     screen, made = sitting.screen, []
-    given = (trial, screen.display.pixels_per_degree, sitting.noise_seed(trial), sitting.stimuli)
-    for step in task.steps(sitting.design, *given):
+    known: dict[str, Any] = {"seed": sitting.noise_seed(trial), "stimuli": sitting.stimuli}
+    known |= {"display": screen.display, "refresh_hz": 1 / screen.frame_s}
+    for step in steps_of(task, sitting.design, trial, screen.display.pixels_per_degree, **known):
+        if isinstance(step.picture, Iterator):
+            made.append(_Shown(step, _film(sitting, step.picture), None, None, None))
+            continue
         pixels = step.picture if isinstance(step.picture, np.ndarray) else sitting.pixels(step.picture)
         place = mark = mask = None
         if step.mark is not None:
@@ -89,52 +156,73 @@ def _shown(task: Task, sitting: Sitting, trial: Any) -> list[_Shown]:
             mark = screen.fixation(*place)
         if step.mask is not None and step.mask_s:
             mask = screen.picture(step.mask, recorded=False)
-        made.append(_Shown(step, screen.picture(pixels), place, mark, mask))
+        made.append(_Shown(step, [screen.picture(pixels)], place, mark, mask))
     return made
 
 
 def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
     screen, design = sitting.screen, sitting.design
+    control = control_of(task, design, sitting.words, planned, sitting.participant)
+    labels = _labels(sitting, control)
     trials, parts = list[Any](), list[_Shown]()
 
     def prepare() -> None:  # during the pause: making pictures takes longer than a frame
         trials.append(task.adapted(design, planned, sitting.recorded))
         parts.extend(_shown(task, sitting, trials[0]))
-        screen.warm(*(one for part in parts for one in (part.image, part.mark, part.mask) if one is not None))
+        still = [part for part in parts if not isinstance(part.step.picture, Iterator)]
+        if still:
+            drawn = (one for part in still for one in (*part.images, part.mark, part.mask))
+            screen.warm(*(one for one in drawn if one is not None))
 
     pause, _ = pauses(design)
-    screen.empty(pause, "pause", prepare) if pause else prepare()
+    if not pause:
+        prepare()
+    _lead(sitting, labels)
+    if pause:
+        screen.empty(pause, "pause", prepare)
+    presses: list[Press] | None = [] if isinstance(control, Held) else None
+    value: Any
     recorder = sitting.recorder
     if recorder is not None:
         recorder.begin()
     try:
-        onsets = [_show(sitting, part) for part in parts]
+        times = [_show(sitting, part, labels, presses) for part in parts]
     finally:
         sitting.taken = None if recorder is None else recorder.end()
-    given = ask(screen, task.asked(design, sitting.words, trials[0]))
-    noted = noted_start(given.start)
+    onset = next(time for (time, _), part in zip(times, parts, strict=True) if part.step.judged)
+    if isinstance(control, Held) and presses is not None:
+        presses += screen.keys.events()  # those of the last frame
+        mine = sorted(Press(time - onset, key, down) for time, key, down in presses if key in control.keys)
+        value, seconds, start = mine, times[-1][1] - onset, None
+    else:
+        question = control_of(task, design, sitting.words, trials[0], sitting.participant)
+        assert not isinstance(question, Held)
+        given = ask(screen, question)
+        value, seconds, start = given.value, given.seconds, given.start
+    noted = noted_start(start)
     if sitting.taken is not None:
         away = sitting.taken.away
         noted |= {"gaze_away": Noted(away), "gaze_left": Noted(away is None or away > design.gaze_within_deg)}
-    onset = next(time for time, part in zip(onsets, parts, strict=True) if part.step.judged)
-    times = {"onset": sitting.since_start(onset), "response_time": given.seconds}
-    answer = task.answered(design, trials[0], given.value, **times, **task.stimulus(design, trials[0], sitting.stimuli))
+    when = {"onset": sitting.since_start(onset), "response_time": seconds}
+    answer = task.answered(design, trials[0], value, **when, **task.stimulus(design, trials[0], sitting.stimuli))
     return with_noted(answer, noted)
 
 
-def _show(sitting: Sitting, part: _Shown) -> float:
-    """Show the mark, picture, mask and blank of a step; return the picture's onset on the screen's clock."""
+def _show(
+    sitting: Sitting, part: _Shown, labels: Sequence[Any] = (), presses: list[Press] | None = None
+) -> tuple[float, float]:
+    """Show the mark, picture, mask and blank of a step; return the picture's onset and end on the screen's clock."""
     screen, step = sitting.screen, part.step
     if part.mark is not None and step.mark_s:
         screen.play(partial(_draw, part.mark), step.mark_s, "mark", lit=False)
-    onset = screen.play(part.draw, step.seconds, step.event)
+    pressed: dict[str, Any] = {} if presses is None else {"presses": presses}
+    onset = screen.play(partial(part.draw, screen.frame_s, labels), step.seconds, step.event, **pressed)
     if sitting.recorder is not None and part.place is not None:
         sitting.recorder.shown(onset, onset + step.seconds, part.place)
     if part.mask is not None:
         screen.play(partial(_draw, part.mask), step.mask_s, "mask", lit=False)
     _, blank = pauses(sitting.design)
-    screen.empty(blank, "off")
-    return onset
+    return onset, screen.empty(blank, "off")
 
 
 def _draw(part: Any, since: float) -> None:
@@ -143,6 +231,7 @@ def _draw(part: Any, since: float) -> None:
 
 def _adjusted(task: Task, sitting: Sitting, planned: Any) -> Any:
     screen, design = sitting.screen, sitting.design
+    _lead(sitting)
     trial = task.adapted(design, planned, sitting.recorded)
     asked = task.adjustment(design, sitting.words, trial, screen.display.pixels_per_degree)
     views = [(screen.refocused(one.series, one.pos), one.focus) for one in asked.views]

@@ -17,6 +17,7 @@ from focalgradient.stimuli import Picture, StimulusSet
 from focalgradient.tasks.noted import noted_start
 
 if TYPE_CHECKING:
+    from focalgradient.design.sequence import Page, Standard
     from focalgradient.design.words import Words
     from focalgradient.lab.gaze import Recorder, Taken
     from focalgradient.lab.screen import Screen
@@ -113,6 +114,8 @@ class Sitting:
         Errors since then in code supplied by the laboratory: where, and the error.
     levels
         Levels of the blocked factors in the current block.
+    lead, after
+        Pages directly before and after the current trial, and the standard if it is due.
     recorded
         Trials recorded so far with their answers, including those of earlier sittings.
     procedure
@@ -139,6 +142,8 @@ class Sitting:
     first: int = 0
     failures: list[tuple[str, str]] = field(default_factory=list)
     levels: dict[str, str] = field(default_factory=dict)
+    lead: Sequence[Page | Standard] = ()
+    after: Sequence[Page] = ()
     recorded: Sequence[Mapping[str, Any]] = ()
     procedure: Any = None
     recorder: Recorder | None = None

@@ -331,7 +331,7 @@ class _Walk:
         if not (self._prepared or instructions):
             self._prepare()
         if isinstance(step, Turn):
-            self._turn(step.trial)
+            self._turn(step)
         elif isinstance(step, Repeat):
             self._repeat(step)
         elif isinstance(step, Standard):
@@ -367,10 +367,10 @@ class _Walk:
         each = (sitting.screen.now() - self._began) / self._counted if self._counted else 10.0
         return max(1, round(left * each / 60))
 
-    def _turn(self, trial: Trial) -> None:
-        sitting, session = self._sitting, self._session
+    def _turn(self, turn: Turn) -> None:
+        sitting, session, trial = self._sitting, self._session, turn.trial
         sitting.next, sitting.recorded = trial, session.recorded
-        answer = _timed(self._experiment, sitting, session, trial)
+        answer = _timed(self._experiment, sitting, session, turn)
         _note_events(sitting, session)
         _note_gaze(sitting, session, trial)
         session.record(trial, answer)
@@ -398,7 +398,7 @@ class _Walk:
             _uninterrupted(partial(self._page, repeat.again))
             repeated = []
             for turn in repeat.turns:
-                answer = _timed(experiment, sitting, session, turn.trial, number + 1)
+                answer = _timed(experiment, sitting, session, turn, number + 1)
                 session.note("practice again", round=number + 1, trial=asdict(turn.trial), answer=answer_event(answer))
                 _note_events(sitting, session)
                 sitting.shown = None
@@ -414,8 +414,9 @@ def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
             return shown()
 
 
-def _timed(experiment: Experiment, sitting: Sitting, session: Session, trial: Trial, round: int = 1) -> Answer:
+def _timed(experiment: Experiment, sitting: Sitting, session: Session, turn: Turn, round: int = 1) -> Answer:
     """Run a trial; repeat it if the wall clock drifted from the monotonic clock meanwhile."""
+    trial, sitting.lead, sitting.after = turn.trial, turn.lead, turn.after
     sitting.begin(trial)
     noted = dict(sitting.noted)  # before the trial
 

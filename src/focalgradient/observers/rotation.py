@@ -43,7 +43,7 @@ UNAMBIGUOUS = 4.0
 
 def encoded_cubes(design: NeckerDesign, executor: Executor | None = None) -> EncodedCubes:
     """Encode the cube of a design in all conditions, in parallel if there is an executor."""
-    shown = {_condition(trial): trial for trial in design.trials("01") if trial.shape == "ambiguous"}
+    shown = {_condition(trial): trial for trial in design.trials("01") if trial.is_ambiguous}
     jobs = [(cube_of(design, trial.direction), trial.gradient, trial.strength) for trial in shown.values()]
     encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
     return dict(zip(shown, encoded, strict=True))
@@ -127,7 +127,7 @@ def log_odds(design: NeckerDesign, trial: NeckerTrial, encoded: EncodedCubes, ob
     `response`, where the error is 1, an amplitude b from blur has the log likelihood ratio 2 response(b) response(A).
     Nothing is discounted, as the layout specifies neither order. Errors at single places average out within a trial.
     """
-    if trial.shape != "ambiguous":
+    if not trial.is_ambiguous:
         return UNAMBIGUOUS if trial.shape == "rigid" else -UNAMBIGUOUS
     stimulus = encoded[_condition(trial)]
     along = blur_amplitude(blur_depth(stimulus, observer), stimulus.depth, replace(observer, discounting=0.0))

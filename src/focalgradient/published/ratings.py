@@ -68,7 +68,7 @@ def nonrigid_change(observer: Observer) -> Prediction:
         keys = {str(reading): key for reading, key in design.keys_of(_label(person)).items()}
         shares: dict[tuple[str, float], list[float]] = {}
         for trial, answer in zip(design.trials(_label(person)), answers, strict=True):
-            if trial.phase == "main" and trial.shape == "ambiguous":
+            if trial.phase == "main" and trial.is_ambiguous:
                 held = {"rigid": 0.0, "nonrigid": 0.0}
                 for seen in percepts(answer.presses, keys, answer.trial_duration):
                     if seen.percept in held:

@@ -30,7 +30,7 @@ from focalgradient.statistics.detection import (
 )
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
-from focalgradient.statistics.questions import Answer, stated
+from focalgradient.statistics.questions import Answer, less, stated
 
 __all__ = ["DetectionPart"]
 
@@ -172,7 +172,7 @@ class DetectionPart(Part):
                 yield stated(f"mean {what}", condition, mean, "main", n=count, headline=head)
         first = next(iter(self.group.d_prime))
         for condition, test in zip(self.group.differences, family(self.group.differences.values()), strict=True):
-            yield stated("difference of d′", f"{condition} less {first}", test, "main")
+            yield stated("difference of d′", less(condition, first), test, "main")
         for (person, condition), one in self.group.people.items():
             level = ", ".join(filter(None, [person, condition]))
             for what, outcome in (("d′", one.d_prime), ("criterion c", one.criterion)):

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["Control", "Scale", "Steps", "Ways"]
+__all__ = ["Control", "Held", "Scale", "Steps", "Ways"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,4 +190,21 @@ class Ways:
         return {"kind": "choice", "question": self.question, "ways": list(self.ways)}
 
 
+@dataclass(frozen=True, slots=True)
+class Held:
+    """Keys held while the pictures of a trial are shown; their presses and releases are the answer.
+
+    Parameters
+    ----------
+    keys
+        Names of the keys, from left to right.
+    labels
+        Meaning of each, shown below the pictures beside its key.
+    """
+
+    keys: tuple[str, ...]
+    labels: tuple[str, ...]
+
+
 Control = Scale | Steps | Ways
+"""Control of a question."""

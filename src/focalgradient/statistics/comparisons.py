@@ -21,7 +21,17 @@ from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_na
 from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, SECONDARY, Answers, Question, Test, stated, tested
+from focalgradient.statistics.questions import (
+    HERE,
+    NO_ANSWERS,
+    SECONDARY,
+    Answers,
+    Question,
+    Test,
+    less,
+    stated,
+    tested,
+)
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of, rating_table
@@ -126,7 +136,7 @@ class ComparisonResult:
             lines.append(line(f"{slope}, {name} in focus", change))
             if self.analysis.alike is not None:
                 lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
-        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
+        pairs = [(f"difference, {less(*pair)}", test) for pair, test in self.differences.items()]
         return "\n".join([*lines, *(line(*one) for one in pairs or [("difference", self.interaction)])])
 
 
@@ -224,7 +234,7 @@ def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Que
 
     def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
         compared = analysis.compares_slopes
-        return {f"{one} less {other}": difference(of[one], of[other]) if compared else CHOICES for one, other in pairs}
+        return {less(*pair): difference(*(of[name] for name in pair)) if compared else CHOICES for pair in pairs}
 
     def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
         alike = analysis.alike

@@ -12,7 +12,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect
 from focalgradient.statistics.own_factors import welch
-from focalgradient.statistics.questions import Answer, stated
+from focalgradient.statistics.questions import Answer, less, stated
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["ConditionTest", "answers_of_tests", "condition_tests", "level_text", "planned_tests", "subject_effects"]
@@ -53,7 +53,7 @@ class ConditionTest:
         answer = f"log {self.answer}" if self.log else self.answer
         if self.level is None:
             return f"slope of {answer} on {self.factor}"
-        return f"{answer}, {self.factor} {self.level} less {self.against}"
+        return f"{answer}, {self.factor} {less(self.level, self.against)}"
 
 
 def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[object]]) -> tuple[ConditionTest, ...]:

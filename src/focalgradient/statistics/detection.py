@@ -48,15 +48,12 @@ class Detection:
     ----------
     d_prime, criterion
         Sensitivity d' and bias c (0: unbiased; positive: towards "no"), each with a 95 % interval.
-    log_beta
-        Logarithm of the likelihood ratio at the criterion: c d', in two intervals sqrt(2) c d'.
     hit_rate, false_alarm_rate
         Rates after the log-linear correction.
     """
 
     d_prime: Interval
     criterion: Interval
-    log_beta: float
     hit_rate: float
     false_alarm_rate: float
 
@@ -102,7 +99,7 @@ def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: i
     error = math.sqrt(float(variance))
     unit = math.sqrt(intervals)
     d, c = (zh - zf) / unit, -(zh + zf) / 2
-    return Detection(_normal(d, error / unit), _normal(c, error / 2), c * (zh - zf), h, f)
+    return Detection(_normal(d, error / unit), _normal(c, error / 2), h, f)
 
 
 def _normal(estimate: float, error: float) -> Interval:

@@ -18,7 +18,7 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Answer, Answers, Outcome, Question
+from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Answer, Answers, Outcome, Question, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import fixations_of
 
@@ -73,8 +73,6 @@ class OrdinalResult:
         Boundaries between the steps.
     shares
         Mean proportions of the steps, by fixation and aperture.
-    subject_sd
-        Standard deviations over subjects of level and effects, in log odds, in the order of `fixations`.
     log_likelihood
         Maximum of the log likelihood; None without a fit.
     by_people
@@ -95,7 +93,6 @@ class OrdinalResult:
     answers: Answers
     thresholds: tuple[Threshold, ...]
     shares: tuple[StepShare, ...]
-    subject_sd: tuple[float, ...] = ()
     log_likelihood: float | None = None
     by_people: bool = False
 
@@ -134,7 +131,7 @@ class OrdinalResult:
     def summary(self) -> str:
         """Return the effects in log odds and their differences as text, one per line."""
         rises = zip(self.fixations, self.rises, strict=True)
-        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in self.differences.items()]
+        pairs = [(f"difference, {less(*pair)}", test) for pair, test in self.differences.items()]
         tests = [(f"log odds, {name} in focus", rise) for name, rise in rises]
         return "\n".join(line(*one) for one in [*tests, *(pairs or [("difference", self.interaction)])])
 
@@ -227,7 +224,6 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
         ),
         shares,
-        tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         fit.log_likelihood,
     )
 
@@ -244,7 +240,7 @@ def _answers(
 ) -> Answers:
     """Return the answers from tests of each fixation, then of each pair; `fixed` are those for these scenes."""
     size, pairs = len(fixations), list(combinations(fixations, 2))
-    levels = [*fixations, *(f"{one} less {other}" for one, other in pairs)]
+    levels = [*fixations, *(less(*pair) for pair in pairs)]
     unit = "log odds"
 
     def some(tested: Sequence[Effect | NotComputed], part: slice) -> Callable[[Any], Mapping[str, Outcome]]:
@@ -343,7 +339,6 @@ def _by_people(
         _answers(fixations, tests, tests, width),
         thresholds,
         shares,
-        () if fit is None else tuple(float(sd) for sd in np.sqrt((fit.cholesky**2).sum(axis=1))),
         None if fit is None else fit.log_likelihood,
         by_people=True,
     )

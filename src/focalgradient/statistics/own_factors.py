@@ -11,7 +11,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, student_effect
-from focalgradient.statistics.questions import Answer, Answers, stated
+from focalgradient.statistics.questions import Answer, Answers, less, stated
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["factor_effects", "welch"]
@@ -66,7 +66,7 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
         for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
             tests = family(_between(own, level, first, paired=paired) for level in others)
             found += [
-                stated(f"{measure} by {name}", f"{level} less {first}", test, "secondary", unit)
+                stated(f"{measure} by {name}", less(level, first), test, "secondary", unit)
                 for level, test in zip(others, tests, strict=True)
             ]
     return Answers(tuple(found))

@@ -28,6 +28,7 @@ __all__ = [
     "Outcome",
     "Question",
     "Test",
+    "less",
     "stated",
     "tested",
 ]
@@ -43,6 +44,16 @@ HERE = ", these scenes"
 
 SECONDARY = "secondary comparisons"
 """Family of all effects but the primary one and the differences between fixations."""
+
+
+def less(one: object, other: object) -> str:
+    """Name the difference of two levels.
+
+    >>> less("nearest", "farthest")
+    'nearest less farthest'
+    """
+    return f"{one} less {other}"
+
 
 Test = Callable[[NDArray[np.float64]], Effect | NotComputed]
 """Test of values of subjects x scenes."""
@@ -188,7 +199,7 @@ class Answers:
     def pairs(self, name: str, levels: Iterable[str]) -> dict[tuple[str, str], Any]:
         """Return the outcomes of a question about pairs of levels, by pair; empty if it was not asked."""
         found = self.to(name)
-        return {pair: found[" less ".join(pair)] for pair in combinations(levels, 2) if found}
+        return {pair: found[less(*pair)] for pair in combinations(levels, 2) if found}
 
     @property
     def headlines(self) -> tuple[Answer, ...]:

@@ -15,7 +15,7 @@ from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
 from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
 from focalgradient.statistics.crossed import crossed_effect, over_subjects, own_means
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
-from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Question, Test, tested
+from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Question, Test, less, tested
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of
 
@@ -119,7 +119,7 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
         return found
 
     def differences(data: LogRatios, test: Test) -> dict[str, Effect | NotComputed]:
-        return {f"{one} less {other}": tested(data.difference(one, other), test) for one, other in pairs}
+        return {less(*pair): tested(data.difference(*pair), test) for pair in pairs}
 
     def slope(data: LogRatios, fixation: str) -> Effect | NotComputed:
         own = data.cells[fixation]

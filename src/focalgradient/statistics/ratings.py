@@ -25,7 +25,7 @@ from focalgradient.statistics.crossed import Components, components
 from focalgradient.statistics.hypotheses import Equivalence, check_bound
 from focalgradient.statistics.means import t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, stated
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, less, stated
 from focalgradient.statistics.rating_questions import (
     BOOTSTRAP,
     DIFFERENCE,
@@ -174,8 +174,6 @@ class DepthRatingResult:
         Results of each fixation in the data.
     interaction
         Depth effect with the nearest object in focus minus that with the farthest, without other fixations.
-    interaction_these_scenes
-        The same test over subjects only, for these scenes.
     differences
         With other fixations: difference of the depth effects of each pair, by their names, over subjects and scenes,
         and for these scenes only.
@@ -204,7 +202,6 @@ class DepthRatingResult:
     means: tuple[RatingMean, ...]
     fixations: tuple[FixationResult, ...]
     interaction: Effect | NotComputed
-    interaction_these_scenes: Effect | NotComputed
     ordinal: OrdinalResult | NotComputed
     remarks: tuple[str, ...]
     differences: Mapping[tuple[str, str], tuple[Effect | NotComputed, Effect | NotComputed]] = field(
@@ -231,7 +228,7 @@ class DepthRatingResult:
             names = (f"log odds, {name} in focus" for name in self.ordinal.fixations)
             tests = list(zip(names, self.ordinal.rises, strict=True))
             differences, interaction = dict(self.ordinal.differences), self.ordinal.interaction
-        pairs = [(f"difference, {one} less {other}", test) for (one, other), test in differences.items()]
+        pairs = [(f"difference, {less(*pair)}", test) for pair, test in differences.items()]
         for name, test in [*tests, *(pairs or [("difference", interaction)])]:
             lines.append(line(name, test))
         return "\n".join(lines)
@@ -304,7 +301,7 @@ def depth_rating(
         missing = ORDINAL
     elif usual and len(present) == 1:
         missing = _not_fixated(next(name for name in FIXATIONS if name not in present))
-    pair = " less ".join(FIXATIONS)
+    pair = less(*FIXATIONS)
     described = [
         stated("mean rating", data.level(mean.fixation, mean.aperture_mm), mean.rating, "description", n=mean.subjects)
         for mean in means
@@ -320,15 +317,11 @@ def depth_rating(
         means=means,
         fixations=tuple(fixations) or tuple(FixationResult(name, *[ORDINAL] * 6) for name in present),
         interaction=apart.get(pair, missing),
-        interaction_these_scenes=here.get(pair, missing),
         ordinal=ordinal,
         remarks=tuple(dict.fromkeys(remarks)),
         differences={}
         if usual or not analysis.ratios
-        else {
-            (one, other): (apart[f"{one} less {other}"], here[f"{one} less {other}"])
-            for one, other in combinations(present, 2)
-        },
+        else {both: (apart[less(*both)], here[less(*both)]) for both in combinations(present, 2)},
         answers=Answers((*answers, *described)) if isinstance(ordinal, NotComputed) else ordinal.answers,
     )
 

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, t_interval
+from focalgradient.statistics.questions import less
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 
 __all__ = ["ResponseTimes", "response_times"]
@@ -105,10 +106,10 @@ def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTim
         str(name): _coefficients(trials, conditions, answers)
         for name, trials in complete.groupby("participant_id", sort=True)
     }
-    pairs = {f"{other} less {one}": (one, other) for one, other in combinations(conditions, 2)}
+    pairs = {less(other, one): (one, other) for one, other in combinations(conditions, 2)}
     adjusted = {name: _tested([_less(each[0], *pair) for each in own.values()], METHOD) for name, pair in pairs.items()}
     for one, other in combinations(answers, 2):
-        adjusted[f"answer {other} less {one}"] = _tested([_less(each[1], one, other) for each in own.values()], METHOD)
+        adjusted[f"answer {less(other, one)}"] = _tested([_less(each[1], one, other) for each in own.values()], METHOD)
     means = (
         complete.assign(log=np.log(complete["response_time"])).groupby(["participant_id", "condition"])["log"].mean()
     )

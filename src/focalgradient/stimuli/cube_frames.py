@@ -66,7 +66,7 @@ def frames_of(
 ) -> Iterator[NDArray[np.float32]]:
     """Yield the radiance of each frame of a quarter rotation, H x W; 1 is the peak of a sharp line."""
     cube, shape = cube_of(design, trial.direction), shape_of(design, pixel_angle)
-    if trial.shape == "ambiguous":
+    if trial.is_ambiguous:
         yield from necker_loop(
             cube,
             frames,

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import inspect
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,13 +13,13 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
-from focalgradient.scales import Control
+from focalgradient.scales import Control, Held
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
-from focalgradient.tasks.steps import Interval, Step
+from focalgradient.tasks.steps import Interval, Step, steps_of
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -49,6 +48,8 @@ class Task(ABC):
     """
     onset: ClassVar[str] = "onset"
     """Column of the onset time of a trial."""
+    background: ClassVar[float] = -0.004
+    """Grey of the laboratory's screen, from -1 (black) to 1 (white): by default the 8-bit value 127."""
     percepts: ClassVar[bool] = False
     """True if keys are pressed and held during a trial, and the table has one row per percept."""
     ratios: ClassVar[frozenset[str]] = frozenset()
@@ -150,9 +151,9 @@ class Task(ABC):
 
         Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
-        `pause_s` of the design and with `blank_s` after each picture. An override may add the parameter `seed`, and
-        receives the seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two
-        trials; and `stimuli`, the set of pictures (`needed`).
+        `pause_s` of the design and with `blank_s` after each picture. An override may add the parameters `seed`, the
+        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials;
+        `stimuli`, the set of pictures (`needed`); and `display` and `refresh_hz`, those of the screen.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
@@ -163,30 +164,16 @@ class Task(ABC):
         """
         raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
 
-    def intervals(
-        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
-    ) -> list[Interval | Step]:
-        """Return what `shown` gives for a trial, as a list also for a single interval."""
-        show: Callable[..., Any] = self.shown
-        known = inspect.signature(show).parameters
-        given = {name: one for name, one in (("seed", seed), ("stimuli", stimuli)) if name in known}
-        shown = show(design, trial, pixels_per_degree, **given)
-        single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
-        return [shown] if single else [*shown]
-
-    def steps(
-        self, design: Any, trial: Any, pixels_per_degree: float, seed: int = 0, stimuli: Any = None
-    ) -> list[Step]:
-        """Return the steps of a trial."""
-        shown = self.intervals(design, trial, pixels_per_degree, seed, stimuli)
-        return [one if isinstance(one, Step) else Step(*one) for one in shown]
-
     def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
         """Return the pictures of a set that a design requires: scene, aperture, fixation, levels of its factors."""
         return ()
 
-    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
-        """Return whether a practice answer is correct; None if it has no correct answer."""
+    def right(self, design: Any, trial: Any, answer: Any) -> float | None:
+        """Return whether a practice answer is correct; None if it has no correct answer.
+
+        For held keys, the share of the trial for which the right one was held, at least one half if correct. An
+        override may add the parameter `participant`.
+        """
         return None
 
     def pictures(
@@ -212,18 +199,16 @@ class Task(ABC):
         """
         if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
             return {}
-        shown = self.steps(design, trial, pixels_per_degree, seed)
-        return {f"picture_{n}" if n > 1 else "picture": step.picture for n, step in enumerate(shown, start=1)}
+        shown = [step.picture for step in steps_of(self, design, trial, pixels_per_degree, seed=seed)]
+        pixels = [picture for picture in shown if isinstance(picture, np.ndarray)]
+        return {f"picture_{n}" if n > 1 else "picture": picture for n, picture in enumerate(pixels, start=1)}
 
-    def control(self, words: Any, trial: Any) -> Control:
-        """Return the description of a trial's response control; an override may add the parameter `design`."""
+    def control(self, words: Any, trial: Any) -> Control | Held:
+        """Return the description of a trial's response control.
+
+        An override may add the parameters `design` and `participant` (a label).
+        """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
-
-    def asked(self, design: Any, words: Any, trial: Any) -> Control:
-        """Return the control on which a trial is answered."""
-        control: Callable[..., Control] = self.control
-        given = {"design": design} if "design" in inspect.signature(control).parameters else {}
-        return control(words, trial, **given)
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.
@@ -232,7 +217,7 @@ class Task(ABC):
         """
         return {name: (one.control(), Noted(None, one.unit or None, one.about)) for name, one in design.also.items()}
 
-    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
         """Return the answer for a value set on the control: by default in the one field that the answer class adds.
 
         Parameters
@@ -240,10 +225,12 @@ class Task(ABC):
         design, trial
             Design of the session, and the trial answered.
         value
-            Value set on the control; 1 or 2 for a binary choice.
+            Value set on the control; 1 or 2 for a binary choice; for held keys the presses and releases
+            (`focalgradient.dataset.Press`), in s from the onset.
         times
-            `onset`, `response_time` and `dropped_frames` of `Response`; for an adjustment also `start`, the initial
-            value of the knob; for a task with pictures of a set also `stimulus`, the file of the trial's picture.
+            `onset`, `response_time` (for held keys, the duration of the trial) and `dropped_frames` of `Response`; for
+            an adjustment also `start`, the initial value of the knob; for a task with pictures of a set also
+            `stimulus`, the file of the trial's picture.
         """
         name, *more = (column.name for column in added_columns(self.answer, ""))
         if more:

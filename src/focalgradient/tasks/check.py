@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 import traceback
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -13,12 +13,12 @@ import numpy as np
 
 from focalgradient.errors import InputError, described
 from focalgradient.files.columns import cell_test
-from focalgradient.scales import Control, Scale, Steps, Ways
+from focalgradient.scales import Control, Held, Scale, Steps, Ways
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import NAME, Noted
 from focalgradient.tasks.registry import task_named
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import Step, control_of, intervals_of
 
 __all__ = ["PIXELS_PER_DEGREE", "called", "check_task"]
 
@@ -33,6 +33,9 @@ MAX_REPETITIONS = 1000
 
 SECONDS = 1.0
 """Time in seconds after which no further trial is tried; the first trial of a participant always is."""
+
+ABOVE_LABELS = 0.88
+"""Height of pictures as a fraction of the window's, above the labels of held keys."""
 
 PARTICIPANTS = ("01", "02")
 """Participants whose trials are tried."""
@@ -92,9 +95,10 @@ def check_task(
             shown = checked.call("adapted", checked.task.adapted, design, trial, ())
             if checked.task.described and not checked.task.adjusts:
                 seed = design.noise_seed(participant, trial)
+                control = checked.answers(shown, participant)
                 if stimuli is not None or not checked.task.needed(design):
-                    checked.pictures(shown, seed, pixels_per_degree, room, stimuli)
-                checked.answers(shown)
+                    above = room and (room[0], int(ABOVE_LABELS * room[1])) if isinstance(control, Held) else room
+                    checked.pictures(shown, seed, pixels_per_degree, above, stimuli)
             if trial is main[0]:
                 checked.further(shown)
             if time.monotonic() > until:
@@ -196,7 +200,14 @@ class _Checked:
     ) -> None:
         """Check the pictures of a trial, and their durations."""
         intervals, again = (
-            self.call("shown", self.task.intervals, self.design, trial, pixels_per_degree, seed, stimuli)
+            [
+                dataclasses.replace(one, picture=next(one.picture, None))
+                if isinstance(one, Step) and isinstance(one.picture, Iterator)
+                else one
+                for one in self.call(
+                    "shown", intervals_of, self.task, self.design, trial, pixels_per_degree, seed=seed, stimuli=stimuli
+                )
+            ]
             for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
@@ -233,7 +244,7 @@ class _Checked:
             )
 
     def control(self, name: str, control: Any) -> Control:
-        """Check a response control."""
+        """Check the response control of a question."""
         self.need(isinstance(control, Scale | Steps | Ways), f"{name} is {described(control)}, not a control")
         if isinstance(control, Scale | Steps):
             line = f"{name} goes from {control.least:g} to {control.most:g}"
@@ -247,10 +258,16 @@ class _Checked:
             self.need(len(control.ways) == 2, f"{name} has {len(control.ways)} ways, but must have 2")
         return control
 
-    def answers(self, trial: Any) -> None:
-        """Check that the control's ends give answers within the limits of their columns."""
-        control = self.control("control", self.call("control", self.task.asked, self.design, self.words, trial))
-        for value in (control.reached()[0], control.reached()[-1]):
+    def answers(self, trial: Any, participant: str) -> Control | Held:
+        """Check that the control's ends give answers within the limits of their columns; return the control."""
+        control = self.call("control", control_of, self.task, self.design, self.words, trial, participant)
+        if isinstance(control, Held):
+            fits = 0 < len({*control.keys}) == len(control.keys) == len(control.labels)
+            self.need(fits, f"control holds the keys {control.keys}, but must name different ones, each with a label")
+            values: list[Any] = [()]
+        else:
+            values = [self.control("control", control).reached()[end] for end in (0, -1)]
+        for value in values:
             times = {"onset": 0.0, "response_time": 1.0, "dropped_frames": 0}
             answer = self.call("answered", self.task.answered, self.design, trial, value, **times)
             right = isinstance(answer, self.task.answer)
@@ -262,6 +279,7 @@ class _Checked:
                 if column.name in {one.name for one in dataclasses.fields(answer)}:
                     self.need(cell_test(column)(given), f"{column.name} is {given!r}, but must be {column.expected}")
             self.call("check_answer", self.task.check_answer, self.design, trial, answer)
+        return control
 
     def further(self, trial: Any) -> None:
         """Check the additional questions: their names, controls and notes."""

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from focalgradient.display import Display
 from focalgradient.files.columns import Column
+from focalgradient.scales import Held
 from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
+from focalgradient.tasks.steps import Step
 
 if TYPE_CHECKING:
     from concurrent.futures import Executor
@@ -68,11 +73,16 @@ COLUMNS: tuple[Column, ...] = (
 
 
 class NeckerRotation(Task):
-    """Watch a rotating Necker cube: hold one key while it looks rigid, another while it looks nonrigid."""
+    """Experiment 2: a rotating Necker cube; one key is held while it looks rigid, another while it looks nonrigid.
+
+    Each press and release is recorded with its time on the display's clock. The table has separate entries for times in
+    which neither key, or both keys, were held.
+    """
 
     name: ClassVar[str] = "necker"
     title: ClassVar[str] = "Rigidity of a rotating Necker cube by focal gradient"
     onset: ClassVar[str] = "trial_onset"
+    background: ClassVar[float] = -1.0
     percepts: ClassVar[bool] = True
     observer_s: ClassVar[float] = 0.05
     no_pictures: ClassVar[str] = "whose cube is drawn as its design says"
@@ -100,10 +110,33 @@ class NeckerRotation(Task):
 
         return CubePages(design, words, participant, browser)
 
-    def experiment(self) -> Any:
-        from focalgradient.lab.necker import NECKER
+    def shown(
+        self,
+        design: Any,
+        trial: Any,
+        pixels_per_degree: float,
+        *,
+        display: Display | None = None,
+        refresh_hz: float = 60.0,
+    ) -> Step:
+        from focalgradient.stimuli.cube_frames import frame_count, frames_of, shown
 
-        return NECKER
+        if display is None:
+            display = Display()
+            display = replace(display, pixel_pitch=math.radians(display.distance / pixels_per_degree))
+        pixel_angle = display.pixel_pitch / display.distance
+        frames = frames_of(trial, design, frame_count(design, refresh_hz), pixel_angle)
+        return Step((shown(light, display) for light in frames), trial.trial_s, "cube")
+
+    def control(self, words: Any, trial: Any, *, design: Any = None, participant: str = "01") -> Held:
+        percepts = {key: percept for percept, key in design.keys_of(participant).items()}
+        return Held(design.keys, tuple(words(f"necker.{percepts[key]}") for key in design.keys))
+
+    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
+        return self.answer(presses=value, trial_duration=times.pop("response_time"), **times)
+
+    def right(self, design: Any, trial: Any, answer: Any, *, participant: str = "01") -> float | None:
+        return None if trial.is_ambiguous else answer.share_held(design.keys_of(participant), trial.shape)
 
     def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
         from focalgradient.observers import encoded_cubes

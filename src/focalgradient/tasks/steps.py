@@ -1,19 +1,29 @@
-"""Parts of a trial that a task describes as data, for the window and the browser."""
+"""Parts of a trial that a task describes as data, and their readers for the window and the browser."""
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["BLANK_S", "Interval", "Step", "pauses"]
+from focalgradient.scales import Control, Held
+
+if TYPE_CHECKING:
+    from focalgradient.tasks.base import Task
+
+__all__ = ["BLANK_S", "LEAST_RIGHT", "Interval", "Step", "control_of", "intervals_of", "judged", "pauses", "steps_of"]
 
 BLANK_S = 0.3
 """Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
 choice).
 """
+
+LEAST_RIGHT = 0.5
+"""Minimum share of a correct practice answer (our choice)."""
 
 Interval = tuple[NDArray[np.uint8], float]
 """Picture (H x W x 3, 8 bits) and its duration in seconds."""
@@ -26,7 +36,8 @@ class Step:
     Parameters
     ----------
     picture
-        8-bit values, H x W or H x W x 3; or a `focalgradient.stimuli.Picture` of the set.
+        8-bit values, H x W or H x W x 3; a `focalgradient.stimuli.Picture` of the set; or an iterator of such values,
+        the frames of a film, which is shown at one frame per refresh of the display, again from its start at its end.
     seconds
         Duration of the picture, in s.
     event
@@ -67,3 +78,34 @@ def pauses(design: Any) -> tuple[float, float]:
     They are `pause_s` and `blank_s` of a design that states them, else 0 and `BLANK_S`.
     """
     return getattr(design, "pause_s", 0.0), getattr(design, "blank_s", BLANK_S)
+
+
+def intervals_of(task: Task, design: Any, trial: Any, pixels_per_degree: float, **known: Any) -> list[Interval | Step]:
+    """Return what `shown` gives for a trial, as a list also for a single interval; `known`: parameters it may have."""
+    shown = _passing(task.shown, design, trial, pixels_per_degree, **known)
+    single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
+    return [shown] if single else [*shown]
+
+
+def steps_of(task: Task, design: Any, trial: Any, pixels_per_degree: float, **known: Any) -> list[Step]:
+    """Return the steps of a trial; `known`: values of the parameters that `shown` may have."""
+    shown = intervals_of(task, design, trial, pixels_per_degree, **known)
+    return [one if isinstance(one, Step) else Step(*one) for one in shown]
+
+
+def control_of(task: Task, design: Any, words: Any, trial: Any, participant: str) -> Control | Held:
+    """Return the control on which a participant answers a trial."""
+    control: Control | Held = _passing(task.control, words, trial, design=design, participant=participant)
+    return control
+
+
+def judged(task: Task, design: Any, trial: Any, answer: Any, participant: str) -> tuple[bool | None, float | None]:
+    """Return whether a practice answer is correct, and for which share of the trial, if keys were held."""
+    right = _passing(task.right, design, trial, answer, participant=participant)
+    return (right, None) if right is None or isinstance(right, bool) else (right >= LEAST_RIGHT, right)
+
+
+def _passing(method: Callable[..., Any], *given: Any, **known: Any) -> Any:
+    """Call a method with those of the known values for which it has a parameter."""
+    names = inspect.signature(method).parameters
+    return method(*given, **{name: value for name, value in known.items() if name in names})

@@ -10,17 +10,17 @@ from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Noted, Press, Session, Watched, answer_event, percepts
+from focalgradient.dataset import Apparatus, Noted, Press, Session, Watched, answer_event
 from focalgradient.dataset.times import times_of_events
 from focalgradient.design import NeckerTrial, Trial
 from focalgradient.design.given_list import trial_row
-from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.scales import Control, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
+from focalgradient.tasks.steps import control_of, judged
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
 from focalgradient.web.pictures import drawn
 from focalgradient.web.possible import check_frames, check_possible
@@ -106,7 +106,7 @@ def read_answer(
         given = task.answered(design, trial, _value(read), start=read.start, **times)
         return with_noted(given, extra), frames
     shown = task.adapted(design, trial, session.recorded)
-    control = task.asked(design, words, shown)
+    control: Any = control_of(task, design, words, shown, session.files.participant)
     value = _value(read)
     _check_reached("rating", value, control)
     extra |= _started(read.start, control)
@@ -157,14 +157,8 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
         if trial is None:
             raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
         answer, _ = read_answer(session, pictures, trial, one.answer)
-        right = None
-        if isinstance(trial, NeckerTrial):
-            seen = percepts(answer.presses, design.keys_of(session.files.participant), answer.trial_duration)
-            held = sum(part.end - part.onset for part in seen if part.percept == trial.shape) / answer.trial_duration
-            share = round(100 * held)
-            right = None if trial.shape == "ambiguous" else held >= LEAST_HELD
-        else:
-            right = session.task.right(design, trial, answer)
+        right, held = judged(session.task, design, trial, answer, session.files.participant)
+        share = None if held is None else round(100 * held)
         known += [] if right is None else [right]
     passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
     again = not passed and given.round < getattr(design, "practice_rounds", 1)

@@ -20,7 +20,7 @@ from focalgradient.dataset import Apparatus, Files, Journal, Manifest, Session, 
 from focalgradient.dataset.bids import add_participant, begin_dataset, check_folder, check_participant
 from focalgradient.dataset.journal import create_whole, make_folder, whole_lines, writing
 from focalgradient.dataset.withdrawal import has_withdrawn, record_of
-from focalgradient.design import Design, NeckerDesign, Trial, check_design
+from focalgradient.design import Design, Trial, check_design
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -91,7 +91,7 @@ class _Study:
                     "one study at a time."
                 )
         self.design: Design = check_design(f"session {first.session}", first.design)
-        if not (isinstance(self.design, NeckerDesign) or task_named(self.design.task).described):
+        if not task_named(self.design.task).described:
             raise InputError(
                 f"session {first.session} is of {self.design.task}, which cannot run in a browser: leave it out."
             )

@@ -15,14 +15,15 @@ from focalgradient.dataset import Manifest, check_stimuli
 from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
 from focalgradient.design.consent import Consent
 from focalgradient.design.given_list import PARTICIPANT
-from focalgradient.design.necker import LEAST_HELD
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Pages, Standard, breaks
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.scales import Held
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import Task, check_task, task_named
+from focalgradient.tasks.steps import LEAST_RIGHT, control_of
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
     CONTENT,
@@ -67,7 +68,7 @@ class Lists:
         self.words: Words = load_words(design.language)
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
-        if not (isinstance(design, NeckerDesign) or self._task.described):
+        if not self._task.described:
             raise InputError(
                 f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
                 "during the session): run it in the laboratory with focalgradient run."
@@ -98,6 +99,13 @@ class Lists:
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree, stimuli=self.pictures)
+        if isinstance(design, NeckerDesign) or self._task.adjusts:
+            return
+        if isinstance(control_of(self._task, design, self.words, design.trials("01")[0], "01"), Held):
+            raise InputError(
+                f"{design.task} is answered by held keys, which a browser offers for the turning cube only: run it in "
+                "the laboratory with focalgradient run."
+            )
 
     def opening(self) -> dict[str, Any]:
         """Return what the page needs before a session begins: texts, consent, form fields, required measurements."""
@@ -202,9 +210,9 @@ class Lists:
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             return {"right": design.right_side(trial), "interval": trial.interval}
-        if not isinstance(trial, NeckerTrial) or trial.shape == "ambiguous":
+        if not isinstance(trial, NeckerTrial) or trial.is_ambiguous:
             return {"right": None}
-        return {"right": {"shape": trial.shape, "share": LEAST_HELD}}
+        return {"right": {"shape": trial.shape, "share": LEAST_RIGHT}}
 
     @property
     def _task(self) -> Task:

@@ -20,7 +20,7 @@ from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
-from focalgradient.tasks.steps import pauses
+from focalgradient.tasks.steps import control_of, pauses, steps_of
 
 __all__ = [
     "CONTENT",
@@ -93,7 +93,7 @@ def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stim
     folder = None if stimuli is None else stimuli.folder
     key = (task.name, design.model_dump_json(), trial, seed, display, folder)
     if key not in DRAWN:
-        steps = task.steps(design, trial, display.pixels_per_degree, seed, stimuli)
+        steps = steps_of(task, design, trial, display.pixels_per_degree, seed=seed, stimuli=stimuli)
         while len(DRAWN) >= MOST_DRAWN:
             DRAWN.pop(next(iter(DRAWN)))
         arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
@@ -110,7 +110,8 @@ def own_trial(
     if task.adjusts:
         return _adjusted(task, design, trial, words, display)
     intervals = []
-    for step in task.steps(design, trial, display.pixels_per_degree, seed, stimuli):
+    control: Any = control_of(task, design, words, trial, "01")
+    for step in steps_of(task, design, trial, display.pixels_per_degree, seed=seed, stimuli=stimuli):
         x, y = step.mark or (0.0, 0.0)
         mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
         drawn = isinstance(step.picture, np.ndarray)
@@ -118,7 +119,7 @@ def own_trial(
         intervals.append({CONTENT: content, "seconds": step.seconds, "event": "picture", **mark})
         if step.mask is not None and step.mask_s:
             intervals.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
-    return {"intervals": intervals, "scale": task.asked(design, words, trial).form()}
+    return {"intervals": intervals, "scale": control.form()}
 
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
