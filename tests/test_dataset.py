@@ -354,6 +354,15 @@ def spoil_manifest(root: Path) -> None:
 
 
 WRONG = {
+    "trial missing": (
+        lambda root: drop_row(rating_file(root), 20),
+        r"1 of 34 trials of the design are missing \(.* 19\)",
+    ),
+    "cut short": (
+        lambda root: rating_file(root).write_text("".join(rating_file(root).read_text().splitlines(True)[:11])),
+        r"24 of 34 trials of the design are missing \(the first is 11\): resume",
+    ),
+    "order changed": (lambda root: swap_rows(rating_file(root), 8), "its trials are not in the order of the design"),
     "trial twice": (lambda root: repeat_row(rating_file(root), 9), "row 10: its trial is also in a row above"),
     "another seed": (
         lambda root: retell(

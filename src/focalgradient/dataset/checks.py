@@ -313,9 +313,14 @@ class _Checked:
         self.trials += len(set(first.tolist()))
         self.late[files.task] += len(set(first[found.columns["dropped_frames"] > 0].tolist()))
         self.problems += [f"{files.table}: {sentence}" for sentence in self._pictures(files, sha256, found)]
-        if log is not None:
-            sentences = [*missing_trials(log, trials), *implausible(log, design, trials, self._shown(sha256))]
-            self.problems += [f"{log.path}: {sentence}" for sentence in sentences]
+        if log is None:
+            main = [trial for trial in trials if trial.phase == "main"]
+            missing = missing_trials([("main", number) for number in dict.fromkeys(first.tolist())], main)
+            self.problems += [f"{files.table}: {sentence}" for sentence in missing]
+            return
+        recorded = [(event["phase"], event["trial"]) for event in log.of("trial")]
+        sentences = [*missing_trials(recorded, trials), *implausible(log, design, trials, self._shown(sha256))]
+        self.problems += [f"{log.path}: {sentence}" for sentence in sentences]
 
     def _shown(self, sha256: str | None) -> dict[tuple[str, ...], str]:
         return {} if sha256 is None else self.manifests.get(sha256, ([], {}, frozenset()))[1]

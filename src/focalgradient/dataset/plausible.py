@@ -48,10 +48,12 @@ EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
 LEAVE_OUT = "compare the journal with a copy, or leave the session out."
 
 
-def missing_trials(log: Log, planned: Sequence[Trial]) -> Iterator[str]:
-    """Yield a sentence on the trials of the design that are missing, and one if those recorded are out of order."""
+def missing_trials(recorded: Sequence[tuple[str, int]], planned: Sequence[Trial]) -> Iterator[str]:
+    """Yield a sentence on the trials of the design that are missing, and one if those recorded are out of order.
+
+    Trials are recorded by phase and number.
+    """
     order = {(trial.phase, trial.trial): place for place, trial in enumerate(planned)}
-    recorded = [(event["phase"], event["trial"]) for event in log.of("trial")]
     begun = any(phase == "main" for phase, _ in recorded)
     for phase, name, remedy in (("practice", "practice trials", LEAVE_OUT), ("main", "trials", "resume the session.")):
         wanted = [turn for turn in order if turn[0] == phase]
