@@ -24,7 +24,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from focalgradient.render.wireframe import PIXEL, WIDTH, Gradient, blur_at, necker_frame
+from focalgradient.psf.pixel import PIXEL_VARIANCE
+from focalgradient.render.wireframe import WIDTH, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import EDGES, NeckerCube
 
 CUBE = NeckerCube(line_width=math.radians(0.07))
@@ -52,7 +53,7 @@ def plain(turn: float, gradient: Gradient, aperture: float) -> NDArray[np.float3
     blur = np.zeros(EDGES.shape)
     if gradient != "none":
         blur = blur_at(CUBE, CUBE.seen(turn, gradient)[EDGES, 2], aperture=aperture) / PIXEL_ANGLE
-    sigma = np.sqrt(blur**2 + width**2 + PIXEL)
+    sigma = np.sqrt(blur**2 + width**2 + PIXEL_VARIANCE)
     rows, columns = np.indices(SHAPE)
     image = np.zeros(SHAPE)
     for (start, end), (a, z) in zip(lines, sigma, strict=True):

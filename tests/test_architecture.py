@@ -108,7 +108,7 @@ ROOMS = {
         "statistics",
         "tasks",
     },
-    "plotting": {"depth", "errors", "eye", "luminance", "optics", "power", "statistics", "view"},
+    "plotting": {"depth", "errors", "eye", "luminance", "optics", "power", "scenes", "statistics", "view"},
     "cli": {
         *("__init__", "binocular", "calibration", "dataset", "depth", "errors", "examples", "eye", "files", "lab"),
         "live",

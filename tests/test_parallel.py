@@ -30,6 +30,12 @@ with processes(2) as pool:
 """
 
 
+def slowly(job: tuple[str, int]) -> None:
+    folder, number = job
+    Path(folder, f"{number}.pid").write_text(str(os.getpid()))
+    time.sleep(60)
+
+
 def square(number: int) -> int:
     time.sleep(0.02)
     return number**2

@@ -15,16 +15,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
-from focalgradient.eye.cones import Cones
+from focalgradient.eye.cones import HIGHEST_CPD, Cones
 from focalgradient.eye.diffraction import optical_transfer
 from focalgradient.eye.ranges import check_kind
 
 __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality", "point_images"]
 
 FloatArray = NDArray[np.float64]
-
-HIGHEST_CPD = 60.0
-"""Highest frequency in cycles per degree that people see."""
 
 RADII, ANGLES = 40, 12
 """Number of frequencies along a radius and of directions over half a circle (of isotropic blur one suffices) in the sum

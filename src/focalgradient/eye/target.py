@@ -18,6 +18,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.optics import Optics
 from focalgradient.psf import pixel_transfer
 from focalgradient.quantities import Range
+from focalgradient.scenes.texture import BELOW_NYQUIST, random_field
 from focalgradient.view import View
 
 __all__ = ["BandOptics", "Target"]
@@ -196,9 +197,4 @@ def _radii(shape: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.intp
 @lru_cache(maxsize=64)
 def _field(shape: tuple[int, int], texture: int, part: int) -> NDArray[np.complex128]:
     """Return the half spectrum of a natural texture with a standard deviation of 1; deterministic in its arguments."""
-    radial = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
-    radial[0, 0] = np.inf
-    white = np.random.default_rng([7919, texture, part]).standard_normal(shape)
-    spectrum = np.where(radial < 0.5, np.fft.rfft2(white), 0) / radial
-    made: NDArray[np.complex128] = spectrum / np.fft.irfft2(spectrum, shape).std()
-    return made
+    return np.fft.rfft2(random_field(shape, [7919, texture, part], finest=BELOW_NYQUIST))

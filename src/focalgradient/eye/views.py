@@ -29,6 +29,7 @@ from focalgradient.psf import pixel_transfer
 from focalgradient.render import Rendered, blur_picture, blur_scene, cast
 from focalgradient.render.raycast import check_frame
 from focalgradient.scenes import Mesh, Scene
+from focalgradient.scenes.texture import BELOW_NYQUIST, random_field
 from focalgradient.view import View
 
 __all__ = ["accommodation_views", "band_views", "cone_catches", "eye_views"]
@@ -404,18 +405,10 @@ def _by_waves(of: _Source, distance: float) -> Seen:
     """Return a wall with a natural texture, filtered by the cones' transfer; it is wider than the frame."""
     side = int(2 ** math.ceil(math.log2(1.5 * max(of.shape))))
     down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
-    radial = np.hypot(down, right)
-    radial[0, 0] = np.inf
-    fields = [
-        np.fft.irfft2(
-            np.where(radial < 0.5, np.fft.rfft2(_texture_stream(of.seed, part).standard_normal((side, side))), 0)
-            / radial,
-            (side, side),
-        )
-        for part in (0, 1)
-    ]
-    texture = sum(weight * field / field.std() for weight, field in zip(of.mix, fields, strict=True))
-    radial[0, 0] = 0
+    texture = sum(
+        weight * random_field((side, side), _texture_stream(of.seed, part), finest=BELOW_NYQUIST)
+        for part, weight in enumerate(of.mix)
+    )
     seen = _whole_transfer(of.cones, side, of.pixel_angle, 1 / distance) * pixel_transfer(down, right)
     whole = 1 + CONTRAST * np.fft.irfft2(np.fft.rfft2(texture) * seen, (side, side))
     rows, columns = (slice((side - n) // 2, (side - n) // 2 + n) for n in of.shape)

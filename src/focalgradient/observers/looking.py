@@ -26,9 +26,9 @@ class Look:
     ----------
     blur, blur_log_sd
         Standard deviation of the picture's blur (arcmin), without the blur of the eye, and SD of its logarithm.
-    depth, depth_sd
-        Mean and SD of depth from blur (D beyond the fixated place): its sign is that of the prior with probability (1 +
-        prior) / 2, its magnitude has the relative error of the Weber fraction.
+    depth
+        Mean depth from blur (D beyond the fixated place), whose sign is that of the prior with probability (1 + prior)
+        / 2.
     texture_slope
         Slope of the texture's amplitude spectrum, 1/f^slope.
     """
@@ -36,7 +36,6 @@ class Look:
     blur: FloatArray
     blur_log_sd: FloatArray
     depth: FloatArray
-    depth_sd: FloatArray
     texture_slope: float
 
 
@@ -52,7 +51,7 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     fixation
         Fixated point in pixels from the upper left corner, right and down.
     observer
-        Observer with pupil, intrinsic blur, Weber fraction and prior.
+        Observer with pupil, intrinsic blur and prior.
 
     Examples
     --------
@@ -77,8 +76,7 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     fixated = minute * fixated_blur(estimated, fixation, ppd)
     blur = np.where(known, minute * np.exp(log_blur), np.nan)
     size = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)  # intrinsic blur cancels in the difference
-    share = math.sqrt(observer.weber**2 + 1 - observer.prior**2)
-    return Look(blur, np.where(known, estimated.log_sd, np.nan), observer.prior * size, share * size, slope)
+    return Look(blur, np.where(known, estimated.log_sd, np.nan), observer.prior * size, slope)
 
 
 def defocus(blur: FloatArray, observer: Observer) -> FloatArray:

@@ -10,8 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, laid_out
-from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.plotting.figures import BLUE, draw_means, laid_out
 from focalgradient.statistics.means import t_interval
 
 __all__ = ["condition_figure", "draw_condition"]
@@ -40,14 +39,12 @@ def condition_figure(
     """
     columns = min(len(answers), COLUMNS)
     rows = math.ceil(len(answers) / columns)
-    with laid_out(30 + 60 * max(columns, 1), 70 * rows) as figure:
+    with laid_out(30 + 60 * max(columns, 1), 70 * rows, simulated=simulated) as figure:
         axes = figure.subplots(rows, columns, squeeze=False).flat
         for ax, (answer, ratio) in zip(axes, answers, strict=False):
             draw_condition(ax, table, factor, answer, ratio=ratio, units=units)
         for ax in list(axes)[len(answers) :]:
             ax.set_visible(False)
-        if simulated:
-            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
     return figure
 
 
@@ -72,11 +69,7 @@ def draw_condition(
         ax.plot(places, back(np.polyval(line, places)), color=BLUE, linewidth=2)
         return ax
     means = [t_interval(own[level].dropna()) for level in levels]
-    ax.plot(places, [back(mean.estimate) for mean in means], "o-", color=BLUE, linewidth=2, markersize=5, zorder=3)
-    for place, mean in zip(places, means, strict=True):
-        if mean.low is not None and mean.high is not None:
-            ends = [[back(mean.estimate) - back(mean.low)], [back(mean.high) - back(mean.estimate)]]
-            ax.errorbar(place, back(mean.estimate), ends, color=BLUE, linewidth=2, capsize=3, zorder=3)
+    draw_means(ax, [*zip(places, [mean.ratio if ratio else mean for mean in means], strict=True)], BLUE)
     if not numbers:
         ax.set_xticks(places, [str(level) for level in levels])
         ax.set_xlim(-0.4, len(levels) - 0.6)

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from focalgradient.plotting.figures import new_figure, style
+from focalgradient.plotting.figures import add_axes_mm, new_figure, style
 
 __all__ = ["contact_sheet", "draw_picture"]
 
@@ -95,8 +95,7 @@ def contact_sheet(
         for row, (text, pictures) in enumerate(rows.items()):
             write(1.5, top + step * row + COLUMN / 2, text, va="center")
             for column, (values, fixated) in enumerate(pictures):
-                x, y = left + step * column, top + step * row + COLUMN
-                ax = figure.add_axes((x / width, 1 - y / height, COLUMN / width, COLUMN / height))
-                draw_picture(ax, values, fixated)
+                place = left + step * column, top + step * row + COLUMN
+                draw_picture(add_axes_mm(figure, *place, COLUMN, COLUMN), values, fixated)
         write(1.5, height - 1.8, note, va="bottom")
     return figure

@@ -9,21 +9,17 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import special
 
-from focalgradient.plotting.figures import COLOURS, GREY, ORANGE, laid_out, shortened
-from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.plotting.figures import COLOURS, GREY, MOST_NAMES, laid_out, shortened
 from focalgradient.statistics.detection import DetectionGroup, RatingRoc
 
 __all__ = ["detection_figure"]
-
-MOST_NAMES = 40
-"""Maximum number of participants whose names are shown on the axis."""
 
 
 def detection_figure(
     group: DetectionGroup, curves: Mapping[tuple[str, str], RatingRoc], *, simulated: bool = False
 ) -> Figure:
     """Draw hit and false-alarm rates of each participant (ROC with confidence ratings), and d' with 95 % intervals."""
-    with laid_out(180, 90) as figure:
+    with laid_out(180, 90, simulated=simulated) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1, 1.1))
         for number, condition in enumerate(group.d_prime):
             colour = COLOURS[number % len(COLOURS)]
@@ -39,8 +35,6 @@ def detection_figure(
         right.set_title("Sensitivity")
         if len(group.d_prime) > 1:
             left.legend(loc="lower right", handlelength=1.2)
-        if simulated:
-            figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
     return figure
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
+from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, REFERENCE, laid_out
 from focalgradient.plotting.maps import depth_figure
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def focus_figure(
             ax.plot(1e3 * times, values, color=COLOURS[band])
             ax.text(1e3 * times[-1] + 10, values[-1], f"{band} cones", color=COLOURS[band], va="center")
         for moment in moments:
-            ax.axvline(1e3 * moment, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
+            ax.axvline(1e3 * moment, **REFERENCE)
         if moments:
             between = float(np.mean([*focus.values()]))
             ax.text(1e3 * moments[-1] + 12, between, "the views’ moments", color=GREY, va="center")
@@ -112,7 +112,7 @@ def through_focus_figure(
         strehl.plot(quality.vergences, quality.visual_strehl, color="black")
         strehl.set(ylabel="visual Strehl ratio", ylim=(0, 1.05 * max(0.1, float(quality.visual_strehl.max()))))
         for ax in (mtf, strehl):
-            ax.axvline(quality.best, color=GREY, linewidth=0.8, linestyle=(0, (4, 3)))
+            ax.axvline(quality.best, **REFERENCE)
             ax.set(
                 xlabel="vergence of the target (D, infinity at 0)", xlim=(quality.vergences[0], quality.vergences[-1])
             )

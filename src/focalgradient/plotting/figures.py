@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import matplotlib
 import numpy as np
@@ -14,6 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+
+if TYPE_CHECKING:
+    from matplotlib.axis import Axis
+
+    from focalgradient.statistics import Interval
 
 __all__ = [
     "BLUE",
@@ -21,10 +27,16 @@ __all__ = [
     "GREEN",
     "GREY",
     "MM",
+    "MOST_NAMES",
     "ORANGE",
+    "REFERENCE",
+    "SIMULATED",
+    "add_axes_mm",
     "as_file",
     "as_files",
+    "draw_means",
     "laid_out",
+    "log_ticks",
     "new_figure",
     "people_grid",
     "person_colours",
@@ -40,6 +52,15 @@ BLUE, ORANGE, GREEN, GREY = "#0072B2", "#D55E00", "#009E73", "#666666"  # colour
 
 COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
 """Colours of conditions and of few people (Okabe & Ito)."""
+
+REFERENCE: dict[str, Any] = {"color": GREY, "linewidth": 0.6, "linestyle": (0, (4, 4)), "zorder": 0}
+"""Style of lines that mark a value without effect, or the moment of an event."""
+
+MOST_NAMES = 40
+"""Maximum number of participants whose names are shown on an axis."""
+
+SIMULATED = "simulated observers"
+"""Label in pictures of simulated observers."""
 
 
 def person_colours(count: int) -> list[str]:
@@ -88,27 +109,59 @@ def new_figure(width_mm: float = 180.0, height_mm: float = 90.0, **options: Any)
 
 
 @contextmanager
-def laid_out(width_mm: float, height_mm: float) -> Iterator[Figure]:
-    """Yield a figure in the house style; its layout is computed once, at the end of the block, for all file formats."""
+def laid_out(width_mm: float, height_mm: float, *, simulated: bool = False) -> Iterator[Figure]:
+    """Yield a figure in the house style; its layout is computed once, at the end of the block, for all file formats.
+
+    A figure of `simulated` observers says so at its upper right.
+    """
     with style():
         figure = new_figure(width_mm, height_mm, layout="constrained")
         yield figure
+        if simulated:
+            figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
         figure.draw_without_rendering()
         figure.set_layout_engine("none")
 
 
-def people_grid(people: Sequence[str], row_mm: float = 36.0) -> tuple[Figure, list[Axes]]:
-    """Return a figure with one panel per person, four in a row, with shared axes; titles are the shortened names."""
+@contextmanager
+def people_grid(people: Sequence[str], *, simulated: bool, row_mm: float = 36.0) -> Iterator[tuple[Figure, list[Axes]]]:
+    """Yield a figure with one panel per person, four in a row, with shared axes; titles are the shortened names."""
     columns = min(4, max(len(people), 1))
     rows = -(-len(people) // columns)
-    figure = new_figure(max(44.0 * columns + 10, 70), row_mm * rows + 14, layout="constrained")
-    panels = [*figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()]
-    for panel, person in zip(panels, people, strict=False):
-        panel.set_title(shortened(person))
-    for hidden in range(len(people), len(panels)):
-        panels[hidden].set_visible(False)
-        panels[hidden - columns].tick_params(labelbottom=True)  # the last panel of its column
-    return figure, panels[: len(people)]
+    with laid_out(max(44.0 * columns + 10, 70), row_mm * rows + 14, simulated=simulated) as figure:
+        panels = [*figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()]
+        for panel, person in zip(panels, people, strict=False):
+            panel.set_title(shortened(person))
+        for hidden in range(len(people), len(panels)):
+            panels[hidden].set_visible(False)
+            panels[hidden - columns].tick_params(labelbottom=True)  # the last panel of its column
+        yield figure, panels[: len(people)]
+
+
+def add_axes_mm(figure: Figure, left: float, bottom: float, width: float, height: float, **options: Any) -> Axes:
+    """Add axes whose lower left corner is at `left` and `bottom` mm from the figure's upper left corner."""
+    wide, high = figure.get_size_inches() / MM
+    return figure.add_axes((left / wide, 1 - bottom / high, width / wide, height / high), **options)
+
+
+def log_ticks(axis: Axis) -> None:
+    """Label a logarithmic axis at 1, 2 and 5 of each decade."""
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_minor_locator(NullLocator())
+    axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
+
+
+def draw_means(
+    ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str = "o", scale: float = 1.0
+) -> None:
+    """Draw means at their places, connected, with their intervals, all multiplied by `scale`."""
+    places, heights = [x for x, _ in means], [scale * mean.estimate for _, mean in means]
+    ax.plot(places, heights, color=colour, linewidth=2, zorder=3)
+    for x, mean in means:
+        if mean.low is not None and mean.high is not None and mean.low < mean.high:
+            bar = [[scale * (mean.estimate - mean.low)], [scale * (mean.high - mean.estimate)]]
+            ax.errorbar(x, scale * mean.estimate, bar, color=colour, linewidth=2, capsize=3, capthick=1.6, zorder=3)
+    ax.plot(places, heights, marker, color=colour, markersize=6, zorder=4)
 
 
 def shortened(name: str, room: int = 24) -> str:

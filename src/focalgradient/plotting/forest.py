@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, GREY, ORANGE, laid_out, shortened
+from focalgradient.plotting.figures import BLUE, ORANGE, REFERENCE, laid_out, shortened
 from focalgradient.plotting.ratio_axis import ratio_axis
-from focalgradient.plotting.subjects import SIMULATED
 
 __all__ = ["forest_figure"]
 
@@ -39,7 +38,7 @@ def forest_figure(
     simulated
         Whether the observers were simulated.
     """
-    with laid_out(150, 24 + 7 * (len(studies) + 2)) as figure:
+    with laid_out(150, 24 + 7 * (len(studies) + 2), simulated=simulated) as figure:
         ax = figure.add_subplot()
         rows = range(len(studies) + 1, 1, -1)
         for row, (_, estimate, low, high) in zip(rows, studies, strict=True):
@@ -49,12 +48,10 @@ def forest_figure(
         ax.fill([low, mean, high, mean], [1, 1.3, 1, 0.7], color=ORANGE, linewidth=0)
         if predicted is not None:
             ax.plot(predicted, [0.4, 0.4], color=ORANGE, linewidth=1.2, linestyle=(0, (2, 1)))
-        ax.axvline(none, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.axvline(none, **REFERENCE)
         names = [shortened(name, 30) for name, *_ in studies]
         ax.set_yticks([*rows, 1], [*names, "pooled mean"])
         ax.set(ylim=(0, len(studies) + 1.6), xlabel=what)
         if none == 1:
             ratio_axis(ax, "x")
-        if simulated:
-            ax.text(0.99, 0.98, SIMULATED, transform=ax.transAxes, va="top", ha="right")
     return figure

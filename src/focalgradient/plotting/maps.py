@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import DualPixel, Lens, Optics
-from focalgradient.plotting.figures import MM, new_figure, shortened, style
+from focalgradient.plotting.figures import MM, add_axes_mm, new_figure, shortened, style
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -306,11 +306,8 @@ def _page(shape: tuple[int, int], rows: Sequence[tuple[int, int]]) -> tuple[Figu
         depth += 1.5 + 4.0 * lines + high
         placed.append([(margin + pitch * column, depth, wide, high) for column in range(columns)])
         depth += 2.5
-    height = depth + legend
-    figure = new_figure(width, height)
-    return figure, [
-        [figure.add_axes((x / width, 1 - y / height, w / width, h / height)) for x, y, w, h in row] for row in placed
-    ]
+    figure = new_figure(width, depth + legend)
+    return figure, [[add_axes_mm(figure, *place) for place in row] for row in placed]
 
 
 def _map(

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
-from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics.posteriors import BayesResult, Posterior
 
 __all__ = ["draw_posterior_rises", "draw_posterior_spread", "posterior_figure"]
@@ -27,12 +26,10 @@ DASHED = (0, (4, 3))
 
 def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
     """Draw priors and posteriors of the depth effects, with the bound shaded, and of the near effect's SDs."""
-    with laid_out(180, 80) as figure:
+    with laid_out(180, 80, simulated=simulated) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.3, 1))
         draw_posterior_rises(left, result)
         draw_posterior_spread(right, result)
-        if simulated:
-            left.text(0.02, 0.97, SIMULATED, transform=left.transAxes, va="top")
     return figure
 
 

@@ -9,12 +9,10 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
+from focalgradient.plotting.figures import BLUE, COLOURS, ORANGE, REFERENCE, laid_out
 from focalgradient.power import AnyStudy, Power, share_interval
 
 __all__ = ["power_figure"]
-
-COLOURS = (BLUE, ORANGE, GREEN, "#AA3377", "#66CCEE", "#BBAA22")
 
 
 def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
@@ -43,7 +41,7 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
                 **look,
             )
             handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
-        left.axhline(80, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        left.axhline(80, **REFERENCE)
         left.set(ylim=(0, 103), ylabel="power (%)")
         figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
         for name, colour, marker, label in zip(

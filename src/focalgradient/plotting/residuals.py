@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.plotting.figures import GREY, laid_out
-from focalgradient.plotting.subjects import SIMULATED, fixation_looks
+from focalgradient.plotting.figures import GREY, REFERENCE, laid_out
+from focalgradient.plotting.subjects import fixation_looks
 from focalgradient.statistics.residuals import Residuals
 
 __all__ = ["draw_quantiles", "draw_residuals", "residual_figure"]
@@ -26,7 +26,7 @@ def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
     """Draw, in one row per fixation, Q-Q plots of the subjects and of the residuals, and residuals by fitted value."""
     rows = len(found)
     columns = 3 if any(one.residual.size for one in found) else 1
-    with laid_out(62 * columns + 8, 56 * rows + 6) as figure:
+    with laid_out(62 * columns + 8, 56 * rows + 6, simulated=simulated) as figure:
         axes = figure.subplots(rows, columns, squeeze=False)
         looks = fixation_looks(one.fixation for one in found)
         for line, one in zip(axes, found, strict=True):
@@ -37,8 +37,6 @@ def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
             if columns > 1 and one.residual.size:
                 draw_quantiles(line[1], one.residual, colour).set_title("Residuals by subject and scene")
                 draw_residuals(line[2], one, colour).set_title("Residuals by fitted value")
-        if simulated:
-            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
     return figure
 
 
@@ -62,7 +60,7 @@ def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
 
 def draw_residuals(ax: Axes, found: Residuals, colour: str) -> Axes:
     """Draw the residual of each subject and scene by fitted value."""
-    ax.axhline(0, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.axhline(0, **REFERENCE)
     ax.plot(found.fitted, found.residual, "o", color=colour, markersize=2.5, alpha=0.7)
     ax.set(xlabel="fitted value", ylabel="residual")
     ax.locator_params(axis="x", nbins=4)

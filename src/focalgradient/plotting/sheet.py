@@ -6,7 +6,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from focalgradient.errors import check_one_of
-from focalgradient.plotting.figures import new_figure, style
+from focalgradient.plotting.figures import add_axes_mm, new_figure, style
+from focalgradient.scenes.texture import random_field
 
 __all__ = ["PAPERS", "calibration_sheet"]
 
@@ -15,6 +16,9 @@ PAPERS = {"A4": (297.0, 210.0), "A3": (420.0, 297.0), "letter": (279.4, 215.9)}
 
 PIXEL_MM = 0.254
 """Side of a texture pixel in mm: 100 dots per inch, which any printer resolves."""
+
+SEED = 1987
+"""Random seed of the texture, which is identical on every sheet."""
 
 MARGIN_MM, RULER_MM = 8.0, 14.0
 """Blank margin left by printers, and height of the ruler below the texture, in mm."""
@@ -38,13 +42,13 @@ def calibration_sheet(paper: str = "A4") -> Figure:
     columns, rows = (round(side / PIXEL_MM) for side in (width - 2 * MARGIN_MM, height - 2 * MARGIN_MM - RULER_MM))
     with style():
         figure = new_figure(width, height)
-        ax = figure.add_axes(
-            (MARGIN_MM / width, (MARGIN_MM + RULER_MM) / height, columns * PIXEL_MM / width, rows * PIXEL_MM / height),
-            frameon=False,
-        )
-        ax.imshow(_texture(rows, columns), cmap="gray", vmin=0, vmax=1, interpolation="nearest", aspect="auto")
+        bottom = height - MARGIN_MM - RULER_MM
+        ax = add_axes_mm(figure, MARGIN_MM, bottom, columns * PIXEL_MM, rows * PIXEL_MM, frameon=False)
+        # The lowest frequencies have constant amplitude, which leaves more contrast for fine detail.
+        texture = 0.5 + 0.2 * random_field((rows, columns), SEED, coarsest=0.02)
+        ax.imshow(np.clip(texture, 0.05, 0.95), cmap="gray", vmin=0, vmax=1, interpolation="nearest", aspect="auto")
         ax.set(xticks=[], yticks=[])
-        ruler = figure.add_axes((MARGIN_MM / width, MARGIN_MM / height, 100 / width, 4 / height))
+        ruler = add_axes_mm(figure, MARGIN_MM, height - MARGIN_MM, 100, 4)
         ruler.set(xlim=(0, 100), ylim=(0, 1), yticks=[], xticks=range(0, 101, 10))
         ruler.bar(np.arange(0, 100, 10) + 5, 1, width=10, color=["black", "white"] * 5)
         ruler.tick_params(length=0, pad=1, labelsize=6)
@@ -60,13 +64,3 @@ def calibration_sheet(paper: str = "A4") -> Figure:
             va="center",
         )
     return figure
-
-
-def _texture(rows: int, columns: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
-    """Return grey levels from 0.05 to 0.95, identical on every sheet."""
-    frequency = np.hypot(np.fft.fftfreq(rows)[:, None], np.fft.rfftfreq(columns))
-    white = np.fft.rfft2(np.random.default_rng(1987).standard_normal((rows, columns)))
-    # The lowest frequencies have constant amplitude, which leaves more contrast for fine detail.
-    spectrum = np.where(frequency > 0, white / np.maximum(frequency, 0.02), 0)
-    field = np.fft.irfft2(spectrum, (rows, columns))
-    return np.asarray(np.clip(0.5 + 0.2 * field / field.std(), 0.05, 0.95))

@@ -14,12 +14,21 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from scipy import stats
 
-from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
+from focalgradient.plotting.figures import (
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    REFERENCE,
+    SIMULATED,
+    draw_means,
+    laid_out,
+)
 from focalgradient.plotting.ratio_axis import ratio_axis
 from focalgradient.statistics import DepthRatingResult, DurationFit, Effect, Interval, NeckerResult, OrdinalResult
 
 __all__ = [
-    "SIMULATED",
     "blur_figure",
     "depth_rating_figure",
     "draw_depth_rating",
@@ -35,12 +44,9 @@ __all__ = [
     "scenes_figure",
 ]
 
-SIMULATED = "simulated observers"
-"""Label in pictures of simulated observers."""
-
 FIXATION = {"nearest": (BLUE, "o", "near object\nin focus"), "farthest": (ORANGE, "s", "far object\nin focus")}
-OTHERS = [(GREEN, "^"), ("#AA3377", "D"), ("#66CCEE", "v"), ("#BBAA22", "P")]
-"""Colours (Tol's bright scheme) and markers of user-defined fixations."""
+OTHERS = [*zip(COLOURS[2:], "^DvP", strict=True)]
+"""Colours and markers of user-defined fixations."""
 
 Look = tuple[str, str, str]
 """Colour, marker and label of a fixation."""
@@ -107,9 +113,9 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
                 continue
             for x, sd, mean in means:
                 ax.errorbar(x, mean.estimate, xerr=sd, color=colour, linewidth=1, capsize=2, alpha=0.7, zorder=2)
-            _means(ax, [(x, mean) for x, _, mean in means], colour, marker)
+            draw_means(ax, [(x, mean) for x, _, mean in means], colour, marker)
             labels.append((means[-1][2].estimate, label, colour))
-        ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.axhline(1, **REFERENCE)
         ratio_axis(ax, "y")
         ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
         _labels(ax, labels, 0.15)
@@ -202,7 +208,7 @@ def _draw_ratings(
         )
         means = [(x, mean) for x, mean in intervals if isinstance(mean, Interval)]
         if means:
-            _means(ax, means, colour, marker)
+            draw_means(ax, means, colour, marker)
             labels.append((means[-1][1].estimate, label, colour))
         elif points:
             labels.append((points[-1][2], label, colour))
@@ -210,7 +216,7 @@ def _draw_ratings(
     _apertures(ax, sizes)
     if ratio:
         ax.set_ylabel("perceived depth (ratio to the pinhole)")
-        ax.axhline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.axhline(1, **REFERENCE)
         ratio_axis(ax, "y")
     else:
         ax.set_ylabel("rating (geometric mean)")
@@ -240,7 +246,7 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
             if rise.low is not None and rise.high is not None:
                 ax.plot([rise.low, rise.high], [y + 2 * side] * 2, color=colour, linewidth=1.2)
             ax.plot(rise.estimate, y + 2 * side, marker, color=colour, markersize=4)
-    ax.axvline(1, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    ax.axvline(1, **REFERENCE)
     small = max(4.0, min(8.0, 130 / max(len(order), 1)))
     ax.set_yticks(range(len(order)), order, fontsize=small)
     ax.set_xlabel("depth effect at the largest aperture\n(ratio to the pinhole)")
@@ -282,7 +288,7 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
             ax.plot(mm, slope.estimate * mm, color=colour, linewidth=2)
             labels.append((slope.estimate * largest_mm, label, colour))
     for each in result.thresholds:
-        ax.axhline(each.place.estimate, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+        ax.axhline(each.place.estimate, **REFERENCE)
         ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="top")
     ax.set(xlabel="aperture (mm)", ylabel="latent perceived depth (log odds)", title="Latent scale")
     _labels(ax, labels, 0.15)
@@ -302,12 +308,8 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
         ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
     of = {(each.gradient, each.strength): each.of_readings for each in result.shares if each.percept == "nonrigid"}
     means = [(x, mean) for x, mean in enumerate(map(of.get, conditions)) if isinstance(mean, Interval)]
-    ax.plot([x for x, _ in means], [100 * mean.estimate for _, mean in means], "o-", color=ORANGE, markersize=5)
-    for x, mean in means:
-        if mean.low is not None and mean.high is not None:
-            ends = [[100 * (mean.estimate - mean.low)], [100 * (mean.high - mean.estimate)]]
-            ax.errorbar(x, 100 * mean.estimate, ends, color=ORANGE, linewidth=1.4, capsize=2.5, capthick=1.4)
-    ax.axhline(50, color=GREY, linewidth=0.6, linestyle=(0, (4, 4)), zorder=0)
+    draw_means(ax, means, ORANGE, scale=100)
+    ax.axhline(50, **REFERENCE)
     ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)
     if simulated:
@@ -378,16 +380,6 @@ def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
         for label in ax.get_xticklabels():
             label.set(rotation=45, ha="right", rotation_mode="anchor")
     ax.set_xlabel("aperture (diameter in mm)")
-
-
-def _means(ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str) -> None:
-    """Draw means with their intervals."""
-    ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], color=colour, linewidth=2, zorder=3)
-    for x, mean in means:
-        if mean.low is not None and mean.high is not None and mean.low < mean.high:
-            bar = [[mean.estimate - mean.low], [mean.high - mean.estimate]]
-            ax.errorbar(x, mean.estimate, bar, color=colour, linewidth=2, capsize=3, capthick=1.6, zorder=3)
-    ax.plot([x for x, _ in means], [mean.estimate for _, mean in means], marker, color=colour, markersize=6, zorder=4)
 
 
 def _conditions(result: NeckerResult) -> list[tuple[str, float]]:

@@ -9,28 +9,20 @@ from dataclasses import replace
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from focalgradient.plotting.figures import (
     COLOURS,
     GREY,
-    ORANGE,
+    MOST_NAMES,
     laid_out,
+    log_ticks,
     people_grid,
     person_colours,
     shortened,
-    style,
 )
-from focalgradient.plotting.subjects import SIMULATED
 from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, ThresholdResult
 
 __all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", "person_figure", "threshold_figure"]
-
-MOST_ROWS = 40
-"""Maximum number of participant names on the axis; with more participants, every second, third, ... is named."""
-
-STEPS = (1, 2, 5)
-"""Ticks per decade of a logarithmic axis."""
 
 
 def threshold_figure(
@@ -41,7 +33,7 @@ def threshold_figure(
     `level` is the label of the axis of levels; by default it follows from the unit.
     """
     conditions = _conditions(results)
-    with laid_out(180, 90) as figure:
+    with laid_out(180, 90, simulated=simulated) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
         for name, result in conditions.items():
             draw_functions(left, result, colour=_colour(conditions, name), label=name)
@@ -52,7 +44,6 @@ def threshold_figure(
         if level is not None:
             for ax in (left, right):
                 ax.set_xlabel(level)
-        _say_simulated(figure, simulated)
     return figure
 
 
@@ -62,8 +53,7 @@ def person_figure(
     """Draw one panel per participant: shares of right answers, and the fitted function of each condition."""
     conditions = _conditions(results)
     people = _names(conditions)
-    with style():
-        figure, panels = people_grid(people)
+    with people_grid(people, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, people, strict=True):
             for name, result in conditions.items():
                 only = replace(result, subjects=tuple(one for one in result.subjects if _name(one) == person))
@@ -74,7 +64,6 @@ def person_figure(
             figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
         figure.supxlabel(level or _axis(next(iter(conditions.values()))), fontsize=8)
         figure.supylabel("proportion correct", fontsize=8)
-        _say_simulated(figure, simulated)
     return figure
 
 
@@ -97,11 +86,6 @@ def _names(conditions: Mapping[str, ThresholdResult]) -> list[str]:
 
 def _levels(result: ThresholdResult) -> list[float]:
     return [level for _, fit in _fitted(result) for level in fit.levels]
-
-
-def _say_simulated(figure: Figure, simulated: bool) -> None:
-    if simulated:
-        figure.suptitle(SIMULATED, fontsize=8, color=ORANGE, x=0.99, ha="right")
 
 
 def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFit]]:
@@ -160,7 +144,7 @@ def draw_thresholds(ax: Axes, results: ThresholdResult | Mapping[str, ThresholdR
                 draw_interval(ax, (mean.low, mean.high), row, limits, colour=colour, width=2.5)
                 values += np.clip([mean.low, mean.high], *limits).tolist()
             ax.plot(mean.estimate, row, "D", color=colour, markersize=5)
-    every = math.ceil(len(names) / MOST_ROWS) if names else 1
+    every = math.ceil(len(names) / MOST_NAMES) if names else 1
     ax.set_yticks([*range(0, len(names), every), len(names)], [*(shortened(who, 14) for who in names[::every]), "mean"])
     ax.set(ylim=(len(names) + 0.6, -0.6), xlabel=_axis(next(iter(conditions.values()))))
     ax.set_title("Thresholds, 95 % intervals")
@@ -188,10 +172,6 @@ def _axis(result: ThresholdResult) -> str:
 def logarithmic(ax: Axes, values: list[float]) -> None:
     """Format a logarithmic axis with ticks at 1, 2 and 5 of each decade."""
     ax.set_xscale("log")
+    log_ticks(ax.xaxis)
     if values:
-        low, high = math.floor(math.log10(min(values))), math.ceil(math.log10(max(values)))
-        ticks = [step * 10.0**power for power in range(low, high + 1) for step in STEPS]
         ax.set_xlim(min(values) / 1.25, max(values) * 1.25)
-        ax.xaxis.set_major_locator(FixedLocator(ticks))
-        ax.xaxis.set_minor_locator(NullLocator())
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))

@@ -6,10 +6,8 @@ from collections.abc import Mapping
 
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 
-from focalgradient.plotting.figures import people_grid, person_colours, style
-from focalgradient.plotting.subjects import SIMULATED
+from focalgradient.plotting.figures import log_ticks, people_grid, person_colours
 
 __all__ = ["trace_figure"]
 
@@ -40,8 +38,7 @@ def trace_figure(
     people = [*dict.fromkeys(table["participant_id"])]
     shown = people[:MOST_PANELS]
     groups = [(None, table)] if factor is None else [*table.groupby(factor)]
-    with style():
-        figure, panels = people_grid([str(person).removeprefix("sub-") for person in shown])
+    with people_grid([str(one).removeprefix("sub-") for one in shown], simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, shown, strict=True):
             for (name, trials), colour in zip(groups, person_colours(len(groups)), strict=True):
                 own = trials[trials["participant_id"] == person]
@@ -61,16 +58,10 @@ def trace_figure(
                 )
             if ratio:
                 panel.set_yscale("log")
-                panel.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-                panel.yaxis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
-                panel.yaxis.set_minor_locator(NullLocator())
+                log_ticks(panel.yaxis)
         if factor is not None:
             figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
         most = "" if len(shown) == len(people) else f" ({len(shown)} of {len(people)} participants shown)"
         figure.supxlabel(f"trial of the procedure{most}", fontsize=8)
         figure.supylabel(f"{level} ({units[level]})" if units.get(level) else level, fontsize=8)
-        if simulated:
-            figure.suptitle(SIMULATED, fontsize=8, x=0.99, ha="right")
-        figure.draw_without_rendering()
-        figure.set_layout_engine("none")
     return figure

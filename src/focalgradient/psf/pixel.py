@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["pixel_transfer"]
+__all__ = ["PIXEL_VARIANCE", "pixel_transfer"]
+
+PIXEL_VARIANCE = 1 / 12
+"""Variance of the square pixel aperture along an axis (px^2)."""
 
 
 def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np.float64]:

@@ -21,7 +21,7 @@ from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.render.hidden import NOTHING, nearest_behind, surfaces
-from focalgradient.render.kernels import Kernels, disc_kernels, kernels_of, lens_radius
+from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
 from focalgradient.render.mixed import parted
 from focalgradient.render.raycast import cast_without, castable, check_frame
 from focalgradient.render.rendered import LUMINANCE
@@ -38,10 +38,6 @@ MAX_RADIUS_PX = 250.0
 BLUR_STEP_PX = 0.25
 """Spacing in pixels of blur between the tabulated point spread functions of optics with their own blur model; nearest
 neighbour: error at most half a step."""
-
-FINE_BLUR_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
-"""Spacing in pixels, and maximum number, of tabulated functions where only a few distinct blurs occur, as for frontal
-planes."""
 
 MARGIN_PX, MAX_MARGIN_PX = 12, 96
 """Margin in pixels, in addition to 1.5 times the disc radius, of the tabulated blur functions; and its maximum for
@@ -257,18 +253,15 @@ def _kernels(
     own = own_blur(optics)
     if psf is None and own is not None:
         return _own_kernels(own, blurs, scale, pixel_angle), False
-    if psf is None or isinstance(psf, Disc):
-        return disc_kernels(largest), True
+    psf = psf or Disc()
     return shape_kernels(psf, blurs), psf.symmetric
 
 
 def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
     """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `BLUR_STEP_PX`."""
-    fine = np.unique(np.rint(blurs / FINE_BLUR_STEP_PX).astype(np.int64))
-    few = len(fine) <= MAX_FINE_COUNT
-    steps = (
-        FINE_BLUR_STEP_PX * fine if few else BLUR_STEP_PX * np.unique(np.rint(blurs / BLUR_STEP_PX).astype(np.int64))
-    )
+    steps = few_blurs(blurs)
+    if steps is None:
+        steps = BLUR_STEP_PX * np.unique(np.rint(blurs / BLUR_STEP_PX))
     pictures, margin = [], _margin(own, pixel_angle)
     for blur in steps.tolist():
         vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Hashable
+from concurrent.futures import ThreadPoolExecutor
+from functools import lru_cache, partial
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.psf import Psf
-from focalgradient.render.kernels import (
-    FREQUENCY_STEPS,
-    MAX_FITTED_FREQUENCY,
-    UNIFORMITY_WEIGHT,
-    Kernels,
-    kernels_of,
-    lens_radius,
-)
+from focalgradient.parallel import cores
+from focalgradient.psf import Disc, Psf
+from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
 
 __all__ = ["shape_kernels", "shape_picture"]
 
@@ -24,21 +21,30 @@ MIN_INTERPOLATED_RADIUS = 8.0
 """Blur radius in pixels below which weights are fitted to the transfer. Linear interpolation between pixels reproduces
 a pentagon's transfer up to 1/8 cycle per pixel to 0.004 from 9 pixels on, but only to 0.009 at 6."""
 
+MAX_FITTED_FREQUENCY, FREQUENCY_STEPS = 0.43, 14
+"""Maximum frequency (cycles per pixel) up to which the transfer of smaller shapes is fitted, and number of frequency
+steps. In a photograph blurred by about a pixel, distance is estimated with a bias of -1.0 % for 0.36 and -0.5 % for
+0.43; for 0.5 it varies more."""
+
+UNIFORMITY_WEIGHT = 0.005
+"""Weight of a shape's uniformity relative to its transfer in the fit. 0 would give a few bright pixels; with 0.005,
+pixels within a disc of radius 4 px differ by 6 %, and the transfer is accurate to 0.0025 up to 1/8 cycle per pixel."""
+
 EXTENT_SD = 4.0
 """Extent of a tabulated shape in standard deviations: a triangle ends at 2.8; a Gaussian has 6e-5 outside."""
 
 MIN_FRACTION = 1e-4
 """Fraction of the brightest pixel below which a pixel is set to 0."""
 
-FINE_RADIUS_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
-"""Spacing in pixels, and maximum number, of blur radii where only a few distinct ones occur; nearest neighbour: error
-at most half a step."""
-
 LENS_RADIUS_PX = 12.0
 """Radius in pixels at which a shape's extent relative to the disc is measured: to a twelfth of the radius."""
 
-RADIUS_STEP_PX, RADIUS_GROWTH = 0.05, 0.02
-"""Spacing of blur radii where many occur: in pixels, or as a fraction of the radius, whichever is larger."""
+RADIUS_STEP_PX, RADIUS_GROWTH = 0.02, 0.01
+"""Spacing of blur radii where many occur: in pixels, or as a fraction of the radius, whichever is larger; nearest
+neighbour: error at most half a step."""
+
+RIM_SAMPLES = 24
+"""Samples per pixel, in each direction, along a disc's rim: the second moment is then accurate to 0.001."""
 
 
 def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
@@ -48,79 +54,116 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
     than focus.
     """
     signed = np.abs(blurs) if psf.symmetric else blurs
-    steps: NDArray[Any] = FINE_RADIUS_STEP_PX * np.unique(np.rint(signed / FINE_RADIUS_STEP_PX).astype(np.int64))
-    if len(steps) > MAX_FINE_COUNT:
-        largest = float(np.abs(blurs).max())
-        radii: NDArray[Any] = np.arange(
-            0, min(largest, RADIUS_STEP_PX / RADIUS_GROWTH) + RADIUS_STEP_PX, RADIUS_STEP_PX
-        )
-        if largest > radii[-1]:
-            count = math.ceil(math.log(largest / radii[-1]) / math.log1p(RADIUS_GROWTH))
-            radii = np.concatenate([radii, radii[-1] * (1 + RADIUS_GROWTH) ** np.arange(1, count + 1)])
+    steps = few_blurs(signed)
+    if steps is None:
+        radii = _radii(float(np.abs(blurs).max()))
         steps = radii if psf.symmetric else np.concatenate([-radii[:0:-1], radii])
-        steps = steps[
-            (steps >= signed.min() - 2 * RADIUS_STEP_PX - RADIUS_GROWTH * largest)
-            & (steps <= signed.max() + RADIUS_GROWTH * largest + 2 * RADIUS_STEP_PX)
-        ]
-    upright = {radius: shape_picture(psf, radius) for radius in dict.fromkeys(np.abs(steps).tolist())}
+        first, last = np.searchsorted(steps, [signed.min(), signed.max()])
+        steps = steps[max(first - 1, 0) : last + 1]
+    radii = np.unique(np.abs(steps))
+    with ThreadPoolExecutor(cores()) as pool:
+        upright = dict(zip(radii.tolist(), pool.map(partial(shape_picture, psf), radii.tolist()), strict=True))
     turned = [
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned, lens_radius(shape_picture(psf, LENS_RADIUS_PX), LENS_RADIUS_PX))
+    lens = 1.0 if isinstance(psf, Disc) else lens_radius(shape_picture(psf, LENS_RADIUS_PX), LENS_RADIUS_PX)
+    return kernels_of(steps, turned, lens)
+
+
+def _radii(largest: float) -> NDArray[np.float64]:
+    """Return blur radii from 0 to at least `largest` pixels, `RADIUS_STEP_PX` or `RADIUS_GROWTH` apart."""
+    even = RADIUS_STEP_PX * np.arange(1 + round(1 / RADIUS_GROWTH))
+    count = max(0, math.ceil(math.log(max(largest, even[-1]) / even[-1]) / math.log1p(RADIUS_GROWTH)))
+    return np.concatenate([even, even[-1] * (1 + RADIUS_GROWTH) ** np.arange(1, count + 1)])
 
 
 def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
     """Return a shape of `radius` pixels, as seen beyond focus, as a square picture of odd size, non-negative, sum 1."""
     if radius < 0.01:
         return np.ones((1, 1))
-    even = _interpolated(psf, radius)
-    return _fitted(psf, radius, even) if radius < MIN_INTERPOLATED_RADIUS else even
+    if radius >= MIN_INTERPOLATED_RADIUS:
+        return _interpolated(psf, radius)
+    return _fitted_once(psf, radius) if isinstance(psf, Hashable) else _fitted(psf, radius)
 
 
 def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
     """Return a shape by linear interpolation between pixels, reduced in size so that the second moment is exact."""
     # Linear interpolation adds a variance of 1/6 per axis.
     smaller = math.sqrt(max(radius**2 - 1 / 6 / psf.sd_per_radius**2, 1 / 4))
-    reach = math.ceil(EXTENT_SD * psf.sd_per_radius * radius) + 2
+    reach = math.ceil(radius) + 1 if isinstance(psf, Disc) else math.ceil(EXTENT_SD * psf.sd_per_radius * radius) + 2
     side = 2 * reach + 1
+    if isinstance(psf, Disc):
+        picture = np.zeros((side, side))
+        _fill_disc(smaller, picture)
+        return picture / picture.sum()
     # Frequencies beyond Nyquist are aliased, as by sampling.
     folds = np.arange(-2, 3) if radius < MIN_INTERPOLATED_RADIUS else np.arange(-1, 2)
-    axis = (np.fft.fftfreq(side)[:, None] + folds).ravel()
-    spectrum = psf.optical_transfer(axis[:, None], axis, smaller) * np.outer(np.sinc(axis), np.sinc(axis)) ** 2
-    folded = spectrum.reshape(side, len(folds), side, len(folds)).sum(axis=(1, 3))
-    picture = np.fft.fftshift(np.fft.ifft2(folded).real)
+    down, right = ((axis[:, None] + folds).ravel() for axis in (np.fft.fftfreq(side), np.fft.rfftfreq(side)))
+    spectrum = psf.optical_transfer(down[:, None], right, smaller) * np.outer(np.sinc(down), np.sinc(right)) ** 2
+    folded = spectrum.reshape(side, len(folds), -1, len(folds)).sum(axis=(1, 3))
+    picture = np.fft.fftshift(np.fft.irfft2(folded, (side, side)))
     seen = np.argwhere(picture > MIN_FRACTION * picture.max())
     cut = reach - int(np.abs(seen - reach).max())
     picture = np.where(picture > MIN_FRACTION * picture.max(), picture, 0.0)[cut : side - cut, cut : side - cut]
     return picture / picture.sum()
 
 
-def _fitted(psf: Psf, radius: float, even: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return non-negative weights that fit the shape's transfer by least squares, close to uniform (see `kernels`)."""
+def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
+    """Return non-negative weights that fit the shape's transfer by least squares, close to uniform.
+
+    Exact interpolation at the fine detail that small shapes leave would need negative weights, which produce dark
+    rings around bright points. Pixels that reflections of an isotropic shape exchange share a weight.
+    """
     from scipy.optimize import nnls  # deferred: slow to import
 
-    reach = len(even) // 2
-    down, right = np.meshgrid(
-        np.linspace(-MAX_FITTED_FREQUENCY, MAX_FITTED_FREQUENCY, 2 * FREQUENCY_STEPS + 1),
-        np.linspace(0, MAX_FITTED_FREQUENCY, FREQUENCY_STEPS + 1),
-        indexing="ij",
-    )
+    even = _interpolated(psf, radius)
+    right = np.linspace(0, MAX_FITTED_FREQUENCY, FREQUENCY_STEPS + 1)
+    down, right = np.meshgrid(np.concatenate([-right[:0:-1], right]), right, indexing="ij")
     radial = np.hypot(down, right)
-    order = np.argsort(radial, axis=None)
-    order = order[radial.ravel()[order] <= MAX_FITTED_FREQUENCY]
-    down, right, radial = (values.ravel()[order] for values in (down, right, radial))
-    y, x = np.nonzero(even)
-    waves = np.exp(-2j * np.pi * (down[:, None] * (y - reach) + right[:, None] * (x - reach)))
+    kept = (radial <= MAX_FITTED_FREQUENCY) & (not psf.isotropic or (down >= 0) & (down <= right))
+    order = np.argsort(radial[kept])
+    down, right, radial = (values[kept][order] for values in (down, right, radial))
+    y, x = np.argwhere(even).T - len(even) // 2
+    alike = np.sort(np.abs([y, x]), axis=0) if psf.isotropic else np.stack([y, x])
+    _, group, count = np.unique(alike, axis=1, return_inverse=True, return_counts=True)
+    group = group.ravel()
+    waves = np.exp(-2j * np.pi * (down[:, None] * y + right[:, None] * x)) @ np.eye(len(count))[group]
     weight = 1 / np.maximum(radial, radial[1])  # amplitude spectrum of natural images
     weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
-    wanted = weight * psf.optical_transfer(down, right, radius)
-    level = UNIFORMITY_WEIGHT / even.max()
+    wanted = psf.optical_transfer(down, right, radius)
+    level = UNIFORMITY_WEIGHT * np.sqrt(count) / even.max()
+    uniform = np.bincount(group, even[even != 0]) / count
+    parts = (np.real,) if psf.symmetric else (np.real, np.imag)
     fitted, _ = nnls(
-        np.concatenate([weight[:, None] * waves.real, weight[1:, None] * waves.imag[1:], level * np.eye(len(y))]),
-        np.concatenate([np.real(wanted), np.imag(wanted)[1:], level * even[y, x]]),
+        np.concatenate([*(weight[:, None] * part(waves) for part in parts), np.diag(level)]),
+        np.concatenate([*(weight * part(wanted) for part in parts), level * uniform]),
     )
     picture = np.zeros_like(even)
-    picture[y, x] = fitted
+    picture[even != 0] = fitted[group]
     return picture
+
+
+_fitted_once = lru_cache(maxsize=1024)(_fitted)
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def _fill_disc(radius, picture):  # type: ignore[no-untyped-def]
+    """Fill in a disc of radiance 1, weighted by the pyramid kernel of linear interpolation at each pixel."""
+    reach = len(picture) // 2
+    for i in range(reach + 1):
+        for j in range(i, reach + 1):  # eightfold symmetry
+            away, light = math.hypot(i, j), 0.0
+            if away < radius - math.sqrt(2):
+                light = 1.0
+            elif away < radius + math.sqrt(2):
+                for m in range(2 * RIM_SAMPLES):
+                    y = (m + 0.5) / RIM_SAMPLES - 1
+                    for n in range(2 * RIM_SAMPLES):
+                        x = (n + 0.5) / RIM_SAMPLES - 1
+                        if math.hypot(i + y, j + x) <= radius:
+                            light += (1 - abs(y)) * (1 - abs(x)) / RIM_SAMPLES**2
+            for y, x in ((i, j), (j, i)):
+                picture[reach - y, reach - x] = picture[reach - y, reach + x] = light
+                picture[reach + y, reach - x] = picture[reach + y, reach + x] = light

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_number
 from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import DISC_K
+from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 
 __all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
@@ -45,7 +46,6 @@ MIN_LINE_WIDTH_PX = (
     1.6  # minimum line width in pixels; thinner lines flicker as they cross pixels (at 1.6 px by 5e-5 of their energy)
 )
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
-PIXEL = 1 / 12  # px^2, variance of the square pixel aperture
 
 THREADS = min(MOST_THREADS, cores())
 """Number of threads that draw rows; the limit of eight is a design choice."""
@@ -233,7 +233,7 @@ def necker_frame(
         depth = necker.seen(turn, gradient)[EDGES, 2]
         blur = blur_at(necker, depth, aperture=aperture, focus=focus, k=k) / pixel_angle
     line = necker.line_width / WIDTH / pixel_angle
-    width = math.sqrt(line**2 + PIXEL)
+    width = math.sqrt(line**2 + PIXEL_VARIANCE)
     return wireframe(lines, blur, shape, width=width, brightness=math.sqrt(2 * math.pi) * line)
 
 

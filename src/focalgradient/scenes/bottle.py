@@ -13,6 +13,7 @@ from focalgradient.scenes.landscape import clouded_sky
 from focalgradient.scenes.materials import ramp
 from focalgradient.scenes.objects import Mark, Mesh, Scene
 from focalgradient.scenes.shapes import Paint, lathe
+from focalgradient.scenes.texture import random_field
 
 __all__ = ["BODY_RADIUS", "bottle"]
 
@@ -107,11 +108,7 @@ def _checks(seed: int, turn: float) -> Mesh:
     """Return the plane: dark and light checks with 1/f grain, 8 x 8 in a repeating tile."""
     cells, texels = 8, 1024
     row, column = np.indices((texels, texels)) * cells // texels
-    noise = np.random.default_rng([seed, 3]).standard_normal((texels, texels))
-    frequency = np.hypot(np.fft.fftfreq(texels)[:, None], np.fft.rfftfreq(texels))
-    frequency[0, 0] = np.inf
-    grain = np.fft.irfft2(np.fft.rfft2(noise) / frequency, noise.shape)  # periodic 1/f noise
-    tone = np.where((row + column) % 2, 0.62, 0.09) * np.exp(0.13 * grain / grain.std())
+    tone = np.where((row + column) % 2, 0.62, 0.09) * np.exp(0.13 * random_field((texels, texels), [seed, 3]))
     corners = 4.0 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
     c, s = math.cos(turn), math.sin(turn)
     uv = corners @ np.array([[c, -s], [s, c]]).T / (cells * CHECK_SIDE)

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields, check_finite, check_number
-from focalgradient.quantities import ARCMIN, DEGREES, METRES, POSITIVE
+from focalgradient.quantities import ARCMIN, DEGREES, METRES, POSITIVE, Range
 
 __all__ = [
     "EDGES",
@@ -85,23 +85,15 @@ class NeckerCube:
     (0.5, 0.582, 1.418)
     """
 
-    size: Annotated[float, DEGREES.si] = math.radians(8)
-    perspective: Annotated[float, POSITIVE, "P"] = 0.4
-    distance: Annotated[float, METRES] = 0.5
+    size: Annotated[float, DEGREES.si, Range("radians", positive=True)] = math.radians(8)
+    perspective: Annotated[float, POSITIVE, Range("edge length / distance", positive=True), "P"] = 0.4
+    distance: Annotated[float, METRES, Range("metres", positive=True)] = 0.5
     tilt: Annotated[float, DEGREES.si] = math.radians(20)
     direction: Direction = "right"
-    speed: Annotated[float, POSITIVE.between(1e-3, 100), "T"] = 0.125
-    line_width: Annotated[float, ARCMIN.si] = math.radians(3 / 60)
+    speed: Annotated[float, POSITIVE.between(1e-3, 100), Range("turns per second", positive=True), "T"] = 0.125
+    line_width: Annotated[float, ARCMIN.si, Range("radians", positive=True)] = math.radians(3 / 60)
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("size", "radians"),
-            ("perspective", "edge length / distance"),
-            ("distance", "metres"),
-            ("speed", "turns per second"),
-            ("line_width", "radians"),
-        ):
-            check_number(name, getattr(self, name), unit, positive=True)
         check_fields(self)
         if not abs(self.tilt) < math.pi / 2:
             raise InputError(f"tilt is {self.tilt!r}, but must be smaller than a right angle: give it in radians.")

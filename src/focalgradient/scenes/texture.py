@@ -3,20 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
 from focalgradient.errors import InputError, check_fields, check_seed
 from focalgradient.quantities import Range
 
-__all__ = ["TILE", "Texture"]
+__all__ = ["BELOW_NYQUIST", "TILE", "Texture", "random_field"]
 
 TILE = 1024
 """Number of texels along one side of the square, periodic tile of a texture."""
+
+BELOW_NYQUIST = float(np.nextafter(0.5, 0))
+"""Frequency in cycles per pixel just below the Nyquist limit, at which a field would have no phase."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -75,7 +80,7 @@ class Texture:
 
     def values(self) -> NDArray[np.float32]:
         """Return reflectance at the texels, 1024 x 1024, periodic; row i, column j is (j, i) texels from the anchor."""
-        field = np.exp(self._spread * _noise(self.seed))
+        field = np.exp(self._spread * random_field((TILE, TILE), self.seed, finest=0.5))
         return np.asarray(self.mean / field.mean() * field, np.float32)
 
     def coefficients(self) -> NDArray[np.float32]:
@@ -92,11 +97,37 @@ def _coefficients(seed: int, mean: float, contrast: float) -> NDArray[np.float32
     return np.fft.irfft2(spectrum, (TILE, TILE)).astype(np.float32)
 
 
-def _noise(seed: int) -> NDArray[np.float64]:
-    """Return a periodic Gaussian field, mean 0, variance 1, amplitude 1/f up to an isotropic 1/2 cycle per texel."""
-    white = np.random.default_rng(seed).standard_normal((TILE, TILE))
-    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
+def random_field(
+    shape: tuple[int, int],
+    seed: int | Sequence[int] | np.random.Generator,
+    *,
+    slope: float = 1.0,
+    coarsest: float = 0.0,
+    finest: float = math.inf,
+) -> NDArray[np.float64]:
+    """Return a periodic Gaussian field with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
+
+    Parameters
+    ----------
+    shape
+        Height and width in pixels.
+    seed
+        Random seed, or a generator.
+    slope
+        Exponent of the amplitude spectrum; 1 for natural images.
+    coarsest
+        Frequency below which the amplitude is constant, in cycles per pixel.
+    finest
+        Highest frequency in any direction, in cycles per pixel; those of the pixels' corners exceed 1/2.
+
+    Examples
+    --------
+    >>> field = random_field((64, 64), seed=1)
+    >>> field.shape, round(float(field.std()), 6)
+    ((64, 64), 1.0)
+    """
+    frequency = np.maximum(np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1])), coarsest)
     frequency[0, 0] = np.inf
-    spectrum = np.where(frequency > 0.5, 0, np.fft.rfft2(white) / frequency)
-    field = np.fft.irfft2(spectrum, (TILE, TILE))
-    return np.asarray(field / field.std())
+    white = fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
+    field: NDArray[np.float64] = fft.irfft2(np.where(frequency > finest, 0, white / frequency**slope), s=shape)
+    return field / field.std()

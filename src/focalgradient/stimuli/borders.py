@@ -41,7 +41,7 @@ from focalgradient.stimuli.stimulus import (
     check_light,
     check_shape,
     depth_of_blur,
-    measured,
+    measured_stimulus,
 )
 
 __all__ = ["blurred_edge", "texture_border"]
@@ -183,22 +183,18 @@ def texture_border(
     at_border = maximum_filter(covered, 3) - minimum_filter(covered, 3) > 1e-4
     # Through the near side's blurred border shows the far side, at its own blur.
     allowed = np.where(at_border, min(edge, *blur.values()), blur_map * frame.pixels(1.0))
-    return Stimulus(
-        "texture_border",
-        picture,
-        sharp,
-        np.where(masks["left"], depth["left"], depth["right"]),
-        blur_map,
-        masks,
-        frame.pixel_angle,
-        parameters,
-        {
-            "equalised": list(names),
-            "near": near,
-            "occlusion_agrees_with_blur": edge == (max(blur.values()) if "spectrum" in names else blur[near]),
-            **measured(picture, sharp, allowed, masks, shape),
-        },
-        ("mather1996", "marshall1996", "mather2002"),
+    return measured_stimulus(
+        *("texture_border", ("mather1996", "marshall1996", "mather2002"), frame, parameters),
+        picture=picture,
+        sharp=sharp,
+        depth=np.where(masks["left"], depth["left"], depth["right"]),
+        blur=blur_map,
+        masks=masks,
+        psf=shape,
+        allowed_px=allowed,
+        equalised=names,
+        near=near,
+        occlusion_agrees_with_blur=edge == (max(blur.values()) if "spectrum" in names else blur[near]),
     )
 
 
@@ -332,23 +328,15 @@ def blurred_edge(
     )
     low, high = mean * (1 - contrast), mean * (1 + contrast)
     picture, sharp = (low + (high - low) * part for part in (share, sharp))
-    masks = {"bright": place > 0, "dark": place <= 0}
-    blur_map = np.full(frame.shape, arcmin, float)
-    return Stimulus(
-        "blurred_edge",
-        picture,
-        sharp,
-        np.full(frame.shape, depth_of_blur(arcmin, side, focus_m=focus_m, pupil_mm=pupil_mm)),
-        blur_map,
-        masks,
-        frame.pixel_angle,
-        parameters,
-        {
-            "equalised": [],
-            "blur_arcmin": arcmin,
-            **measured(picture, sharp, blur_map * frame.pixels(1.0), masks, shape),
-        },
-        ("watson2011",),
+    return measured_stimulus(
+        *("blurred_edge", ("watson2011",), frame, parameters),
+        picture=picture,
+        sharp=sharp,
+        depth=np.full(frame.shape, depth_of_blur(arcmin, side, focus_m=focus_m, pupil_mm=pupil_mm)),
+        blur=np.full(frame.shape, arcmin, float),
+        masks={"bright": place > 0, "dark": place <= 0},
+        psf=shape,
+        blur_arcmin=arcmin,
     )
 
 

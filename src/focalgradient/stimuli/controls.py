@@ -18,6 +18,7 @@ from scipy.ndimage import maximum_filter
 
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
+from focalgradient.psf import disc_transfer
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
 
@@ -86,22 +87,14 @@ def against_prediction(
             halves[half] += blurred.reshape(height, finer, width, finer).mean(axis=(1, 3))
     radii = [lens.aperture_diameter / 2 * np.abs(lens.focus_vergence - 1 / sharp.depth).max() for lens in optics]
     widest = max(radii) / sharp.pixel_angle / finer
-    rim = math.ceil(widest) + 2
-    inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
+    inside, is_usable = _usable(sharp.depth, math.ceil(widest) + 2, finer)
     seen, noise = light[inside], residual[inside]
     if not _measurable(seen):
         return {}
     expected, uncertain = halves.mean(axis=0)[inside], (halves[0] - halves[1])[inside] / 2
     power, predicted = (spectrum(image) - spectrum(of) for image, of in ((seen, noise), (expected, uncertain)))
-    # Exclude surroundings of occlusion boundaries, where the prediction depends on hidden surfaces.
-    vergence = 1 / sharp.depth
-    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > BOUNDARY_D for axis in (0, 1)]
-    is_usable = ~maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer][inside]
     is_usable |= is_usable.mean() < 0.1  # too little remains: include boundaries
-    slopes = np.stack(np.gradient(expected)[::-1])[:, is_usable]
-    # A picture displaced by s equals the original minus s times its gradient.
-    shift = -np.linalg.solve(slopes @ slopes.T, slopes @ (seen - expected)[is_usable])
-    found = {"shift_px": shift.tolist()}
+    found = {"shift_px": _shift(seen, expected, is_usable)}
     if (predicted > 0).all():
         found["spectrum"] = np.sqrt(np.maximum(power, 0) / predicted).tolist()
     return found
@@ -162,24 +155,37 @@ def against_discs(
     """
     vergence = 1 / np.asarray(distance, float)
     radius = optics.aperture_diameter / 2 * np.abs(optics.focus_vergence - vergence) / pixel_angle
-    rim = math.ceil(float(radius.max())) + 2
-    inside = (slice(rim, light.shape[0] - rim), slice(rim, light.shape[1] - rim))
-    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > BOUNDARY_D for axis in (0, 1)]
-    is_usable = ~maximum_filter(jumps[0] | jumps[1], 2 * rim + 1)[inside]
+    inside, is_usable = _usable(distance, math.ceil(float(radius.max())) + 2)
     seen = light[inside]
     if not _measurable(seen) or is_usable.mean() < 0.1:
         return {}
     expected = np.where(is_usable, _by_discs(sharp, radius)[inside], seen)
-    slopes = np.stack(np.gradient(expected)[::-1])[:, is_usable]
-    shift = -np.linalg.lstsq(slopes.T, (seen - expected)[is_usable], rcond=None)[0]
     ratio = np.sqrt(spectrum(seen) / np.maximum(spectrum(expected), np.finfo(float).tiny))
-    return {"shift_px": shift.tolist(), "spectrum": ratio.tolist()}
+    return {"shift_px": _shift(seen, expected, is_usable), "spectrum": ratio.tolist()}
+
+
+def _usable(distance: NDArray[np.floating], rim: int, finer: int = 1) -> tuple[tuple[slice, slice], NDArray[np.bool_]]:
+    """Return the part of a picture within a margin of `rim` pixels, and where no occlusion boundary is as near.
+
+    There the prediction depends on hidden surfaces. `finer` is the resolution of the distances (m) relative to it.
+    """
+    vergence = 1 / np.asarray(distance, float)
+    jumps = [np.abs(np.diff(vergence, axis=axis, prepend=vergence.take([0], axis))) > BOUNDARY_D for axis in (0, 1)]
+    beside = maximum_filter(jumps[0] | jumps[1], finer * (2 * rim + 1))[::finer, ::finer]
+    inside = (slice(rim, beside.shape[0] - rim), slice(rim, beside.shape[1] - rim))
+    return inside, ~beside[inside]
+
+
+def _shift(seen: NDArray[np.floating], expected: NDArray[np.floating], usable: NDArray[np.bool_]) -> list[float]:
+    """Return the shift of a picture from the expected one, right and down, in pixels, by its `usable` pixels."""
+    slopes = np.stack(np.gradient(expected)[::-1])[:, usable]
+    # A picture displaced by s equals the original minus s times its gradient.
+    shift: NDArray[np.float64] = -np.linalg.lstsq(slopes.T, (seen - expected)[usable], rcond=None)[0]
+    return shift.tolist()
 
 
 def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the picture with each pixel blurred by a disc of its own radius (px), applied to the whole picture."""
-    from scipy.special import j1  # deferred: slow to import
-
     pad = math.ceil(float(radius.max())) + 1
     wide = np.pad(np.asarray(sharp, float), pad, mode="symmetric")
     waves = np.fft.rfft2(wide)
@@ -189,9 +195,8 @@ def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArr
     for level in range(math.ceil(float(place.max())) + 1):
         weight = np.maximum(1 - np.abs(place - level), 0)
         if weight.any():
-            x = 2 * np.pi * frequency * 0.25 * level
-            transfer = np.where(x > 0, 2 * j1(x) / np.where(x > 0, x, 1), 1.0)
-            made += weight * np.fft.irfft2(waves * transfer, wide.shape)[pad:-pad, pad:-pad]
+            blurred = np.fft.irfft2(waves * disc_transfer(frequency, 0.25 * level), wide.shape)
+            made += weight * blurred[pad:-pad, pad:-pad]
     return made
 
 

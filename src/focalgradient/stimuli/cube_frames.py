@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.display import Display
+from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.render import necker_loop, wireframe
-from focalgradient.render.wireframe import PIXEL, WIDTH, blur_at
+from focalgradient.render.wireframe import WIDTH, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
@@ -83,7 +84,9 @@ def frames_of(
         points, edges = (solid, EDGES[_in_sight(solid)]) if trial.shape == "rigid" else (wobbling(cube, turn), EDGES)
         lines = cube.project(points)[edges] / pixel_angle + (np.array(shape[::-1]) - 1) / 2
         blur = np.zeros(lines.shape[:2])
-        yield wireframe(lines, blur, shape, width=math.sqrt(line**2 + PIXEL), brightness=math.sqrt(2 * math.pi) * line)
+        yield wireframe(
+            lines, blur, shape, width=math.sqrt(line**2 + PIXEL_VARIANCE), brightness=math.sqrt(2 * math.pi) * line
+        )
 
 
 def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:

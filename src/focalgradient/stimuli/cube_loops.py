@@ -6,11 +6,9 @@ All conditions show lines at the same positions with the same energy; only their
 from __future__ import annotations
 
 import math
-import platform
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -25,7 +23,7 @@ from focalgradient.progress import Progress
 from focalgradient.quantities import MILLIMETRES, POSITIVE
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
-from focalgradient.stimuli.folder import MANIFEST, Folder
+from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.sets import display_json, png
 
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
@@ -121,8 +119,7 @@ def make_necker(
         "focus": focus,
     }
     settings = {"set": "necker", "parameters": parameters, "display": display_json(display)}
-    names = ("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless")
-    folder = Folder(out, settings, {"python": platform.python_version(), **{name: version(name) for name in names}})
+    folder = Folder(out, settings, versions_of("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless"))
     if not folder.complete:
         white = max(float(look.frame("none", number).max()) for number in range(frames))
         conditions = folder.content.setdefault("conditions", {})

@@ -7,12 +7,10 @@ pictures of a scene share one camera, one exposure and one set of rays, and diff
 from __future__ import annotations
 
 import math
-import platform
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal, get_args
 
@@ -30,7 +28,7 @@ from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
 from focalgradient.stimuli.controls import Sharp, against_prediction
-from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.folder import Folder, versions_of
 from focalgradient.stimuli.sets import (
     Fixation,
     StimulusSet,
@@ -459,8 +457,7 @@ def _engine(engine: str) -> Engine:
 
 
 def _versions(engine: Engine) -> dict[str, str]:
-    names = ["focalgradient", "numpy", "pillow", *(["numba"] if engine == "cast" else ["mitsuba"])]
-    versions = {"python": platform.python_version(), **{name: version(name) for name in names}}
+    versions = versions_of("focalgradient", "numpy", "pillow", "numba" if engine == "cast" else "mitsuba")
     return versions if engine == "cast" else {**versions, "mitsuba variant": str(variant())}
 
 

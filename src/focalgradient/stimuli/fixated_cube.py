@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, Gaussian
 from focalgradient.render import necker_frame
-from focalgradient.render.wireframe import Gradient, blur_at
+from focalgradient.render.wireframe import WIDTH, Gradient, blur_at
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import EDGES, Direction
 from focalgradient.stimuli.stimulus import (
@@ -26,7 +26,7 @@ from focalgradient.stimuli.stimulus import (
     Resolution,
     Stimulus,
     arguments,
-    measured,
+    measured_stimulus,
 )
 
 __all__ = ["fixated_cube"]
@@ -131,26 +131,22 @@ def fixated_cube(
     # The centre of the cube lies on the axis, which the mean of its projected vertices misses.
     middle = np.zeros(2) if at is None else vertices[at] - (np.array(frame.shape[::-1]) - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
-    masks = {"lines": lines, "fixation": mark}
-    own = frame.pixels(line_arcmin) / (2 * math.sqrt(2 * math.log(2)))  # standard deviation of a sharp line
-    return Stimulus(
-        "fixated_cube",
-        picture,
-        sharp,
-        np.where(lines, depth, np.nan),
-        blur,
-        masks,
-        pixel,
-        parameters,
-        {
-            "equalised": ["luminance"],
-            "light_percent": 100 * (float(picture.sum() / sharp.sum()) - 1),
-            "focus_m": focus_m,
-            "fixation_px": [float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
-            "blur_agrees_with_depth": gradient == "rigid",
-            **measured(picture, sharp, np.hypot(blur * ARCMIN / pixel, own), masks, Gaussian(), lines=True),
-        },
-        ("pastukhov",),
+    line_sd = frame.pixels(line_arcmin) / WIDTH  # standard deviation of a sharp line
+    return measured_stimulus(
+        *("fixated_cube", ("pastukhov",), frame, parameters),
+        picture=picture,
+        sharp=sharp,
+        depth=np.where(lines, depth, np.nan),
+        blur=blur,
+        masks={"lines": lines, "fixation": mark},
+        psf=Gaussian(),
+        allowed_px=np.hypot(frame.pixels(1.0) * blur, line_sd),
+        lines=True,
+        equalised=("luminance",),
+        light_percent=100 * (float(picture.sum() / sharp.sum()) - 1),
+        focus_m=focus_m,
+        fixation_px=[float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
+        blur_agrees_with_depth=gradient == "rigid",
     )
 
 

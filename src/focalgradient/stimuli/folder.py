@@ -9,14 +9,16 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import platform
 from collections.abc import Mapping
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, printable, read_bytes, read_json, sweep, write_whole
 
-__all__ = ["MANIFEST", "UNFINISHED", "Folder", "dumped"]
+__all__ = ["MANIFEST", "UNFINISHED", "Folder", "dumped", "versions_of"]
 
 MANIFEST, UNFINISHED = "manifest.json", "unfinished.json"
 
@@ -147,6 +149,11 @@ def _differing(settings: Mapping[str, Any], held: Mapping[str, Any], keys: list[
 
 def _named(versions: Mapping[str, Any]) -> str:
     return ", ".join(f"{name} {number}" for name, number in versions.items())
+
+
+def versions_of(*names: str) -> dict[str, str]:
+    """Return the versions of Python and of the named distributions."""
+    return {"python": platform.python_version(), **{name: version(name) for name in names}}
 
 
 def _sha256(path: Path) -> str | None:

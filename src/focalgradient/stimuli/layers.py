@@ -18,6 +18,8 @@ from scipy import fft
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
+from focalgradient.render.wireframe import EXTENT_SD
+from focalgradient.scenes.texture import random_field
 
 __all__ = [
     "CLIP",
@@ -34,9 +36,6 @@ __all__ = [
 
 Equal = ("luminance", "contrast", "spectrum")
 """Properties that can be equalised."""
-
-EXTENT_SD = 5.0
-"""Extent of a Gaussian in standard deviations: 6e-7 of its energy lies outside."""
 
 COARSE_PX, FINE_FACTOR = 1.5, 4
 """Blur (px) below which edges are blurred on a grid finer by this factor: on the pixel grid they would ring by 1 %."""
@@ -89,12 +88,7 @@ def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.f
     >>> round(float(texture.std()), 6), bool(np.abs(texture).max() < 3.1)
     (1.0, True)
     """
-    rows, columns = shape
-    white = fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
-    frequency = np.hypot(fft.fftfreq(rows)[:, None], fft.rfftfreq(columns)[None])
-    frequency[0, 0] = np.inf
-    field: NDArray[np.float64] = fft.irfft2(white / frequency**slope, s=shape)
-    return standard(np.clip(field / field.std(), -CLIP, CLIP))
+    return standard(np.clip(random_field(shape, seed, slope=slope), -CLIP, CLIP))
 
 
 def standard(field: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -31,7 +31,7 @@ from focalgradient.stimuli.stimulus import (
     check_light,
     check_shape,
     depth_of_blur,
-    measured,
+    measured_stimulus,
 )
 
 __all__ = ["dead_leaves"]
@@ -158,25 +158,19 @@ def dead_leaves(
     picture, sharp, level, least = _composed(
         leaves, frame.shape, mean, [_Spread.of(sd, shape, side) for sd in sds], order, seed
     )
-    shown = equalised(picture, sharp, names, mean)
     masks = {f"{blur:g} arcmin": level == number for number, blur in enumerate(blurs)}
-    blur_map = np.asarray(blurs)[level]
-    return Stimulus(
-        "dead_leaves",
-        shown,
-        np.clip(sharp, 0, 1),
-        depths[level],
-        blur_map,
-        masks,
-        frame.pixel_angle,
-        parameters,
-        {
-            "equalised": list(names),
-            "share_of_picture": {name: float(mask.mean()) for name, mask in masks.items()},
-            "occlusion_agrees_with_blur": order == "depth" or len(blurs) == 1,
-            **measured(shown, sharp, least, masks, shape),
-        },
-        ("taylor2015",),
+    return measured_stimulus(
+        *("dead_leaves", ("taylor2015",), frame, parameters),
+        picture=equalised(picture, sharp, names, mean),
+        sharp=np.clip(sharp, 0, 1),
+        depth=depths[level],
+        blur=np.asarray(blurs)[level],
+        masks=masks,
+        psf=shape,
+        allowed_px=least,
+        equalised=names,
+        share_of_picture={name: float(mask.mean()) for name, mask in masks.items()},
+        occlusion_agrees_with_blur=order == "depth" or len(blurs) == 1,
     )
 
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-import platform
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.optics import Optics
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
-from focalgradient.stimuli.folder import MANIFEST, Folder
+from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.manifest import Manifest, StoredDisplay
 from focalgradient.tables import check_table
 
@@ -338,9 +336,7 @@ def begin_set(
     height, width = shape
     size = {"picture_px": [width, height], "picture_deg": [display.degrees(width), display.degrees(height)]}
     settings = {"set": "depth-rating", "seed": seed, "parameters": size | parameters, "display": display_json(display)}
-    own = {"python": platform.python_version()}
-    own |= {name: version(name) for name in ("focalgradient", "numpy", "pillow")}
-    folder = Folder(out, settings, versions or own)
+    folder = Folder(out, settings, versions or versions_of("focalgradient", "numpy", "pillow"))
     if not folder.complete:
         new: dict[str, Any] = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
         folder.content = new | (folder.content if versions else {})

@@ -19,12 +19,10 @@ from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from focalgradient.optics import Optics
 from focalgradient.psf import Disc, Psf, PsfName, psf_of
+from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.psf.profile import steepest_slope
 
 __all__ = ["PIXEL_VARIANCE", "sharpest", "sharpest_place", "sharpness"]
-
-PIXEL_VARIANCE = 1 / 12
-"""Variance of the square pixel aperture (px^2)."""
 
 NORMAL_PEAK = 1 / math.sqrt(2 * math.pi)
 """Maximum gradient of a unit step blurred by a Gaussian, times its standard deviation."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -34,7 +34,7 @@ __all__ = [
     "check_light",
     "check_shape",
     "depth_of_blur",
-    "measured",
+    "measured_stimulus",
 ]
 
 Region = NDArray[np.bool_]
@@ -245,23 +245,48 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     return distance
 
 
-def measured(
+def measured_stimulus(
+    name: str,
+    source: tuple[str, ...],
+    frame: Frame,
+    parameters: Mapping[str, Any],
+    *,
     picture: NDArray[np.float64],
     sharp: NDArray[np.float64],
-    blur_px: NDArray[np.float64],
+    depth: NDArray[np.float64],
+    blur: NDArray[np.float64],
     masks: Mapping[str, Region],
     psf: Psf,
-    *,
+    allowed_px: NDArray[np.float64] | None = None,
     lines: bool = False,
-) -> dict[str, Any]:
-    """Return mean luminance and RMS contrast of a picture and its regions, its range, and its sharpest place."""
+    equalised: Sequence[str] = (),
+    **stated: Any,
+) -> Stimulus:
+    """Return a drawn stimulus with its control measures.
+
+    Parameters
+    ----------
+    name, source, frame, parameters, picture, sharp, masks
+        Fields of `Stimulus`; `frame` is its size.
+    depth, blur
+        Distance in metres, and blur in arcmin.
+    psf, allowed_px, lines
+        For `sharpness`: blur shape, smallest blur of each pixel in pixels (None: `blur`), and whether lines are drawn.
+    equalised, stated
+        Properties equalised, and others that `controlled` states.
+    """
     regions = {"picture": np.ones(picture.shape, bool), **masks}
-    means = {name: float(picture[region].mean()) for name, region in regions.items() if region.any()}
-    return {
-        "mean_luminance": means,
-        "rms_contrast": {
-            name: float(picture[regions[name]].std() / mean) if mean > 0 else 0.0 for name, mean in means.items()
-        },
-        "range": [float(picture.min()), float(picture.max())],
-        **sharpest_place(picture, blur_px, psf, span=float(np.ptp(sharp)), lines=lines),
+    means = {region: float(picture[inside].mean()) for region, inside in regions.items() if inside.any()}
+    contrasts = {
+        region: float(picture[regions[region]].std() / mean) if mean > 0 else 0.0 for region, mean in means.items()
     }
+    allowed_px = blur * frame.pixels(1.0) if allowed_px is None else allowed_px
+    controlled = {
+        "equalised": list(equalised),
+        **stated,
+        "mean_luminance": means,
+        "rms_contrast": contrasts,
+        "range": [float(picture.min()), float(picture.max())],
+        **sharpest_place(picture, allowed_px, psf, span=float(np.ptp(sharp)), lines=lines),
+    }
+    return Stimulus(name, picture, sharp, depth, blur, masks, frame.pixel_angle, parameters, controlled, source)

@@ -30,7 +30,7 @@ from focalgradient.stimuli.stimulus import (
     Stimulus,
     arguments,
     check_light,
-    measured,
+    measured_stimulus,
 )
 from focalgradient.stimuli.town import draw_town
 
@@ -247,29 +247,16 @@ def _surface(
     shown = equalised(np.clip(blurred, 0, 1), sharp, names, mean)
     metres = metres[inside]
     masks = {} if between is None else {"near": metres < between, "far": metres >= between}
-    return _record(name, shown, sharp, metres, _blur_map(optics, metres), masks, frame, parameters, names, source)
-
-
-def _record(
-    name: str,
-    picture: NDArray[np.float64],
-    sharp: NDArray[np.float64],
-    metres: NDArray[np.float64],
-    blur: NDArray[np.float64],
-    masks: dict[str, NDArray[np.bool_]],
-    frame: Frame,
-    parameters: dict[str, Any],
-    equalise: tuple[str, ...],
-    source: tuple[str, ...],
-    **stated: Any,
-) -> Stimulus:
-    """Return the stimulus with its control measures."""
-    controlled = {
-        "equalised": list(equalise),
-        **stated,
-        **measured(picture, sharp, blur * ARCMIN / frame.pixel_angle, masks, Disc()),
-    }
-    return Stimulus(name, picture, sharp, metres, blur, masks, frame.pixel_angle, parameters, controlled, source)
+    return measured_stimulus(
+        *(name, source, frame, parameters),
+        picture=shown,
+        sharp=sharp,
+        depth=metres,
+        blur=_blur_map(optics, metres),
+        masks=masks,
+        psf=Disc(),
+        equalised=names,
+    )
 
 
 def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
@@ -417,18 +404,15 @@ def miniature(
     cause = f"simulated_distance_m is {simulated_distance_m:g}, with which "
     _widest(optics, shown_at, frame, cause, "a larger distance or a smaller pupil_mm")
     blurred = np.asarray(blur_picture(sharp, shown_at, optics, pixel_angle=frame.pixel_angle), float)
-    shown = equalised(np.clip(blurred, 0, 1), sharp, names, float(sharp.mean()))
-    return _record(
-        "miniature",
-        shown,
-        sharp,
-        metres,
-        _blur_map(optics, shown_at),
-        {},
-        frame,
-        parameters,
-        names,
-        ("held2010", "vishwanath2010"),
+    return measured_stimulus(
+        *("miniature", ("held2010", "vishwanath2010"), frame, parameters),
+        picture=equalised(np.clip(blurred, 0, 1), sharp, names, float(sharp.mean())),
+        sharp=sharp,
+        depth=metres,
+        blur=_blur_map(optics, shown_at),
+        masks={},
+        psf=Disc(),
+        equalised=names,
         scale=scale,
         aperture_m=optics.aperture_diameter,
         blur_agrees_with_depth=gradient == "consistent",

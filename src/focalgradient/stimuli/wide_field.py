@@ -26,7 +26,7 @@ from focalgradient.stimuli.stimulus import (
     arguments,
     check_shape,
     depth_of_blur,
-    measured,
+    measured_stimulus,
 )
 
 __all__ = ["wide_field"]
@@ -160,25 +160,18 @@ def wide_field(
     ring = annulus >= 0.5
     target = ring & (quarter >= 0.5)
     number = ring.astype(int) + target
-    masks = {"window": window >= 0.5, "annulus": ring, "target": target}
-    blur_map = np.array([0.0, *blurs])[number]
     # Where two blurs are mixed, the sharper one limits the gradient.
     least = np.where(annulus > 1 - 1e-9, np.where(quarter > 1 - 1e-9, sds[1], sds[0]), 0.0)
-    return Stimulus(
-        "wide_field",
-        picture,
-        np.clip(mean + window * (leaves - mean), 0, 1),
-        depths[number],
-        blur_map,
-        masks,
-        frame.pixel_angle,
-        parameters,
-        {
-            "equalised": [],
-            "pixels_per_degree_at_annulus": pixels_per_degree * stretch,
-            **measured(picture, leaves, least, masks, shape),
-        },
-        ("maiello2017",),
+    return measured_stimulus(
+        *("wide_field", ("maiello2017",), frame, parameters),
+        picture=picture,
+        sharp=np.clip(mean + window * (leaves - mean), 0, 1),
+        depth=depths[number],
+        blur=np.array([0.0, *blurs])[number],
+        masks={"window": window >= 0.5, "annulus": ring, "target": target},
+        psf=shape,
+        allowed_px=least,
+        pixels_per_degree_at_annulus=pixels_per_degree * stretch,
     )
 
 
