@@ -10,11 +10,12 @@ from focalgradient.tasks.base import Response, Task
 from focalgradient.tasks.check import check_task
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import Look, Step
 
 __all__ = [
     "Adjustment",
     "Column",
+    "Look",
     "Noted",
     "Refocused",
     "Response",

@@ -153,9 +153,14 @@ class Task(ABC):
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
         `pause_s` of the design and with `blank_s` after each picture. An override may add the parameters `seed`, the
         seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials;
-        `stimuli`, the set of pictures (`needed`); and `display` and `refresh_hz`, those of the screen.
+        `stimuli`, the set of pictures (`needed`); `words`, the texts of the session; and `display` and `refresh_hz`,
+        those of the screen.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+        """Return what is shown as the standard, with which trials are compared, for a `Standard` of the pages."""
+        raise InputError(f"the task {self.name!r} has no standard: define standard.")
 
     def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
         """Return the description of an adjustment trial, which replaces `shown` and `control`.

@@ -199,6 +199,10 @@ class DepthRating(Task):
             steps.append(Step(picture, seconds, event, *mark, mask, design.mask_s, is_judged))
         return steps
 
+    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+        picture = stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
+        return Step(picture, design.standard_s, "standard")
+
     def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         control: Control = design.response_scale.control(words)
         return control

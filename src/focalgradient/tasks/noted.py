@@ -161,9 +161,14 @@ def noted_start(start: float | None, name: str = "") -> dict[str, Noted]:
     return {} if start is None else {column: Noted(start, description=START_ABOUT)}
 
 
-def with_noted(answer: Any, noted: Mapping[str, Noted]) -> Any:
-    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`."""
+def with_noted(answer: Any, noted: Mapping[str, Noted], columns: Iterable[Column] | None = None) -> Any:
+    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`.
+
+    `columns`: those of the session's table, without which a field is not used; None: all fields are.
+    """
     fields = {one.name for one in dataclasses.fields(answer)}
+    if columns is not None:
+        fields &= {column.name for column in columns}
     own = {name: one.value for name, one in noted.items() if name in fields and getattr(answer, name) is None}
     extra = {name: one for name, one in noted.items() if name not in own}
     return dataclasses.replace(answer, **own, extra={**extra, **answer.extra})
