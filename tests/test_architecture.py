@@ -141,6 +141,7 @@ HOMES = {
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab"},
     "pydantic": {
+        "dataset",
         "design",
         "photographs",
         "published",

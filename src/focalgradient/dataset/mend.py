@@ -5,25 +5,23 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from focalgradient.dataset.alike import same_content
+from focalgradient.dataset.alike import is_same
 from focalgradient.dataset.bids import (
+    derived_files,
     export,
     files_of,
-    gaze_of,
     journals,
-    json_text,
     read_description,
-    sidecar_of,
-    table_text,
 )
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.focus import export_focus, focus_files, focus_journals
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.read import checked_design
+from focalgradient.dataset.replay import replay
 from focalgradient.errors import InputError
 from focalgradient.files import sweep
 
@@ -91,13 +89,12 @@ def _repaired(path: Path) -> Repair:
         _rewrite(log, journal, *_kept(log, path.read_bytes()), done, originals)
     log = read_journal(path)
     files = files_of(log)
-    made = {files.table: table_text(log).encode(), files.sidecar: json_text(sidecar_of(log)).encode()}
-    for place, content in (made | gaze_of(log, files)).items():
-        alike = same_content if "_beh" not in place.name else _begins
-        if place.exists() and not alike(place, content):
-            _replace(path, place, content, done, originals)
-        elif place == files.table and place.exists() and place.read_bytes() != content:
+    for place, content in derived_files(log, files).items():
+        there = place.read_bytes() if place.exists() else content
+        if place == files.table and there != content and content.startswith(there):
             done.append(f"{place.name} was not complete, and was written again.")
+        elif there != content and not is_same(place, content):
+            _replace(path, place, content, done, originals)
     if done:
         export(path)
     return Repair(path, tuple(done), tuple(originals))
@@ -125,7 +122,7 @@ def _repaired_focus(path: Path) -> Repair:
     for place, content in focus_files(log, root).items():
         if not place.exists():
             done.append(f"{place.name} was missing, and was written from the journal.")
-        elif not same_content(place, content) and place.read_bytes() != content:
+        elif not is_same(place, content):
             _replace(path, place, content, done, originals)
     if done:
         export_focus(path)
@@ -162,34 +159,27 @@ def _replace(path: Path, place: Path, content: bytes, done: list[str], originals
     done.append(f"{place.name} differed from the journal, and was written again.")
 
 
-def _begins(place: Path, content: bytes) -> bool:
-    return content.startswith(place.read_bytes())
-
-
 def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
     """Return the events that a repaired journal keeps, and descriptions of those that it omits."""
     design = checked_design(str(log.path), log.head["design"])
-    planned = {(trial.phase, trial.trial) for trial in design.trials(log.head["participant"], log.head["session"])}
+    planned = design.trials(log.head["participant"], log.head["session"])
     filled = {number for number, line in enumerate(content.split(b"\n"), start=1) if line.strip()}
     explained = set(log.broken) if not log.damaged else set()
     left_out = [f"Line {number}, which cannot be used." for number in sorted(filled - {*log.lines} - explained)]
-    kept: list[Event] = []
-    met: set[tuple[str, int]] = set()
-    for number, event in zip(log.lines, log.events, strict=True):
-        key = (event.get("phase", ""), event.get("trial", 0))
-        trial = event["event"] == "trial"
-        what = f"Line {number}, {key[0]} trial {key[1]}" if trial else f"Line {number}, {event['event']}"
-        if number in log.altered and kept:
-            left_out.append(f"{what}, which was changed after it was written.")
-        elif trial and key not in planned:
-            left_out.append(f"{what}, which the design does not have.")
-        elif trial and key in met:
-            left_out.append(f"{what}, which is recorded above already.")
-        else:
-            kept.append(event)
-            if trial:  # notes also name their trial
-                met.add(key)
-    return kept, left_out
+    whole = [one for one in zip(log.lines, log.events, strict=True) if one[0] not in log.altered or one[1] is log.head]
+    lines, events = zip(*whole, strict=True)
+    refused = {
+        one.line: f"Line {one.line}, {one.trial}: {one.why}."
+        for one in replay(replace(log, lines=lines, events=events), design, planned)
+        if not one.placed
+    }
+    for line, event in zip(log.lines, log.events, strict=True):
+        if line not in lines:
+            what = f"{event['phase']} trial {event['trial']}" if event["event"] == "trial" else event["event"]
+            left_out.append(f"Line {line}, {what}, which was changed after it was written.")
+        elif line in refused:
+            left_out.append(refused[line])
+    return [event for line, event in whole if line not in refused], left_out
 
 
 def _what(sentence: str, path: Path) -> str:

@@ -19,7 +19,7 @@ from focalgradient.errors import InputError, check_fields, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 from focalgradient.quantities import Range
 
-__all__ = ["FIELD_TOLERANCE", "Lens", "Side", "defocus_at", "distance_of_blur"]
+__all__ = ["FIELD_TOLERANCE", "Aperture", "Lens", "Side", "defocus_at", "distance_of_blur"]
 
 FIELD_TOLERANCE = 0.005
 """Standard deviation of the distance of the surface in focus from a plane, at the frame's corner, in focal lengths.
@@ -31,6 +31,14 @@ pencil, by 0.0007 to 0.020 of the focal length; the median of 0.0035 is that of 
 
 Side = Literal["beyond", "nearer"]
 """Side of the plane of focus on which a point lies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aperture:
+    """Optics of geometric blur alone: an aperture's diameter (m), and the vergence (D, any sign) in focus."""
+
+    aperture_diameter: float
+    focus_vergence: float
 
 
 @dataclass(frozen=True, slots=True)
