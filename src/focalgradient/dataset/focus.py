@@ -89,9 +89,9 @@ def focus_journals(root: Path) -> list[Path]:
     return source_files(root, f"sub-*{ENDS}.jsonl")
 
 
-def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
+def focus_files(log: Log) -> dict[Path, bytes]:
     """Return the files derived from a session's journal, by path: tables, samples, and their sidecars."""
-    files = Files(root, log.head["task"], log.head["participant"], log.head.get("session"))
+    files = Files(_root_of(log.path), log.head["task"], log.head["participant"], log.head.get("session"))
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     tracker = _tracker(log)
@@ -109,7 +109,7 @@ def export_focus(path: Path) -> list[Path]:
         If the journal is damaged, or a file cannot be written.
     """
     log, root = read_journal(path), _root_of(path)
-    made = focus_files(log, root)
+    made = focus_files(log)
     with writing(root):
         add_participant(root, log.head["participant"], {"kind": "human"})
         for place, content in made.items():
@@ -119,7 +119,8 @@ def export_focus(path: Path) -> list[Path]:
 
 
 def _root_of(path: Path) -> Path:
-    return next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
+    folders = (*path.parents, *path.absolute().parents)
+    return next(folder.parent for folder in folders if folder.name == "sourcedata")
 
 
 def _tracker(log: Log) -> dict[str, Any]:
@@ -182,7 +183,7 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     if not table.exists():
         yield f"{table} is missing, although its journal exists, because the session crashed: {REPAIR}"
         return
-    for place, content in focus_files(log, root).items() if not log.damaged else ():
+    for place, content in focus_files(log).items() if not log.damaged else ():
         if not place.exists():
             yield f"{place} is missing, but its journal contains the data: {REPAIR}"
             continue
