@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -26,32 +25,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
     from pathlib import Path
 
-__all__ = ["Response", "Rows", "Task", "paper_settings"]
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Table of a session during validation.
-
-    Parameters
-    ----------
-    columns
-        Values of all rows, by column.
-    shown
-        Values of the first row of each trial, by column.
-    design
-        Design of the session.
-    planned
-        Main trials of the design, by number.
-    pictures
-        Picture files of the manifest, by scene, aperture and fixation.
-    """
-
-    columns: Mapping[str, Any]
-    shown: Mapping[str, Any]
-    design: Any
-    planned: Mapping[int, Any]
-    pictures: Mapping[tuple[str, ...], str]
+__all__ = ["Response", "Task", "paper_settings"]
 
 
 class Task(ABC):
@@ -345,9 +319,22 @@ class Task(ABC):
         """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
         return
 
-    def problems(self, rows: Rows) -> Iterator[str]:
-        """Yield contradictions between a session's table and its design, beyond those checked for every task."""
-        return iter(())
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        """Return the file of the picture that a trial must have shown; None: it shows none of the set.
+
+        Parameters
+        ----------
+        design
+            Design of the session.
+        shown
+            Condition and answer of the trial, as recorded.
+        pictures
+            Files of the set by scene, aperture and fixation, and by those followed by levels such as "light=dim".
+        """
+        name: str | None = shown.get("stimulus")
+        return name
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from typing import Any, ClassVar
@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Scale
-from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
+from focalgradient.tasks.response import check_rating
 from focalgradient.tasks.steps import Look, Step
 
 __all__ = ["PinholeDemonstration", "through_tube", "whole_field"]
@@ -144,23 +145,16 @@ class PinholeDemonstration(Task):
         return self.answer(rating=value, **times)
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        from focalgradient.dataset.consistency import check_rating
-
         check_rating(design, answer)
 
-    def problems(self, rows: Rows) -> Iterator[str]:
-        from focalgradient.dataset.consistency import wrong_ratings
-
-        return wrong_ratings(rows, self.picture)
-
-    def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the picture file of a row's condition; None for a view of the real world."""
-        shown = rows.shown
-        if shown["form"][place] == "real":
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        if shown["form"] == "real":
             return None
-        aperture = "pinhole" if shown["viewing"][place] == "pinhole" else rows.design.natural_aperture
-        known = {rows.pictures.get((shown["scene"][place], aperture, one)) for one in ("nearest", "farthest")}
-        name: str | None = shown["stimulus"][place]
+        aperture = "pinhole" if shown["viewing"] == "pinhole" else design.natural_aperture
+        known = {pictures.get((shown["scene"], aperture, one)) for one in ("nearest", "farthest")}
+        name: str | None = shown["stimulus"]
         return name if name in known else next((one for one in known if one), None)
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
