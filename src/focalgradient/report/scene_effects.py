@@ -7,7 +7,7 @@ import json
 import pandas as pd
 
 from focalgradient.dataset import DataSet
-from focalgradient.dataset.consistency import pictures_of
+from focalgradient.dataset.plausible import pictures_of
 from focalgradient.dataset.stimuli import read_manifest
 from focalgradient.errors import InputError
 from focalgradient.report.analysed import Ratings
