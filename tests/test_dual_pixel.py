@@ -13,7 +13,7 @@ from focalgradient.optics import DualPixel, check_optics
 from focalgradient.optics.dual_pixel import half_transfer
 from focalgradient.photographs import read_views
 
-LENS = Lens(0.05, 4.0, 0.95, focus_tolerance=0.02, aperture_tolerance=0.03)
+LENS = Lens(0.05, 4.0, 0.95, focus_tolerance=0.02, aperture_tolerance=0.03, field_tolerance=0)
 PITCH = 46.9e-6
 ANGLE = PITCH / LENS.sensor_distance
 SHAPE = (192, 256)

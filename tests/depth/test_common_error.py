@@ -7,12 +7,14 @@ from focalgradient import DepthMap, InputError, Lens, View, recover_depth
 from focalgradient.depth.common_error import common_modes, modes_of_optics
 from focalgradient.depth.known_points import with_known_points
 from focalgradient.errors import FocalGradientWarning
+from focalgradient.optics.lens import FIELD_TOLERANCE
 
 FOCUS, STOP = 1.0, 0.06
 
 
 def pair(focus: float = FOCUS, stop: float = 1.0, **tolerances: float) -> list[Lens]:
-    return [Lens(0.035, number * stop, 1 / focus, **tolerances) for number in (11.0, 2.8)]
+    """Return two lenses with a flat field, unless stated otherwise."""
+    return [Lens(0.035, number * stop, 1 / focus, **{"field_tolerance": 0.0} | tolerances) for number in (11.0, 2.8)]
 
 
 def seen(vergence: np.ndarray, lenses: list[Lens]) -> np.ndarray:
@@ -139,7 +141,8 @@ def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:
 
     views = []
     for number in (16.0, 4.0):
-        true, marked = Lens(0.025, number, 1.0), Lens(0.025, number, 1.1, focus_tolerance=0.1, aperture_tolerance=0.05)
+        tolerances = {"focus_tolerance": 0.1, "aperture_tolerance": 0.05, "field_tolerance": 0.0}
+        true, marked = Lens(0.025, number, 1.0), Lens(0.025, number, 1.1, **tolerances)
         blurred = spectrum * transfer(frequency, true.blur_radius(1.25) / 2.6e-4, "disc")
         image = 100 + np.fft.irfft2(blurred) + 0.01 * rng.standard_normal((128, 128))
         views.append(View(image, marked, 2.6e-4))
@@ -151,3 +154,39 @@ def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:
     tied = recover_depth(views, near=1.1, known_points=[(64, 64, 1.25)])
     assert np.median(tied.vergence[tied.valid]) == pytest.approx(0.8, abs=0.005)
     assert np.median(tied.common_sd[tied.valid]) < 0.01
+
+
+@pytest.mark.parametrize("course", ["curved", "tilted"])
+def test_a_surface_in_focus_that_is_no_plane_is_covered_by_place(course: str) -> None:
+    """Focus 0.06 D off at the corner: a flat wall looks curved or slanted, which no view tells from a wall that is."""
+    from focalgradient.render import blur_picture
+
+    size, wall_at, corner = 160, 0.7, 0.06
+    y, x = (np.mgrid[:size, :size] - (size - 1) / 2) / ((size - 1) / np.sqrt(2))
+    off = corner * (x**2 + y**2 if course == "curved" else (x + y) / np.sqrt(2))
+    rng = np.random.default_rng(5)
+    frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size))
+    picture = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) / np.maximum(frequency, 1 / size))
+    picture = 1 + 0.2 * picture / picture.std()
+    shares = {}
+    for tolerance in (0.0, FIELD_TOLERANCE):
+        lenses = pair(field_tolerance=tolerance)
+        distance = 1 / (wall_at - off)  # at which a plane in focus would blur as much
+        views = [
+            View(
+                blur_picture(picture, distance, lens, pixel_angle=1.5e-4)
+                + 0.003 * np.random.default_rng(n).standard_normal((size, size)),
+                lens,
+                1.5e-4,
+            )
+            for n, lens in enumerate(lenses)
+        ]  # fmt: skip
+        depth = recover_depth(views, near=1.0)
+        error = np.abs(depth.vergence - wall_at)[depth.valid]
+        shares[tolerance] = (error < 2 * depth.total_sd[depth.valid]).mean()
+        assert depth.valid.mean() > 0.6  # blur from beyond the rim reaches into so small a frame
+    assert shares[0.0] < 0.5  # what is stated of each pixel does not cover it
+    assert shares[FIELD_TOLERANCE] > 0.93
+    across = depth.difference((30, 30), (size - 30, 80)), depth.difference((30, 30), (34, 30))
+    assert abs(across[0][0]) < 2 * across[0][1]
+    assert across[1][1] < 0.2 * across[0][1]  # neighbours share the error

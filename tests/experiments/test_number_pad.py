@@ -31,6 +31,9 @@ def screen_of(*keys: str) -> Any:
         words=load_words("en"),
         size=(1024, 768),
         pointer=None,
+        practice=True,
+        ink=0.9,
+        background=-1.0,
     )
 
 

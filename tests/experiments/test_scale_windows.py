@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -63,6 +64,10 @@ def take_part(
         if event == "feedback":  # practice once more
             trials[done:done] = practice
         if event == "question":
+            time.sleep(0.1)  # until it is shown
+            page = screen.pixels()
+            assert abs(int(page[5, 5, 0]) - 127) <= 1, "the page is not as bright as the background of pictures"
+            assert (page[60:95].min() < 60) == (trials[done].phase == "practice"), "practice is marked"
             answer(screen, trials[done])
             done += 1
         elif event in ("instructions", "ready", "break", "thanks", "debriefing", "example", "feedback"):

@@ -74,7 +74,7 @@ def test_width_of_the_blur(depth: float) -> None:
     assert moment == pytest.approx(radius**2 / 4, rel=0.02)  # 1.2 % off: no light is negative
 
 
-@pytest.mark.parametrize("radius", [0.6, 1.7, 5.0, 12.0])
+@pytest.mark.parametrize("radius", [0.6, 1.7, 5.0, 6.5, 12.0])
 def test_the_disc_has_the_transfer_of_theory(radius: float) -> None:
     point = np.zeros((128, 128), np.float32)
     point[64, 64] = 1

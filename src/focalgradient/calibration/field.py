@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.calibration.robust import fit_terms
-from focalgradient.depth.common_error import spread_over
+from focalgradient.depth.common_error import field_modes, spread_over
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import used_blur
 from focalgradient.psf import Disc, Psf, psf_of
@@ -319,6 +319,8 @@ def apply_calibration(
         x, y = Field.coordinates(depth.shape)
         tilts = [slope * part + np.zeros(depth.shape) for slope, part in zip(camera.field.tilt, (x, y), strict=True)]
         common = np.concatenate([common, np.array(tilts, np.float32)])
+    elif not (any(camera.field.focus) or any(camera.field.blur)):  # not known from the target
+        common = np.concatenate([common, field_modes(depth.shape, [view.optics for view in views])])
     details = dict(depth.details)
     if depth.valid.any():
         details["common_sd_D"] = {"calibration": float(np.median(np.hypot.reduce(common[:, depth.valid])))}

@@ -175,7 +175,7 @@ Optics = Annotated[
         },
         only=(
             *("focal_length_mm", "f_numbers", "focus_distances_m", "pixel_pitch_um", "encoding", "telecentric"),
-            *("distances_from", "focus_from", "focus_tolerance", "f_number_tolerance"),
+            *("distances_from", "focus_from", "focus_tolerance", "f_number_tolerance", "field_tolerance"),
             *("sensor_to_pupil_mm", "sensor_to_front_mm"),
         ),
         prefix="* ",

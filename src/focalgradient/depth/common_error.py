@@ -1,13 +1,15 @@
-"""Errors that a whole depth map shares: focus and apertures that are known to a tolerance only.
+"""Errors that a whole depth map shares: focus, its course over the field, and apertures, known to a tolerance only.
 
 An error of the focus or of the apertures moves every pixel together, so that the order of depth stays sharp where
-distance does not. Blur gives the difference of the views' squared blur radii, (A/2)^2 (V_f - V)^2; to first order an
-error of a V_f or of A moves the vergence V by what keeps that difference. The result is a set of independent modes,
-each the change of vergence at one standard deviation of something unknown.
+distance does not; an error of the focus over the field (curvature, tilt) moves distant places apart. Blur gives the
+difference of the views' squared blur radii, (A/2)^2 (V_f - V)^2; to first order an error of a V_f or of A moves the
+vergence V by what keeps that difference. The result is a set of independent modes, each the change of vergence at one
+standard deviation of something unknown.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -15,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.optics import Optics, capabilities
 
-__all__ = ["common_modes", "modes_of_optics", "spread_over", "stated_parts"]
+__all__ = ["common_modes", "field_modes", "modes_of_optics", "spread_over", "stated_parts"]
 
 FloatArray = NDArray[np.float64]
 
@@ -89,11 +91,38 @@ def modes_of_optics(vergence: ArrayLike, optics: Sequence[Optics], by_blur: bool
 
 
 def common_modes(vergence: NDArray[np.floating], optics: Sequence[Optics], by_blur: bool = True) -> NDArray[np.float32]:
-    """Return the modes of `modes_of_optics` of a map (H x W, D) as few independent ones, K x H x W."""
+    """Return the independent modes of a map (H x W, D), K x H x W: those of `modes_of_optics`, and of the field."""
     low, high = float(vergence.min()), float(vergence.max())
     levels = np.linspace(low, high + 1e-3, LEVELS)
     parts = list(modes_of_optics(levels, optics, by_blur).values())
-    return spread_over(vergence, levels, np.concatenate(parts) if parts else np.zeros((0, LEVELS)))
+    spread = spread_over(vergence, levels, np.concatenate(parts) if parts else np.zeros((0, LEVELS)))
+    height, width = vergence.shape
+    return np.concatenate([spread, field_modes((height, width), optics)])
+
+
+def field_modes(shape: tuple[int, int], optics: Sequence[Optics]) -> NDArray[np.float32]:
+    """Return the change of a map (D) by curvature and tilts of the surface in focus, 3 x H x W; 0 x H x W if flat.
+
+    Curvature and tilt are independent normal errors with the standard deviation ``field_sd`` at the corners: the
+    curvature increases with the square of the distance from the centre, the tilts with x and y. The views of one lens
+    share them, however many foci: they cannot be told from a curved or slanted scene, but by flat sheets (`calibrate`).
+
+    Examples
+    --------
+    >>> from focalgradient.optics import Lens
+    >>> curvature, tilt_x, tilt_y = field_modes((3, 3), [Lens(0.05, 2, 1.0, field_tolerance=0.0125)])
+    >>> [round(float(sd), 3) for sd in (*curvature[0], tilt_x[0, 0], tilt_y[1, 0])]
+    [0.25, 0.125, 0.25, -0.177, 0.0]
+    """
+    sd = max(capabilities(lens).field_sd for lens in optics)
+    if sd == 0:
+        return np.zeros((0, *shape), np.float32)
+    half = math.hypot(*(n - 1 for n in shape)) / 2
+    y, x = (((np.arange(n) - (n - 1) / 2) / max(half, 0.5)).astype(np.float32) for n in shape)
+    modes = np.empty((3, *shape), np.float32)
+    modes[0] = sd * (x**2 + y[:, None] ** 2)
+    modes[1], modes[2] = sd * x, sd * y[:, None]
+    return modes
 
 
 def spread_over(vergence: NDArray[np.floating], levels: FloatArray, modes: FloatArray) -> NDArray[np.float32]:
@@ -110,8 +139,11 @@ def spread_over(vergence: NDArray[np.floating], levels: FloatArray, modes: Float
 
 def stated_parts(vergence: float, optics: Sequence[Optics], by_blur: bool = True) -> dict[str, float]:
     """Return the standard deviation (D) that each uncertain quantity gives to one `vergence`, by its name."""
-    found = modes_of_optics(vergence, optics, by_blur)
-    return {name: float(np.sqrt((modes**2).sum())) for name, modes in found.items()}
+    parts = {
+        name: float(np.sqrt((modes**2).sum())) for name, modes in modes_of_optics(vergence, optics, by_blur).items()
+    }
+    corner = float(np.hypot.reduce(field_modes((2, 2), optics)[:, 0, 0]))
+    return parts | ({"field_at_the_corners": corner} if corner else {})
 
 
 def _column(values: FloatArray, dimensions: int) -> FloatArray:

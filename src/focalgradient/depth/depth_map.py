@@ -106,9 +106,10 @@ class DepthMap:
 
     @property
     def common_sd(self) -> NDArray[np.floating]:
-        """Standard deviation of `vergence` in dioptres, H x W, of the error that all pixels share (focus, apertures).
+        """Standard deviation of `vergence` in dioptres, H x W, of what pixels share in error (focus, field, apertures).
 
-        It leaves the order of depth as it is. The error of a pixel has the standard deviation `total_sd`.
+        What of it differs between two places matters for their order: see `difference`. The error of a pixel has the
+        standard deviation `total_sd`.
         """
         return np.sqrt((self.common_errors**2).sum(axis=0)).astype(self.vergence_sd.dtype)
 
@@ -116,6 +117,37 @@ class DepthMap:
     def total_sd(self) -> NDArray[np.floating]:
         """Standard deviation of `vergence` in dioptres, H x W: `vergence_sd` and `common_sd` together."""
         return np.hypot(self.vergence_sd, self.common_sd)
+
+    def difference(self, first: tuple[int, int], second: tuple[int, int]) -> tuple[float, float]:
+        """Return the vergence at one place less that at another, and the standard deviation of this, in dioptres.
+
+        Places are column and row in pixels. Positive: the first place is nearer. The error that both share cancels;
+        that of the focus over the field (curvature, tilt) does so only for neighbours.
+
+        Raises
+        ------
+        InputError
+            If a place lies outside of the map, or depth is not valid there.
+
+        Examples
+        --------
+        >>> steps, both = np.array([[2.0, 1.9]]), np.ones((1, 2), bool)
+        >>> depth = DepthMap(steps, 0.005 * steps, both, both, common_errors=np.array([[[0.0, 0.06]]]))
+        >>> [round(value, 3) for value in depth.difference((0, 0), (1, 0))]
+        [0.1, 0.062]
+        """
+        height, width = self.shape
+        for column, row in (first, second):
+            if not (0 <= column < width and 0 <= row < height):
+                raise InputError(
+                    f"the place {(column, row)} lies outside of the map, which has {width} columns and {height} rows."
+                )
+            if not self.valid[row, column]:
+                raise InputError(f"depth is not valid at column {column}, row {row}: choose a place in `valid`.")
+        (x1, y1), (x2, y2) = first, second
+        shared = self.common_errors[:, y1, x1] - self.common_errors[:, y2, x2]
+        sd = np.sqrt(self.vergence_sd[y1, x1] ** 2 + self.vergence_sd[y2, x2] ** 2 + (shared**2).sum())
+        return float(self.vergence[y1, x1] - self.vergence[y2, x2]), float(sd)
 
     @property
     def distance_sd(self) -> NDArray[np.floating]:

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.errors import InputError
+from focalgradient.lab.forms import WARN
 from focalgradient.lab.questions import Given
 
 if TYPE_CHECKING:
@@ -26,6 +27,9 @@ SWEEP_S = 2.5
 
 HOLD_S = 0.3
 """Time in s after which a pressed key counts as held."""
+
+INK, BAND = 0.9, -0.6
+"""Greys of texts and of the bands behind them, from -1 to 1: contrast 11:1, where WCAG 2.1 requires 7:1."""
 
 WIDTH, PLACE = 0.6, -0.4
 """Length of the slider, and its height above the screen's centre, as fractions of the screen's height."""
@@ -88,11 +92,13 @@ def adjust(
     still = [
         *([_band(screen, 0.385, 0.5)] if question else []),  # room for two lines
         _band(screen, -0.5, PLACE + 0.055),
-        screen.text(question or " ", height=0.035, y=0.44),
-        screen.text(screen.words("scale.knob_keys"), height=0.024, y=-0.47),
-        screen.line((-half, PLACE * unit), (half, PLACE * unit), 3),
+        screen.text(question or " ", height=0.035, y=0.44, color=INK),
+        screen.text(screen.words("scale.knob_keys"), height=0.024, y=-0.47, color=INK),
+        screen.line((-half, PLACE * unit), (half, PLACE * unit), 3, lineColor=INK),
     ]
-    marker = screen.triangle(0.03 * unit)
+    if screen.practice:
+        still.append(screen.text(screen.words("web.practice"), height=0.024, y=0.405, bold=True, color=WARN))
+    marker = screen.triangle(0.03 * unit, fillColor=INK)
     share = random.uniform(0.1, 0.9) if start is None else _share(start, least, most, ratios)
     begun, turned, dragged = _value(share, least, most, ratios), False, False
     held: dict[str, float] = {}
@@ -148,7 +154,7 @@ KEYS = {"left": -1, "right": 1, "down": -COARSE_STEPS, "up": COARSE_STEPS}
 
 def _band(screen: Screen, low: float, high: float) -> Any:
     """Return a dark band across the whole width; limits in fractions of the screen's height from its centre."""
-    band, (width, unit) = screen.plate(), screen.size
+    band, (width, unit) = screen.whole(min(screen.background, BAND)), screen.size
     band.size, band.pos = (width, (high - low) * unit), (0, (low + high) / 2 * unit)
     return band
 

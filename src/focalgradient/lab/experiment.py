@@ -155,6 +155,7 @@ class Sitting:
 
     def begin(self, trial: Any) -> None:
         """Begin a trial: label the events that follow with its condition."""
+        self.screen.practice = trial.phase == "practice"
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 

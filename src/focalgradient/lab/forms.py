@@ -13,9 +13,9 @@ from focalgradient.errors import InputError
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["DIGITS", "WARN", "Letters", "edited", "form", "missing_glyphs", "pages", "rest"]
+__all__ = ["DIGITS", "WARN", "Letters", "edited", "form", "missing_glyphs", "pages", "rest", "warn_colour"]
 
-WARN = (1.0, 0.9, -0.3)  # yellow: legible on dark grey and on black
+WARN = (1.0, 0.9, -0.3)  # yellow: legible on black; on grey, warnings have the colour of other texts
 COLUMN = 1.05  # width of a page's text, in screen heights
 DIGITS = {**{f"num_{digit}": str(digit) for digit in range(10)}, "period": ".", "comma": ".", "num_decimal": "."}
 MODIFIERS = frozenset({"lshift", "rshift", "lalt", "ralt"})
@@ -32,6 +32,11 @@ def missing_glyphs(text: str) -> str:
     if face is None:
         return ""
     return "".join(sorted({one for one in text if one.isprintable() and not face.get_character_index(one)}))
+
+
+def warn_colour(screen: Screen) -> Any:
+    """Return the colour of warnings and marks on the screen's background."""
+    return WARN if screen.ink > screen.background else screen.ink
 
 
 def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[str] = ("space",), foot: str = "") -> str:
@@ -142,7 +147,7 @@ def form(
         heads.append(screen.text(f"{label}:", x=-0.2, y=y, anchorHoriz="right", alignText="right"))
         heads.append(screen.text(hint, height=0.022, x=-0.18, y=y - 0.034, anchorHoriz="left", alignText="left"))
         rows.append(screen.text("", x=-0.18, y=y, anchorHoriz="left", alignText="left", bold=True))
-    wrong = screen.text("", height=0.026, y=-0.4, color=WARN)
+    wrong = screen.text("", height=0.026, y=-0.4, color=warn_colour(screen))
 
     def draw() -> None:
         for number, (name, row) in enumerate(zip(names, rows, strict=True)):

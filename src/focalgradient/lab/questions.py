@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from focalgradient.lab.forms import WARN, Letters, edited
+from focalgradient.lab.forms import Letters, edited, warn_colour
 from focalgradient.scales import Control, Scale, Steps, Ways
 
 if TYPE_CHECKING:
@@ -124,6 +124,11 @@ def _head(screen: Screen, question: str, below: str, foot: str) -> list[Any]:
         screen.text(question, height=0.045, y=0.28),
         screen.text(below or " ", y=0.2),
         screen.text(foot, height=0.026, y=-0.42),
+        *(
+            [screen.text(screen.words("web.practice"), y=0.4, bold=True, color=warn_colour(screen))]
+            if screen.practice
+            else []
+        ),
     ]
 
 
@@ -223,7 +228,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
     unit = screen.size[1]
     for y in (-0.04, 0.06):
         still.append(screen.line((-0.15 * unit, y * unit), (0.15 * unit, y * unit)))
-    number, wrong = screen.text("", height=0.06, y=0.01), screen.text("", y=-0.12, color=WARN)
+    number, wrong = screen.text("", height=0.06, y=0.01), screen.text("", y=-0.12, color=warn_colour(screen))
     typed = ""
 
     def draw() -> None:

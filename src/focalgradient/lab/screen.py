@@ -39,8 +39,8 @@ from focalgradient.live import FocusSeries  # noqa: E402
 
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]
 
-INK = 0.9
-PLATE = -0.6  # grey behind text on lighter backgrounds: contrast 11:1, where WCAG 2.1 requires 7:1
+INK, DARK_INK = 0.9, -1.0
+LIGHTEST = -0.08  # background on which light text has more contrast than dark text (5:1 and more)
 PATCH = 0.045  # side of the photodiode's square as a fraction of the screen's height
 PACE = 60.0  # frame rate in Hz if the display does not report its frames
 
@@ -182,6 +182,10 @@ class Screen:
         self.display = display
         self.words = words or load_words("en")
         self.background = background
+        self.ink = INK if background < LIGHTEST else DARK_INK
+        """Grey of texts and lines on the background."""
+        self.practice = False
+        """True during practice, which questions are marked with."""
         self.keys = Keys()
         self.mouse = event.Mouse(win=self.window, visible=False) if self.eyes is None else Still()
         self.pointer: Pointer | None = None
@@ -401,7 +405,7 @@ class Screen:
         """Return a text centred at a position; `height`, `x` and `y` are fractions of the screen's height."""
         unit = self.size[1]
         wrap = min(1.3 * unit, 0.92 * self.size[0])
-        how = {"color": INK, "wrapWidth": wrap, **how}
+        how = {"color": self.ink, "wrapWidth": wrap, **how}
         how |= {"pos": (x * unit, y * unit), "height": height * unit, "autoLog": False}
         return self.both(visual.TextStim(self.window, text, **how))
 
@@ -445,25 +449,25 @@ class Screen:
         return self.both(visual.Rect(self.window, *sides, **how))
 
     def plate(self) -> Any:
-        """Return the background of text: the whole screen, dark enough for legible text."""
-        return self.whole(min(self.background, PLATE))
+        """Return the background of pages, over the whole screen: that of stimuli, so that brightness does not jump."""
+        return self.whole(self.background)
 
     def box(self, side: float) -> Any:
         """Return the outline of a square."""
-        how = {"fillColor": None, "lineColor": INK, "lineWidth": 3, "autoLog": False}
+        how = {"fillColor": None, "lineColor": self.ink, "lineWidth": 3, "autoLog": False}
         return self.both(visual.Rect(self.window, side, side, **how))
 
-    def line(
-        self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0, *, for_both: bool = True
-    ) -> Any:
-        """Return a straight line, drawn for both eyes or, without `for_both`, in the current eye's part."""
-        made = visual.Line(self.window, start, end, lineColor=INK, lineWidth=width, autoLog=False)
+    def line(self, start: tuple[float, float], end: tuple[float, float], width: float = 2.0, **how: Any) -> Any:
+        """Return a straight line, drawn for both eyes or, with `for_both=False`, in the current eye's part."""
+        for_both = how.pop("for_both", True)
+        how = {"lineColor": self.ink, **how}
+        made = visual.Line(self.window, start, end, lineWidth=width, autoLog=False, **how)
         return self.both(made) if for_both else made
 
     def triangle(self, size: float, **how: Any) -> Any:
         """Return a triangle that points down at its position."""
         corners = [(0, 0), (-size / 2, size), (size / 2, size)]
-        how |= {"vertices": corners, "fillColor": INK, "lineWidth": 0, "autoLog": False}
+        how = {"fillColor": self.ink, **how, "vertices": corners, "lineWidth": 0, "autoLog": False}
         return self.both(visual.ShapeStim(self.window, **how))
 
 

@@ -118,6 +118,11 @@ class DualPixel:
         return self.lens.focus_tolerance
 
     @property
+    def field_sd(self) -> float:
+        """That of the lens."""
+        return self.lens.field_sd
+
+    @property
     def aperture_tolerance(self) -> float:
         """Relative standard deviation of aperture times asymmetry."""
         return self.lens.aperture_tolerance

@@ -51,6 +51,8 @@ class Optics(Protocol):
         A sentence on what the blur takes for granted, which every depth map states (``details["assumes"]``).
     ``focus_tolerance``, ``aperture_tolerance``
         Relative standard deviations of focus vergence and aperture, which cause errors common to the whole depth map.
+    ``field_sd``
+        Standard deviation (D) of the focus at the frame's corner, for its curvature and for its tilt over the field.
     """
 
     @property
@@ -108,6 +110,7 @@ class Capabilities:
     residual_blur_variance: float
     focus_tolerance: float = 0.0
     aperture_tolerance: float = 0.0
+    field_sd: float = 0.0
     mixture: Mixture | None = None
     """Field-dependent blur; None: blur is constant over the field."""
     contrast: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None
@@ -147,6 +150,8 @@ def capabilities(optics: Any) -> Capabilities:
     tolerances = [getattr(optics, name, 0.0) for name in TOLERANCES]
     for name, value in zip(TOLERANCES, tolerances, strict=True):
         check_tolerance(f"{name} of {type(optics).__name__}", value)
+    field_sd = getattr(optics, "field_sd", 0.0)
+    check_number(f"field_sd of {type(optics).__name__}", field_sd, "dioptres", least=0)
     blur = own_blur(optics)
     mixture = getattr(optics, "mixture", None)
     if not (mixture is None or isinstance(mixture, Mixture)):
@@ -160,7 +165,16 @@ def capabilities(optics: Any) -> Capabilities:
     if not isinstance(assumption, str):
         raise InputError(f"assumption of {type(optics).__name__} is {described(assumption)}, but must be a sentence.")
     stated = Capabilities(
-        blur, sides, uniform, waveband, residual, mixture=mixture, contrast=contrast, assumption=assumption, **own
+        blur,
+        sides,
+        uniform,
+        waveband,
+        residual,
+        mixture=mixture,
+        contrast=contrast,
+        assumption=assumption,
+        **own,
+        field_sd=field_sd,
     )
     if stated.tells_side and stated.blur is None:
         raise InputError(

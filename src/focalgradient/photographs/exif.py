@@ -43,6 +43,7 @@ class GivenOptics(TypedDict, total=False):
     focus_from: Plane | None
     focus_tolerance: float | None
     f_number_tolerance: float | None
+    field_tolerance: float | None
     sensor_to_pupil_mm: float | None
     sensor_to_front_mm: float | None
 
@@ -71,6 +72,7 @@ def from_exif(
     focus_from: Plane | None = None,
     focus_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
     f_number_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
+    field_tolerance: Annotated[float | None, check_tolerance, "SHARE"] = None,
     sensor_to_pupil_mm: Annotated[float | None, BODY] = None,
     sensor_to_front_mm: Annotated[float | None, BODY] = None,
     calibrated: Calibrated | None = None,
@@ -114,6 +116,9 @@ def from_exif(
         [default: 0.1]
     f_number_tolerance
         Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]
+    field_tolerance
+        Standard deviation of curvature and tilt of the surface in focus at the corner of the frame, on the sensor's
+        side, as a fraction of the focal length; 0 for a flat field.  [default: 0.003]
     calibrated
         Calibration of the camera: it provides the sensor, and the focus if there is only one; f-numbers are then marks
         on the lens.
@@ -145,7 +150,11 @@ def from_exif(
         "sensor_to_pupil_mm": sensor_to_pupil_mm,
         "sensor_to_front_mm": sensor_to_front_mm,
     }
-    tolerances = {"focus_tolerance": focus_tolerance, "f_number_tolerance": f_number_tolerance}
+    tolerances = {
+        "focus_tolerance": focus_tolerance,
+        "f_number_tolerance": f_number_tolerance,
+        "field_tolerance": field_tolerance,
+    }
     recorded = [_recorded(file) for file in files]
     if calibrated is not None:
         camera = _completed_by_calibration(camera, calibrated, files[0], recorded[0])

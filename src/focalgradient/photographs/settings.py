@@ -16,6 +16,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import DualPixel, Lens
 from focalgradient.optics.dual_pixel import ASYMMETRY
+from focalgradient.optics.lens import FIELD_TOLERANCE
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
@@ -51,6 +52,8 @@ class Camera(Sensor):
     """Relative standard deviation of the marked focus distances."""
     f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = F_NUMBER_TOLERANCE
     """Relative standard deviation of a common factor of all marked f-numbers."""
+    field_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = FIELD_TOLERANCE
+    """Curvature and tilt of the field at the corner of the frame, relative to the focal length: see `Lens`."""
     dual_pixel_asymmetry: Annotated[
         float, Field(gt=0, le=1, description="a fraction above 0 and up to 1, like 0.315")
     ] = ASYMMETRY
@@ -175,6 +178,7 @@ class Settings(Table):
                     tolerances = {
                         "focus_tolerance": 0.0 if self.relative else camera.focus_tolerance,
                         "aperture_tolerance": 0.0 if self.relative else camera.f_number_tolerance,
+                        "field_tolerance": 0.0 if self.relative else camera.field_tolerance,
                     }
                     lenses.append(Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus, **tolerances))
                 else:
