@@ -257,6 +257,7 @@ def test_known_thresholds_are_recovered_without_bias_and_covered():
     assert covered >= 53
 
 
+@pytest.mark.slow
 def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     ran("simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d")
     table = read_dataset(tmp_path / "d").blur_threshold

@@ -125,6 +125,7 @@ SLOW = {
 }
 
 
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize("kind", SLOW)
 def test_what_comes_too_slowly_is_closed(port: int, kind: str) -> None:
     first, drop = SLOW[kind]
