@@ -18,8 +18,8 @@ from simulated import take_part
 from focalgradient import InputError
 from focalgradient.plotting.subjects import depth_rating_figure
 from focalgradient.report import BOUND, analyse_ratings
-from focalgradient.report.tables import interval, probability
 from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, Interval, NotComputed
+from focalgradient.statistics.wording import interval, probability
 
 __all__ = ["ASSUMED", "PUBLISHED", "main", "make", "shown"]
 

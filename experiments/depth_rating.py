@@ -36,10 +36,11 @@ def trial(sitting: Sitting, trial: DepthTrial) -> Rated:
 def show_standard(sitting: Sitting) -> None:
     """Show the standard, after a page that defines its rating as 1."""
     design, screen = sitting.design, sitting.screen
-    _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
     pages(screen, [standard_text(design, sitting.words)], "ready")
+    _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
+    screen.warm(image)
     screen.play(lambda since: image.draw(), design.standard_s, "standard")
-    screen.on_event("off", screen.blank())
+    screen.empty(0.0, "off")
 
 
 def show_picture(sitting: Sitting, trial: DepthTrial) -> tuple[float, str | None]:

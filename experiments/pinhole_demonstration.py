@@ -73,7 +73,7 @@ def show_picture(sitting: Sitting, viewing: str, scene: str, event: str = "pictu
     screen.warm(image, mark)
     screen.play(lambda since: mark.draw(), MARK_S, "mark", lit=False)
     onset = screen.play(lambda since: image.draw(), design.picture_s, event)
-    screen.on_event("off", screen.blank())
+    screen.empty(0.0, "off")
     return sitting.since_start(onset), picture.png
 
 

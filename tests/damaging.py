@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from recorded import edit
 
 from focalgradient.dataset import export
 from focalgradient.dataset.journal import whole_lines
+from focalgradient.errors import InputError
 
 
 def table(root: Path, label: str = "01", task: str = "depthrating") -> Path:
@@ -84,7 +86,8 @@ def forged(change: Callable[[list[dict]], object], task: str = "depthrating") ->
         path.write_bytes(whole_lines(events))
         table(root, task=task).unlink()
         sidecar(root, task).unlink()
-        export(path)
+        with suppress(InputError):  # of a journal that cannot be read, there is no table
+            export(path)
 
     return damage
 
@@ -100,6 +103,11 @@ def each(name: str, value: Callable[[dict], object]) -> Callable[[list[dict]], N
                 event[name] = value(event)
 
     return change
+
+
+def noted(at: int, kind: str, **content: object) -> Callable[[list[dict]], None]:
+    """Insert a note before a line, counted from 0."""
+    return lambda events: events.insert(at, {"event": "note", "kind": kind, **content})
 
 
 def put(number: int, **changes: object) -> Callable[[list[dict]], None]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
+from damaging import forged
 
 from focalgradient.cli import main
 from focalgradient.dataset import Apparatus, Chosen, Session, export, read_dataset, read_journal, validate
@@ -123,8 +125,6 @@ def test_simulated_sessions_are_valid_and_go_on_where_they_were_cut_off(simulate
     table = read_dataset(simulated).blur_threshold
     assert len(table) == 4 * (24 + 6)
     # Cut the second's journal after its twelfth line, and simulate again: the same answers.
-    import shutil
-
     copy = tmp_path / "data"
     shutil.copytree(simulated, copy)
     journal = next(copy.rglob("sub-02*.jsonl"))
@@ -141,42 +141,40 @@ def test_simulated_sessions_are_valid_and_go_on_where_they_were_cut_off(simulate
     )
 
 
+def _flipped(column: str):
+    return lambda event: {column: not event[column] if column == "correct" else 3 - event[column]}
+
+
 DAMAGES = {
-    "another level": ("level", "0.123", "not one of the design's levels"),
-    "an easy catch trial": ("catch", None, "catch trials have the greatest"),
-    "a right answer": ("correct", None, "correct is "),
-    "a third answer": ("answer", "3", "answer is 3, but must be 1 or 2"),
-    "no time": ("response_time", "0.0", "response_time is 0 s"),
-    "the other interval": ("interval", None, "in the design"),
+    "another level": (lambda event: {"level": 0.123}, "level is 0.123, but must be one of the design's levels"),
+    "an easy catch trial": (lambda event: {"level": 0.02}, "level is 0.02, but catch trials have the greatest"),
+    "a right answer": (_flipped("correct"), "correct is .*, which contradicts the answer"),
+    "a third answer": (lambda event: {"answer": 3}, "answer is 3, but must be 1 or 2"),
+    "no time": (lambda event: {"response_time": 0.0}, "response_time is 0 s"),
+    "the other interval": (
+        _flipped("interval"),
+        "interval is [12], but [12] by the design",
+    ),
 }
 
 
 @pytest.mark.parametrize("damage", DAMAGES)
-def test_damages_to_its_table_are_named(damage, simulated, tmp_path):
-    import shutil
+def test_damages_to_a_session_are_named(damage, simulated, tmp_path):
+    change, sentence = DAMAGES[damage]
+    root = tmp_path / "data"
+    shutil.copytree(simulated, root)
 
-    column, value, sentence = DAMAGES[damage]
-    shutil.copytree(simulated, tmp_path / "data")
-    path = next((tmp_path / "data").glob("sub-03/beh/*.tsv"))
-    header, *rows = (line.split("\t") for line in path.read_text().splitlines())
-    place = header.index(column)
-    catch = header.index("catch")
-    row = next(row for row in rows if (row[catch] == "true") == (damage == "an easy catch trial"))
-    if damage == "an easy catch trial":
-        row[header.index("level")] = "0.02"
-    elif value is None:
-        row[place] = {"true": "false", "false": "true", "1": "2", "2": "1"}[row[place]]
-    else:
-        row[place] = value
-    path.write_text("\n".join("\t".join(row) for row in [header, *rows]) + "\n")
-    problems = validate(tmp_path / "data").problems
-    assert any(sentence in problem for problem in problems), problems
-    assert any("it differs from its journal" in problem for problem in problems)
+    def spoil(events):
+        catch = damage == "an easy catch trial"
+        event = next(one for one in events if one.get("phase") == "main" and one.get("catch") is catch)
+        event |= change(event)
+
+    forged(spoil, "blurthreshold")(root)
+    (problem,) = validate(root).problems
+    assert re.search(sentence, problem)
 
 
 def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
-    import shutil
-
     shutil.copytree(simulated, tmp_path / "data")
     path = next((tmp_path / "data").glob("sub-01/beh/*.tsv"))
     text = path.read_text()

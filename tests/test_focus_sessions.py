@@ -8,7 +8,7 @@ import pytest
 
 from focalgradient.dataset import Files, Journal, begin_dataset, repair, validate
 from focalgradient.dataset.bids import add_participant
-from focalgradient.dataset.events import wrong_event
+from focalgradient.dataset.events import event_error
 from focalgradient.dataset.focus import Change, export_focus
 
 
@@ -59,11 +59,11 @@ def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path
     place, table = session
     whole = table.read_text()
     table.write_text(whole.replace("20.1235", "10.1235", 1))
-    assert "row 2: latency_ms differs from its journal" in problems(place)
+    assert "in row 2, where latency_ms is '10.1235', but '20.1235' in the journal" in problems(place)
     table.write_text("\n".join(whole.splitlines()[:-1]) + "\n")
-    assert "has 2 changes of focus, but its journal has 3" in problems(place)
+    assert "it differs from its journal, as row 4 is missing" in problems(place)
     table.write_text("onset\n")
-    assert "the column focus_dioptre is missing" in problems(place)
+    assert "it differs from its journal" in problems(place)
     table.unlink()
     assert "the session crashed" in problems(place)
 
@@ -83,7 +83,7 @@ def test_what_is_no_number_is_found(session: tuple[Path, Path]) -> None:
         ('"ms": 21.623', '"ms": 11.623', "Latency differs from the journal"),
         ('"RefreshRate": 60.0', '"RefreshRate": 90.0', "RefreshRate differs from the journal"),
         ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from the journal"),
-        ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: restore it"),
+        ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: use 'focalgradient repair'"),
         ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' occurs twice"),
         ("{", "[{", "is not valid JSON"),
     ],
@@ -95,9 +95,9 @@ def test_a_sidecar_that_was_changed_is_found(session: tuple[Path, Path], old: st
     path.write_text(path.read_text().replace(old, new, 1))
     assert sentence in problems(place)
     path.write_text("[1]")
-    assert "is not a JSON object: restore it" in problems(place)
+    assert "is not a JSON object: use 'focalgradient repair'" in problems(place)
     path.unlink()
-    assert "cannot be read" in problems(place)
+    assert f"{path} is missing" in problems(place)
 
 
 @pytest.mark.parametrize("torn", [False, True])
@@ -147,9 +147,9 @@ CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "g
     [
         ({"kind": "gaze", "samples": []}, None),
         ({"kind": "gaze", "samples": [[0.1, 1, 2.0]]}, None),
-        ({"kind": "gaze"}, "samples of the gaze are not a list"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "a sample of the gaze is [0.1, 1.0], but must be a time, x and y"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "a sample of the gaze is [0.1, 1.0, None], but must be"),
+        ({"kind": "gaze"}, "samples is missing, but must be a list, each a time, x and y"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "samples has [0.1, 1.0], but must be a list, each a time, x and y"),
+        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "samples has [0.1, 1.0, None], but must be a list"),
         ({"kind": "eye tracker", **TRACKER}, None),
         ({"kind": "focus", "time": 1.0}, None),  # when it was asked for
         ({"kind": "focus", **CHANGE}, None),
@@ -159,5 +159,5 @@ CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "g
     ],
 )
 def test_notes_of_a_session_are_checked_by_their_kind(event: dict[str, Any], why: str | None) -> None:
-    found = wrong_event({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
+    found = event_error({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
     assert found is None if why is None else str(found).startswith(why)

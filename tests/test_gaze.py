@@ -160,14 +160,14 @@ def test_what_contradicts_the_gaze_is_found(tmp_path: Path) -> None:
     cells = rows[2].split("\t")
     cells[rows[0].split("\t").index("gaze_left")] = "false"
     place.write_text("\n".join([*rows[:2], "\t".join(cells), *rows[3:]]) + "\n")
-    assert any("gaze_left is false" in problem for problem in validate(root).problems)
+    assert any("row 3, where gaze_left is 'false', but 'true'" in problem for problem in validate(root).problems)
 
 
 def test_answers_and_design_must_agree_on_the_gaze(tmp_path: Path) -> None:
     apparatus = Apparatus("seconds")
     with Session.begin(tmp_path / "data", DESIGN, "01", apparatus=apparatus) as session:
         trial = session.remaining()[0]
-        with pytest.raises(InputError, match="gaze_left is None, but gaze is 'tracker'"):
+        with pytest.raises(InputError, match="gaze_left is None, but must be true or false"):
             session.record(trial, Rated(onset=0.0, rating=1.0, response_time=1.0))
     with Session.begin(tmp_path / "other", DepthRatingDesign(), "01", apparatus=apparatus) as session:
         trial = session.remaining()[0]

@@ -23,7 +23,7 @@ from focalgradient.dataset import (
 )
 from focalgradient.dataset import journal as journals
 from focalgradient.dataset.bids import journals as journals_of
-from focalgradient.dataset.events import wrong_event
+from focalgradient.dataset.events import event_error
 from focalgradient.design import NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
@@ -190,11 +190,14 @@ def test_resuming_takes_the_design_that_the_session_began_with(tmp_path):
     assert head["design"]["seed"] == SHORT.seed
     assert {"focalgradient", "numpy", "python"} <= set(head["versions"])
     assert head["apparatus"]["refresh_hz"] == 60
-    assert wrong_event(head, head) is None
+    assert event_error(head, head) is None
     del head["keys"]
-    assert wrong_event(head, head) == "keys is missing, but must be null"
+    assert (
+        event_error(head, head)
+        == "keys is missing, but must be a key for rigid and one for nonrigid, or null in a task without keys"
+    )
     del head["design"]["seed"]
-    assert "must be the settings of a known task, with their seed" in str(wrong_event(head, head))
+    assert "must be the settings of a known task, with their seed" in str(event_error(head, head))
 
 
 def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):

@@ -46,11 +46,15 @@ def test_codes_follow_name_and_condition(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("[codes]\npicture = 256", "the code of picture is 256, but must be a whole number from 1 to 255"),
+        ("[codes]\npicture = 256", "codes: picture: code is 256, but must be a whole number from 1 to 255"),
         ("[codes]\nflash = 15", "mask and flash share the code 15: give each its own"),
         ("pulse_ms = -1", "pulse_ms is -1, but must be from 0 to 1000 ms"),
         ("[[condition]]\nevent = 'x'\ncode = 90\na = 1", "'x', which has no code"),
-        ("code = 1", "'code', but may contain only codes, condition and pulse_ms"),
+        ("code = 1", "code is not a known key: did you mean codes?"),
+        ("[codes]\nflash = {about = 'A flash.'}", "the code of flash is missing: give a whole number from 1 to 255"),
+        ("[codes]\nflash = {code = 100, tags = 'x'}", "codes: flash: tags is not a known key: use code, about, hed"),
+        ("[[condition]]\nevent = 'mask'\ncode = true\na = 1", "condition 1: code is true, but must be a whole number"),
+        ("[[condition]]\ncode = 90", "a condition of 'picture' names no level"),
         ("[codes", "codes.toml"),
     ],
 )

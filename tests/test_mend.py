@@ -149,7 +149,7 @@ def test_a_session_that_two_programs_doubled_is_repaired(data):
     before = journal(data).read_bytes()
     result = run("repair", data)
     assert result.exit_code == 0
-    assert "Line 6, main trial 3, which is recorded above already." in result.output
+    assert "Line 6, main trial 3: it occurs more than once." in result.output
     kept = journal(data).with_name(journal(data).name + ".original")
     assert kept.read_bytes() == before
     assert trials(data) == [1, 2, 3, 4, 5, 6]
@@ -176,8 +176,8 @@ def test_damaged_lines_are_left_out_and_the_rest_is_read(data):
     )
     assert [path.name.rpartition("_beh")[2] for path in done.originals] == [
         ".jsonl.original",
-        ".tsv.original",
         ".json.original",
+        ".tsv.original",
     ]
     assert trials(data) == [1, 3, 6]
     assert len(read_journal(journal(data)).of("repaired")[0]["found"]) >= 3

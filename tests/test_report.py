@@ -26,8 +26,8 @@ from focalgradient.report.exclusions import both_results, exclusions_table, main
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import CHECKS, Sheet, answer_tables, interval, probability
-from focalgradient.report.words import methods_ratings, necker_findings, rating_findings
+from focalgradient.report.tables import CHECKS, EFFECTS, Sheet, answer_tables
+from focalgradient.report.words import methods_ratings, necker_findings
 from focalgradient.statistics import (
     DepthRatingResult,
     Effect,
@@ -38,6 +38,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.questions import COLUMNS, stated
 from focalgradient.statistics.residuals import rating_residuals
+from focalgradient.statistics.wording import interval, probability
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +190,7 @@ def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
 def test_equal_answers_are_said_to_be_so(tmp_path):
     same = Model(effect=1.0, between=0, scenes=0, noise=0, lapses=0)
     result = analyse_ratings(record_ratings(tmp_path / "data", 3, same)).result
-    told = " ".join(rating_findings(result))
+    told = " ".join(result.answers.sentences(*EFFECTS))
     assert told.count("the depth effect was not tested: All 3 subjects have the same value") == 2
     depth_rating_figure(result, simulated=True)
 
@@ -219,7 +220,7 @@ def rated(near: float, far: float) -> DepthRatingResult:
     ],
 )
 def test_a_finding_says_direction(near: float, far: float, said: str) -> None:
-    first, _, difference = rating_findings(rated(near, far))
+    first, _, difference = rated(near, far).answers.sentences(*EFFECTS)
     assert said in first
     assert "equivalent" not in first
     assert ("were not shown to differ" in difference) == (near == 0)
@@ -234,7 +235,7 @@ def test_a_finding_says_direction(near: float, far: float, said: str) -> None:
     ],
 )
 def test_the_far_effect_is_answered_by_its_equivalence(far: float, said: str) -> None:
-    second = rating_findings(rated(0.7, far))[1]
+    second = rated(0.7, far).answers.sentences(*EFFECTS)[1]
     assert said in second
     assert "not shown to be equivalent" not in second
 
@@ -326,7 +327,7 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(rating
     blocks = list(gaze_part(dataclasses.replace(part, table=table, fixated=part), sheets))
     sentences = [block.text for block in blocks if isinstance(block, Paragraph)]
     assert sentences[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
-    findings = rating_findings(part.result)
+    findings = part.result.answers.sentences(*EFFECTS)
     assert sentences[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
     each = len(shown) // 6
     rows = sheets[0].digits.to_numpy().tolist()

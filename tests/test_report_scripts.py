@@ -16,8 +16,8 @@ from focalgradient.report import make_report
 from focalgradient.report.export import report_files, trial_files
 from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
-from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
+from focalgradient.statistics.slope_questions import own_slopes
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from damaging import forged, put
 
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate, withdraw
 from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
@@ -79,12 +80,8 @@ def test_answers_that_are_off_the_scale_are_refused_and_found(tmp_path):
     with pytest.raises(InputError, match=r"rating is 4, but the scale of the design goes from -3 to 3"):
         record(tmp_path / "other", design, 1, lambda *given: 4.0)
     root = record(tmp_path / "data", design, 2)
-    table = next(root.glob("sub-01/**/*.tsv"))
-    lines = table.read_text().splitlines()
-    cells = lines[3].split("\t")
-    cells[lines[0].split("\t").index("rating")] = "2.5"
-    table.write_text("\n".join([*lines[:3], "\t".join(cells), *lines[4:]]) + "\n")
-    assert any("rating is 2.5, but the scale has whole steps" in problem for problem in validate(root).problems)
+    forged(put(3, rating=2.5))(root)
+    assert any("rating is 2.5, but the scale of the design has whole steps" in one for one in validate(root).problems)
 
 
 LAZY = {
@@ -157,7 +154,7 @@ def test_own_factors_go_from_the_design_to_the_report(tmp_path):
     # A level that the design does not give this trial is found.
     path = next(root.glob("sub-01/**/*.tsv"))
     path.write_text(path.read_text().replace("\tdim\t", "\tbright\t", 1))
-    assert any("light is bright, but dim in the design" in problem for problem in validate(root).problems)
+    assert any("where light is 'bright', but 'dim' in the journal" in problem for problem in validate(root).problems)
 
 
 def test_answers_that_a_participant_wants_removed_are_a_problem_until_they_are(tmp_path):

@@ -69,7 +69,10 @@ def test_a_count_that_contradicts_the_exposures_is_found(tmp_path: Path) -> None
     last = next(event for event in reversed(events) if event["event"] == "trial")
     last["extra"] = {**last["extra"], "interruptions": {**last["extra"]["interruptions"], "value": 4}}
     session.files.journal.write_bytes(whole_lines(events))
-    assert any("was shown 2 times, but interruptions is 4" in problem for problem in validate(tmp_path).problems)
+    assert any(
+        "interruptions is 4, but 1 by the design and the lines before: restore" in problem
+        for problem in validate(tmp_path).problems
+    )
 
 
 def test_sessions_without_recorded_exposures_are_valid_and_resumed_as_before(tmp_path: Path) -> None:

@@ -56,5 +56,5 @@ def test_without_a_note_there_is_no_column(tmp_path: Path) -> None:
 
 
 def test_a_note_that_cannot_be_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"line 2: a display interval is .*'soon'"):
+    with pytest.raises(InputError, match=r"line 2: shown has .*'soon'"):
         session(tmp_path, ("frames", {"shown": [{"event": "picture", "stamps": ["soon"]}]}))

@@ -266,9 +266,8 @@ class Display:
             if growth < WEBER:
                 raise InputError(
                     f"the smallest step of blur, {small:.2g} to {large:.2g} px, increases the spread of light on the "
-                    f"display's pixels by {growth:.0%}, but the threshold of people is {WEBER:.0%}: give the "
-                    "pictures more "
-                    "pixels, or make the apertures larger or more different."
+                    f"display's pixels by {growth:.0%}, but the threshold of people is {WEBER:.0%}: give the pictures "
+                    "more pixels, or make the apertures larger or more different."
                 )
             step = math.radians(self.arcmin(large - small) / 60)
             if step < EYE_STEP:

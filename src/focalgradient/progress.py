@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-__all__ = ["Progress", "part_of"]
+__all__ = ["Progress", "part_of", "silent"]
 
 Progress = Callable[[float, str], object]
 """Callback that receives the fraction of the work done, 0 to 1, and a short description of the current step."""
+
+
+def silent(share: float, words: str) -> None:
+    """Report no progress."""
 
 
 def part_of(progress: Progress, number: int, count: int) -> Progress:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_number, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import PIXEL_ANGLE, check_frame, check_pixel_pitch
 
-__all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle"]
+__all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle", "check_shape"]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
@@ -155,3 +157,15 @@ def check_mask(mask: object, shape: tuple[int, ...]) -> None:
         )
     if not mask.any():
         raise InputError("mask is False everywhere, but must be True where a pixel can be used: invert it.")
+
+
+def check_shape(shape: Any) -> None:
+    """Raise `InputError` unless `shape` is a positive height and width in pixels.
+
+    >>> check_shape((480, 0))
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: shape is (480, 0), but must be a positive height and width in pixels.
+    """
+    lengths = shape if isinstance(shape, Sequence) else ()
+    if len(lengths) != 2 or not all(isinstance(length, int) and length >= 1 for length in lengths):
+        raise InputError(f"shape is {described(shape)}, but must be a positive height and width in pixels.")

@@ -13,13 +13,13 @@ import pytest
 from headless import PROGRAMS, make_set, psychopy_here
 
 from focalgradient.dataset import Apparatus, Session
-from focalgradient.design import NeckerDesign, Pinhole, load_design
+from focalgradient.design import NeckerDesign, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab import EXPERIMENTS, preparation, run
-from focalgradient.lab import pinhole as demonstration
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import cube_frames, read_set
+from focalgradient.tasks.pinhole import through_tube, whole_field
 
 
 @pytest.fixture
@@ -234,8 +234,8 @@ def test_the_cube_turns_at_its_speed_on_any_display():
 
 def test_the_tube_leaves_a_round_field_of_the_right_angle():
     display = Display(size_px=(1920, 1080), pixel_pitch=0.25e-3, distance=0.6)
-    wide = demonstration._field_px(Pinhole(field_deg=10.0), display)
-    field = demonstration.through_tube(np.full((700, 801, 3), 9, np.uint8), (300.0, 350.0), wide) > 0
+    wide = 2 * 0.6 / 0.25e-3 * math.tan(math.radians(5))
+    field = through_tube(np.full((700, 801, 3), 9, np.uint8), (300.0, 350.0), wide) > 0
     assert display.degrees(field[350, :, 0].sum()) == pytest.approx(10, rel=0.01)
     assert field[..., 1].sum() == pytest.approx(math.pi * wide**2 / 4, rel=0.01)
     columns = np.flatnonzero(field.any(axis=(0, 2)))
@@ -244,11 +244,11 @@ def test_the_tube_leaves_a_round_field_of_the_right_angle():
 
 def test_the_round_field_is_never_cut_by_the_border_of_the_picture():
     for about in ((0.0, 0.0), (40.0, 90.0), (399.0, 20.0), (200.0, 150.0)):
-        middle = demonstration.whole_field(about, (300, 400, 3), 101.0)
-        field = demonstration.through_tube(np.full((300, 400, 3), 9, np.uint8), middle, 101.0) > 0
+        middle = whole_field(about, (300, 400, 3), 101.0)
+        field = through_tube(np.full((300, 400, 3), 9, np.uint8), middle, 101.0) > 0
         assert field[..., 0].sum() == pytest.approx(math.pi * 101**2 / 4, rel=0.01)
         assert math.dist(middle, about) <= math.hypot(51, 51)
-    assert demonstration.whole_field((200.0, 150.0), (300, 400, 3), 101.0) == (200.0, 150.0)
+    assert whole_field((200.0, 150.0), (300, 400, 3), 101.0) == (200.0, 150.0)
 
 
 def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):

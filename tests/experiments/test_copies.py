@@ -18,7 +18,7 @@ from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import breaks
 from focalgradient.design.words import load_words
 from focalgradient.display import Display
-from focalgradient.lab import EXPERIMENTS, Given, Sitting, described, pinhole
+from focalgradient.lab import EXPERIMENTS, Given, Sitting, described
 from focalgradient.lab.gaze import Taken
 from focalgradient.scales import Ways
 from focalgradient.stimuli import read_set
@@ -171,7 +171,7 @@ def test_each_copy_shows_the_same_pixels_for_the_same_time_and_answers_the_same(
         screen.log.append(("ask", repr(control), *rest))
         return Given(1.0, 0.8, None if isinstance(control, Ways) else 2.0)
 
-    rooms: list[Any] = [copy, pinhole, described]
+    rooms: list[Any] = [copy, described]
     for room in rooms:
         for called, stands_in in (("pages", logged), ("ask", asked), ("ask_which", asked), ("tone", lambda: True)):
             if hasattr(room, called):

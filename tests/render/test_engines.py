@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens
+from focalgradient.optics import Aperture
 from focalgradient.render import engines, pathtrace, render, render_bands, render_series
 from focalgradient.render.mitsuba_backend import LLVM, SCALAR, variant
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.scenes import Mesh, Plane, Scene, Sky, Sphere, Texture, plane, slant, spheres, step
-from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
@@ -47,7 +47,7 @@ def test_blur_disc(focus: float, vergence: float, x: float, y: float) -> None:
     shape, pixel, aperture, side = (90, 116), 2e-3, 0.1, 4.0
     theory = aperture / 2 * abs(focus - vergence) / pixel  # in pixels
     scene = Scene((square(1 / vergence, side, x, y, pixel),))
-    optics = Pupil(aperture, focus)
+    optics = Aperture(aperture, focus)
     image = render(scene, optics, shape, pixel, engine="shaded", samples=1024).view.image.astype(float)
     rows, columns = np.indices(shape)
     rows, columns = rows - (shape[0] - 1) / 2 - y, columns - (shape[1] - 1) / 2 - x
@@ -71,7 +71,7 @@ def test_blur_disc(focus: float, vergence: float, x: float, y: float) -> None:
 def test_engines_agree_with_the_ray_caster(engine: engines.Engine, focus: float, name: str) -> None:
     """The same scene, lens and pixels: what differs is each one's own noise. No surface lights another."""
     scene = slant(0.9, 2.2, 48 * PIXEL, seed=2) if name == "slant" else plane(0.8, seed=3)
-    optics = Pupil(0.004, focus)
+    optics = Aperture(0.004, focus)
     ours = render(scene, optics, (48, 48), PIXEL, engine="cast", samples=1024)
     theirs = render(scene, optics, (48, 48), PIXEL, engine=engine, samples=256)
     difference = theirs.view.image - ours.view.image
@@ -84,7 +84,7 @@ def test_engines_agree_with_the_ray_caster(engine: engines.Engine, focus: float,
 
 def test_shading_of_spheres_agrees_with_the_ray_caster() -> None:
     """With sun, shadows, occlusion and projected texture, out of focus."""
-    scene, optics = spheres(1, field=64 * PIXEL), Pupil(0.004, 1.2)
+    scene, optics = spheres(1, field=64 * PIXEL), Aperture(0.004, 1.2)
     ours = render(scene, optics, (48, 64), PIXEL, engine="cast", samples=1024)
     theirs = render(scene, optics, (48, 64), PIXEL, engine="shaded", samples=256)
     difference = theirs.view.image - ours.view.image
@@ -116,12 +116,12 @@ def test_scalar_and_compiled_agree() -> None:
     for traced, focus in ((True, 1.0), (True, -0.2), (False, 1.0)):
         pictures = [
             pathtrace.halves(
-                *(scene, Pupil(0.004, focus), (24, 24), PIXEL),
+                *(scene, Aperture(0.004, focus), (24, 24), PIXEL),
                 traced=traced,
                 samples=16,
                 seed=1,
                 variant=which,
-                progress=lambda share: None,
+                progress=lambda share, words: None,
             )
             for which in (SCALAR, best())
         ]
@@ -168,7 +168,7 @@ def test_depth_is_along_the_axis_through_pixel_centres() -> None:
 
 def test_noise_is_that_of_the_picture() -> None:
     """What is measured between the halves of one picture is what repeated pictures scatter by."""
-    scene, optics = slant(0.9, 2.0, 32 * PIXEL), Pupil(0.006, 1.0)
+    scene, optics = slant(0.9, 2.0, 32 * PIXEL), Aperture(0.006, 1.0)
     for engine in ("shaded", "cast"):
         many = [render(scene, optics, (32, 32), PIXEL, engine=engine, samples=32, seed=seed) for seed in range(8)]
         scatter = math.sqrt(np.mean(np.var([one.view.image for one in many], axis=0, ddof=1)))
@@ -179,7 +179,7 @@ def test_noise_is_that_of_the_picture() -> None:
 def test_common_seeds_change_nothing_but_the_focus() -> None:
     """Two foci a hair apart differ far less with one seed than with two; the same call gives the same picture."""
     scene = slant(0.9, 2.0, 32 * PIXEL)
-    optics = [Pupil(0.006, 1.0), Pupil(0.006, 1.001)]
+    optics = [Aperture(0.006, 1.0), Aperture(0.006, 1.001)]
     first, second = render_series(scene, optics, (32, 32), PIXEL, engine="shaded", samples=16, seed=3)
     again = render(scene, optics[0], (32, 32), PIXEL, engine="shaded", samples=16, seed=3)
     other = render(scene, optics[0], (32, 32), PIXEL, engine="shaded", samples=16, seed=4)
@@ -192,7 +192,7 @@ def test_bands_are_the_colours_of_the_same_pictures() -> None:
     """Each band is the colour that its own focus makes; the view of a coloured picture is its luminance."""
     rainbow = np.random.default_rng(1).uniform(0, 1, (16, 16, 3))
     scene = Scene((Mesh(square(1.0, 40).vertices, square(1.0, 40).faces, square(1.0, 1).uv, rainbow),))
-    optics = [Pupil(0.01, vergence) for vergence in (0.5, 1.0, 1.6)]
+    optics = [Aperture(0.01, vergence) for vergence in (0.5, 1.0, 1.6)]
     whole = render_series(scene, optics, (24, 24), PIXEL, samples=8)
     bands = render_bands(scene, optics, (24, 24), PIXEL, samples=8)
     for band, one, full in zip(range(3), bands, whole, strict=True):
@@ -218,11 +218,11 @@ def test_without_mitsuba_planes_are_cast_and_that_is_said_once(monkeypatch: pyte
     monkeypatch.setattr(engines, "variant", lambda: None)
     engines._warn_once.cache_clear()
     with pytest.warns(FocalGradientWarning, match=r"ray cast instead.*focalgradient\[render\]"):
-        path = render(plane(1.0), Pupil(0.0, 1.0), (8, 8), PIXEL, engine="path")
-    render(plane(1.0), Pupil(0.0, 1.0), (8, 8), PIXEL, engine="shaded")  # a second warning would fail the test
+        path = render(plane(1.0), Aperture(0.0, 1.0), (8, 8), PIXEL, engine="path")
+    render(plane(1.0), Aperture(0.0, 1.0), (8, 8), PIXEL, engine="shaded")  # a second warning would fail the test
     assert path.colour is None
     with pytest.raises(InputError, match=r"Mitsuba, which this scene needs.*libatomic1"):
-        render(Scene((square(1.0, 4),)), Pupil(0.0, 1.0), (8, 8), PIXEL)
+        render(Scene((square(1.0, 4),)), Aperture(0.0, 1.0), (8, 8), PIXEL)
     engines._warn_once.cache_clear()
 
 
@@ -254,7 +254,7 @@ def test_mitsuba_is_loaded_only_when_it_renders() -> None:
         ({"shape": (0, 4)}, r"shape is \(0, 4\)"),
         ({"pixel_angle": -1.0}, "pixel_angle is -1.0"),
         ({"seed": -1}, "seed is -1"),
-        ({"optics": Pupil(0.001, math.nan)}, "focus vergence of nan D"),
+        ({"optics": Aperture(0.001, math.nan)}, "focus vergence of nan D"),
         ({"engine": "cast", "scene": Scene((), sky=Sky(np.ones((2, 4, 3))))}, "planes and spheres only"),
     ],
 )

@@ -7,11 +7,11 @@ import pytest
 from scipy.ndimage import map_coordinates
 
 from focalgradient import InputError, Lens, View
+from focalgradient.optics import Aperture
 from focalgradient.psf import Annulus, Blend, Gaussian, Polygon, Psf
 from focalgradient.render import cast, noisy
 from focalgradient.render.raycast import _spline
 from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
-from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
@@ -34,7 +34,7 @@ def test_blur_disc(focus: float, vergence: float) -> None:
     """The image of a small bright square is a disc as wide as theory says, uniform, and holds all its light."""
     side, theory = 4, 0.025 / 2 * abs(focus - vergence) / PIXEL  # in pixels
     image = cast(
-        Scene((card(1 / vergence, side, side),)), Pupil(0.025, focus), (70, 72), PIXEL, samples=1024
+        Scene((card(1 / vergence, side, side),)), Aperture(0.025, focus), (70, 72), PIXEL, samples=1024
     ).view.image
     assert image.sum() == pytest.approx(side**2, rel=0.01)
     rows, columns = np.indices(image.shape)
@@ -223,7 +223,7 @@ def test_same_seed_same_picture() -> None:
 @pytest.mark.parametrize(("blur", "most"), [(0.0, 0.0001), (2.0, 0.0015), (4.0, 0.002)])
 def test_noise_of_sampling(blur: float, most: float) -> None:
     """256 rays leave noise far below a camera's on fine natural texture, blur discs of up to 4 pixels radius."""
-    optics = Pupil(2 * blur * PIXEL, 2.0)
+    optics = Aperture(2 * blur * PIXEL, 2.0)
     first, second = (cast(plane(1.0, seed=2), optics, (48, 48), PIXEL, samples=256, seed=s).view.image for s in (0, 1))
     assert first.std() > 0.05 * first.mean()
     assert np.std(first - second) / math.sqrt(2) < most * first.mean()
@@ -250,7 +250,7 @@ LENS = Lens(0.025, 4, 1.0)
         ({"shape": (5.0, 5)}, r"shape is \(5.0, 5\)"),
         ({"pixel_angle": math.inf}, "pixel_angle is inf"),
         ({"seed": -1}, "seed is -1"),
-        ({"optics": Pupil(0.001, math.nan)}, "focus vergence of nan D"),
+        ({"optics": Aperture(0.001, math.nan)}, "focus vergence of nan D"),
     ],
 )
 def test_bad_input_to_cast(change, words) -> None:  # type: ignore[no-untyped-def]

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
 from focalgradient.eye import Cones, Eye
+from focalgradient.optics import Aperture
 from focalgradient.render import blur_picture
 from focalgradient.stimuli.controls import refuse_seams
-from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.sharpness import sharpest
 
 PIXEL = 1e-3
@@ -21,7 +21,7 @@ PIXEL = 1e-3
 
 def blurred(light: np.ndarray, vergence: np.ndarray, focus: float) -> np.ndarray:
     """A picture through an aperture of which a dioptre is a pixel."""
-    return blur_picture(light, 1 / (vergence + 5), Pupil(2 * PIXEL, focus + 5), pixel_angle=PIXEL)
+    return blur_picture(light, 1 / (vergence + 5), Aperture(2 * PIXEL, focus + 5), pixel_angle=PIXEL)
 
 
 def covered(edge: np.ndarray) -> np.ndarray:
@@ -120,7 +120,7 @@ def test_the_control_of_stimuli_finds_a_seam_and_none_in_a_blurred_picture(focus
     floor = 3 + 0.06 * (down + 48)
     vergence = np.where(np.hypot(down, right) < 30, 9 - 4 * (np.hypot(down, right) / 30) ** 2, floor)
     light = random.uniform(0.3, 0.6, (24, 24)).repeat(4, axis=0).repeat(4, axis=1)
-    optics = Pupil(2 * PIXEL, focus + 5)
+    optics = Aperture(2 * PIXEL, focus + 5)
     seen = blurred(light, vergence, focus).astype(float)
     found = sharpest(seen, light, 1 / (vergence + 5), [optics], PIXEL)
     assert found["sharpest"] < 1.15
@@ -137,7 +137,7 @@ def test_the_control_of_stimuli_finds_a_seam_and_none_in_a_blurred_picture(focus
 def test_uneven_noise_of_samples_is_no_seam_and_hides_none() -> None:
     """Noise of one half of a picture four times that of the other, with one stray sample; then a step in quiet blur."""
     random = np.random.default_rng(4)
-    distance, optics = np.full((96, 96), 1 / 9.0), Pupil(2 * PIXEL, 15.0)  # a radius of 6 pixels
+    distance, optics = np.full((96, 96), 1 / 9.0), Aperture(2 * PIXEL, 15.0)  # a radius of 6 pixels
     level = np.where(np.arange(96) < 48, 0.002, 0.008) * np.ones((96, 1))
     halves = [0.5 + np.sqrt(2) * level * random.normal(size=level.shape) for _ in range(2)]
     halves[0][30, 20] += 0.3
@@ -156,7 +156,7 @@ def test_what_the_pinhole_hides_is_not_judged() -> None:
     """A bright line in focus, hidden by an edge before it that is blurred by 6 pixels, shows in the picture."""
     before = np.broadcast_to(np.arange(96) < 48, (96, 96))
     distance = np.where(before, 1 / 15.0, 1 / 9.0)
-    optics, plain = Pupil(2 * PIXEL, 9.0), np.full(before.shape, 0.3)
+    optics, plain = Aperture(2 * PIXEL, 9.0), np.full(before.shape, 0.3)
     seen = plain.copy()
     seen[:, 45] = 0.6
     assert sharpest(seen, plain, distance, [optics], PIXEL)["sharpest"] > 1.15

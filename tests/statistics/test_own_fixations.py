@@ -6,8 +6,7 @@ import pytest
 
 from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import depth_rating_figure, ordinal_figure
-from focalgradient.report.scales import comparison_findings
-from focalgradient.report.words import rating_findings
+from focalgradient.report.tables import EFFECTS
 from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating, read_ratings
 from focalgradient.statistics.bayes import bayes_depth_rating
 
@@ -52,7 +51,7 @@ def test_each_fixation_is_as_alone_and_every_pair_is_compared(table: pd.DataFram
     differences = [test for test, _ in found.differences.values() if isinstance(test, Effect)]
     assert min(test.p_holm for test in differences) == pytest.approx(3 * min(test.p for test in differences))
     assert all(each.rise.p_holm >= each.rise.p for each in found.fixations[1:])
-    said = " ".join(rating_findings(found))
+    said = " ".join(found.answers.sentences(*EFFECTS))
     assert "“gate” in focus" in said
     assert "The depth effects of “gate” and “tree” differed" in said
     depth_rating_figure(found, simulated=False)
@@ -72,16 +71,16 @@ def test_findings_of_comparisons_name_the_primary_outcome_once_and_the_direction
         found = compare_pictures(rows[rows["fixation"] == "gate"], "bipolar")
         (slope,) = found.slopes
         assert isinstance(slope, Effect)
-        first, largest = comparison_findings(found)
+        first, largest = found.answers.sentences(*EFFECTS)
         assert first.startswith("Primary outcome. With “gate” in focus")
         assert f" {verb} with the aperture (" in first
-        assert largest.startswith("At the largest aperture it differed from that of pictures that are alike (")
-    sentences = list(comparison_findings(compare_pictures(signed, "bipolar")))
+        assert largest.startswith("With “gate” in focus at the largest aperture, the mean step differed from that of ")
+    sentences = list(compare_pictures(signed, "bipolar").answers.sentences(*EFFECTS))
     assert [one.startswith("Primary outcome. ") for one in sentences] == [
         True,
         *[False] * (len(sentences) - 1),
     ]
-    assert sum("With “" in sentence for sentence in sentences) == 3
+    assert sum("with the aperture (" in sentence for sentence in sentences) == 3
     assert sum(sentence.startswith("The slopes of “") for sentence in sentences) == 3
 
 

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 from scipy import ndimage
 
+from focalgradient.optics import Aperture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import LIMITS, Sharp, against_prediction, judged, spectrum
-from focalgradient.stimuli.depth_rating import Pupil
 
 PIXEL = 1e-3
-LENS = Pupil(0.01, 1.0)
+LENS = Aperture(0.01, 1.0)
 
 
 def texture(seed: int, shape: tuple[int, int]) -> np.ndarray:
@@ -56,7 +56,7 @@ def test_blur_that_was_not_foreseen() -> None:
 
 def test_colours_are_foreseen_each_by_its_own_focus() -> None:
     still = texture(5, (96, 96))
-    lenses = [Pupil(0.01, 1.0 + more) for more in (-0.3, 0.0, 0.3)]
+    lenses = [Aperture(0.01, 1.0 + more) for more in (-0.3, 0.0, 0.3)]
     sharp = Sharp(np.repeat(still[..., None], 3, axis=2), np.zeros(still.shape), np.ones(still.shape), PIXEL)
     ratios = against_prediction(still, np.zeros(still.shape), sharp, lenses)["spectrum"]
     # Only green is foreseen sharp, and the sharp picture has more than that.

@@ -10,11 +10,12 @@ import pytest
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
+from focalgradient.optics import Aperture
 from focalgradient.render import render
 from focalgradient.render.mitsuba_backend import variant
 from focalgradient.scenes import spheres
 from focalgradient.stimuli import APERTURES, FIXATIONS, StimulusSet, depth_rating, make_depth_rating, read_set
-from focalgradient.stimuli.depth_rating import FIELD, LEAST_DEPTH, Pupil
+from focalgradient.stimuli.depth_rating import FIELD, LEAST_DEPTH
 
 SMALL = {"seed": 3, "scenes": 1, "size": 128, "engine": "cast", "samples": 16}
 LENSES = {"f/22": 22.0, "f/11": 11.0, "f/5.6": 5.6}
@@ -170,7 +171,7 @@ def test_depth_of_scenes_is_as_much_as_the_check_of_the_display_takes() -> None:
 def test_path_traced_pictures_are_the_same_to_the_last_bit() -> None:
     world = spheres(2, field=FIELD)
     first, second = (
-        render(world, Pupil(0.005, 1.5), (64, 64), FIELD / 64, engine="path", samples=8, seed=5) for _ in range(2)
+        render(world, Aperture(0.005, 1.5), (64, 64), FIELD / 64, engine="path", samples=8, seed=5) for _ in range(2)
     )
     assert np.array_equal(first.colour, second.colour)
     assert np.array_equal(first.residual, second.residual)

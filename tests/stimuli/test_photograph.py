@@ -9,10 +9,10 @@ from scipy.ndimage import gaussian_filter
 from focalgradient import InputError, Lens
 from focalgradient.dataset import check_stimuli
 from focalgradient.display import Display
+from focalgradient.optics import Aperture
 from focalgradient.render import blur_picture
 from focalgradient.stimuli import StimulusSet, make_from_photographs
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import Pupil
 
 ANGLE = 2e-3
 TEXTURE = gaussian_filter(np.random.default_rng(2).standard_normal((96, 128, 3)), (1, 1, 0))
@@ -65,7 +65,7 @@ def test_controls_are_measured_and_met(made: StimulusSet) -> None:
 
 
 def test_controls_find_what_is_wrong() -> None:
-    lens, grey = Pupil(0.0125, 1 / 2.0), LIGHT.mean(axis=2)
+    lens, grey = Aperture(0.0125, 1 / 2.0), LIGHT.mean(axis=2)
     right = blur_picture(grey, SLANT, lens, pixel_angle=ANGLE)
     found = against_discs(right, grey, SLANT, lens, ANGLE)
     np.testing.assert_allclose(found["shift_px"], 0, atol=0.02)
@@ -73,7 +73,9 @@ def test_controls_find_what_is_wrong() -> None:
     np.testing.assert_allclose(found["spectrum"][1:], 1, atol=0.02)
     moved = against_discs((right + np.roll(right, 1, axis=1)) / 2, grey, SLANT, lens, ANGLE)
     assert moved["shift_px"][0] == pytest.approx(0.5, abs=0.15)  # half a pixel to the right
-    sharper = against_discs(blur_picture(grey, SLANT, Pupil(0.00625, 0.5), pixel_angle=ANGLE), grey, SLANT, lens, ANGLE)
+    sharper = against_discs(
+        blur_picture(grey, SLANT, Aperture(0.00625, 0.5), pixel_angle=ANGLE), grey, SLANT, lens, ANGLE
+    )
     assert max(sharper["spectrum"]) > 1.1
     steps = np.where(np.arange(128) % 4 < 2, 1.0, 2.0) * np.ones((96, 1))
     assert against_discs(right, grey, steps, lens, ANGLE) == {}  # outlines everywhere
@@ -83,7 +85,7 @@ def test_controls_find_what_is_wrong() -> None:
 def test_pictures_that_the_blur_nearly_fills_are_not_measured(side: int) -> None:
     """A disc of 10 pixels' radius leaves 12 pixels to either side of a place out: less than an octave is left."""
     grey, wall = LIGHT[:side, :side, 0], np.full((side, side), 2.0)
-    assert against_discs(grey, grey, wall, Pupil(0.04, 1.5), ANGLE) == {}
+    assert against_discs(grey, grey, wall, Aperture(0.04, 1.5), ANGLE) == {}
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,9 @@ import json
 import re
 import signal
 import sys
+import time
+from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +19,7 @@ import pytest
 from chromium import LOOK, Server, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
-from playwright.sync_api import Browser
+from playwright.sync_api import Browser, Error
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.dataset.conduct import exposures
@@ -364,3 +367,64 @@ def test_the_page_keeps_its_secret_by_the_identifiers_that_the_server_knows() ->
     listed = re.search(r"OF_PERSON = (\[.*?\]);", script)
     assert listed is not None
     assert tuple(json.loads(listed[1])) == OF_PERSON
+
+
+PINHOLE = """task = "pinhole"
+language = "de"
+scenes = ["spheres-01"]
+repetitions = 1
+look_s = 0.5
+picture_s = 0.3
+field_deg = 6.0
+ask = ["eye"]
+smallest_screen = [800, 400]
+"""
+
+TOUCHED = """() => [
+    "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled",
+].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
+"""What a finger touches next."""
+
+
+@pytest.mark.slow
+def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path: Path) -> None:
+    make_set(tmp_path / "set", ["spheres-01"], size=(320, 241))
+    server = served(tmp_path, PINHOLE)
+    sides = {"width": 844, "height": 420}
+    phone = browser.new_context(viewport=sides, screen=sides, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
+    page, seen, end = phone.new_page(), list[str](), time.monotonic() + 90
+    page.goto(server.address)
+    while not page.query_selector("#complete"):
+        assert time.monotonic() < end, seen[-2:]
+        text = page.inner_text("body")
+        if text not in seen[-1:]:
+            seen.append(text)
+            if LOOK:
+                page.screenshot(path=str(Path(LOOK, f"touch-{len(seen):02}.png")))
+        with suppress(Error):  # the screen has changed meanwhile
+            found = page.evaluate_handle(TOUCHED).as_element()
+            if found is not None:
+                found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
+            if found is not None and (box := found.bounding_box()) is not None:
+                page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
+        time.sleep(0.1)
+    phone.close()
+    assert server.end() == 0
+    told = "".join(seen)
+    for words in (
+        "Durch das Loch",
+        "Ohne alles",
+        "Durch die Röhre",
+        "Blicken Sie jetzt in den Raum",
+        "Wie räumlich sah",
+    ):
+        assert words in told
+    assert "LEERTASTE" not in told
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    table = read_dataset(tmp_path / "data").pinhole
+    assert Counter(table["form"]) == {"real": 3, "picture": 3}
+    assert table["stimulus"].isna().tolist() == (table["form"] == "real").tolist()
+    assert table["shown_sha256"].notna().sum() == 2  # pictures in the round field
+    frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
+    looked = [part["event"] for event in frames for part in event["shown"] if event["condition"]["form"] == "real"]
+    assert Counter(looked)["look"] == 3

@@ -21,7 +21,7 @@ from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
 from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import blur_picture, cast
 from focalgradient.scenes.objects import Scene
 
@@ -157,7 +157,7 @@ def stereo(
     check_number("vergence", zero, "dioptres")
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     geometry = _Geometry(interocular, zero, pixel_angle)
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     if isinstance(scene, Scene):
         if distance is not None:
             raise InputError("distance is given with a scene, which defines its own: leave it out.")
@@ -238,13 +238,9 @@ def _cast_pair(
     found = []
     for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
         aside = {"place": side * geometry.interocular, "ahead": -side * geometry.interocular * geometry.vergence}
-
-        def tell(share: float, words: str, number: int = number) -> None:
-            say((number + share) / 2, words)
-
         own = own_blur(optics)
         by_rays = blur and blur_distance is None and (own is None or not own.forms_views)
-        seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=tell)  # type: ignore[arg-type]
+        seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(say, number, 2))  # type: ignore[arg-type]
         shown = _distances(blur_distance, seen.distance, "blur_distance")
         light = seen.view.image.astype(np.float32)
         if blur and not by_rays:
@@ -273,13 +269,11 @@ def _moved_pair(
         moved = warp(shift, placed)
         columns = moved.source
         true, blurred, own = (_nearest(one, columns) for one in (far, shown, placed))
-
-        def tell(share: float, words: str, number: int = number) -> None:
-            say((number + share) / 2, words)
-
         picture = sample(light, shift, columns)
         if blur:
-            picture = blur_picture(picture, blurred, optics, pixel_angle=geometry.pixel_angle, progress=tell)
+            picture = blur_picture(
+                picture, blurred, optics, pixel_angle=geometry.pixel_angle, progress=part_of(say, number, 2)
+            )
         found.append(_Seen(picture, true, blurred, own, moved.is_invented))
         if (share := float(moved.is_invented.mean())) > MAX_INPAINTED_FRACTION:
             warnings.warn(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.dual_pixel.halves import half_asymmetry, halves_of
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import DualPixel
@@ -108,13 +108,7 @@ def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit
     y, x = ((2 * np.arange(n) + 1 - n) / max(found.shape) for n in found.shape)
     x, y = np.broadcast_arrays(x[None], y[:, None])
     terms = np.stack([np.ones_like(x), x, y, x**2, x * y, y**2])[:, clear].T
-    values, weight = found[clear], 1 / np.hypot(sd[clear], 0.02)
-    fitted: NDArray[np.floating] = np.zeros(6)
-    for _ in range(8):
-        fitted = np.linalg.lstsq(terms * weight[:, None], values * weight, rcond=None)[0]
-        off = np.abs(values - terms @ fitted)
-        scale = 1.48 * float(np.median(off)) + 1e-9
-        weight = 1 / np.hypot(sd[clear], 0.02) / np.sqrt(1 + (off / (2 * scale)) ** 2)
+    fitted, scale = fit_terms(terms, found[clear], 1 / np.hypot(sd[clear], 0.02), rounds=8)
     field = tuple(float(value) for value in fitted[1:] / fitted[0])
     lens = replace(optics.lens, aperture_tolerance=max(optics.lens.aperture_tolerance, LEFT_ERROR))
     pair_optics = DualPixel.pair(lens, float(fitted[0]), field)

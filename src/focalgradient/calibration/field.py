@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
+from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.common_error import spread_over
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import used_blur
@@ -134,12 +135,7 @@ class _Terms:
 def _fit(cells: _Cells, terms: _Terms, use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
     """Return robust coefficients, and the residuals of all cells."""
     columns = terms.columns(cells)
-    weight = use.astype(float)
-    for _ in range(5):
-        fit = np.linalg.lstsq(columns * weight[:, None], cells.vergence * weight, rcond=None)[0]
-        rest = np.abs(cells.vergence - columns @ fit)
-        scale = 1.48 * np.median(rest[use]) + 1e-9
-        weight = use / np.sqrt(1 + (rest / (2 * scale)) ** 2)
+    fit, _ = fit_terms(columns, cells.vergence, use.astype(float), rounds=5)
     return fit, cells.vergence - columns @ fit
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from focalgradient.dataset.percepts import Press, percepts
@@ -12,7 +12,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.tasks import Noted, Response
 from focalgradient.tasks.noted import EXTRA, OpenRecord
 
-__all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event"]
+__all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event", "fields_of"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,9 +195,14 @@ Answer = Rated | Watched | Chosen | Response
 
 def answer_event(answer: Answer) -> dict[str, Any]:
     """Return an answer as a journal entry."""
-    event = asdict(answer)
+    event = fields_of(answer)
     event.pop(EXTRA)
     return event | ({EXTRA: {name: one.entry() for name, one in answer.extra.items()}} if answer.extra else {})
+
+
+def fields_of(record: Any) -> dict[str, Any]:
+    """Return the fields of a trial or an answer, whose values need no copy."""
+    return {one.name: getattr(record, one.name) for one in fields(record)}
 
 
 def _finite(answer: Answer, *names: str) -> None:

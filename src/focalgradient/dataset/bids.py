@@ -376,14 +376,11 @@ def make_table(journal: Path) -> Files:
     """Write table and sidecar of a journal that the caller owns: see `export`."""
     log = read_journal(journal)
     files = files_of(log)
-    text = table_text(log)
-    if files.table.exists() and not _begins(text, read_bytes(files.table, "a table")):
+    if files.table.exists() and not _begins(table_text(log), read_bytes(files.table, "a table")):
         raise InputError(f"{files.table} differs from its journal {journal}: move it away, and it is written again.")
     with writing(files.table):
         make_folder(files.table.parent)
-        create_whole(files.sidecar, json_text(sidecar_of(log)).encode(), replace=True)
-        create_whole(files.table, text.encode(), replace=True)
-        for path, content in gaze_of(log, files).items():
+        for path, content in derived_files(log, files).items():
             create_whole(path, content, replace=True)
         if failed_practice(log) and (files.root / "participants.tsv").exists():
             _state_practice(files.root, files.participant, files.task)
@@ -404,10 +401,20 @@ def _cells_of(line: str) -> list[str]:
     return line.split("\t")
 
 
-def gaze_of(log: Log, files: Files) -> dict[Path, bytes]:
-    """Return the gaze and event files derived from a journal: samples, fixations and markers, with their sidecars."""
-    screen = screen_of(log.head["apparatus"])
-    return {files.beside(end): content for end, content in gaze_files(log.events, screen).items()}
+def derived_files(log: Log, files: Files) -> dict[Path, bytes]:
+    """Return the files derived from a journal, by path.
+
+    They are the sidecar, the table, and if recorded samples, fixations and markers with their sidecars.
+    """
+    made = {files.sidecar: json_text(sidecar_of(log)).encode(), files.table: table_text(log).encode()}
+    gaze = gaze_files(log.events, screen_of(log.head["apparatus"]))
+    return made | {files.beside(end): content for end, content in gaze.items()}
+
+
+def is_of_this_version(log: Log) -> bool:
+    """Return whether this version of the program wrote a journal, so that its derived files have the same wording."""
+    ours = version("focalgradient")
+    return all(event["versions"].get("focalgradient") == ours for event in (log.head, *log.of("resumed")))
 
 
 def screen_of(apparatus: Mapping[str, Any]) -> dict[str, Any]:

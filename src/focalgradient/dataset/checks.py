@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -18,21 +19,23 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.dataset.alike import REMEDY, same_content
+from focalgradient.dataset.alike import differences
 from focalgradient.dataset.arrival import late_arrivals
-from focalgradient.dataset.bids import Files, gaze_of, journals, read_description, source_files, table_text
-from focalgradient.dataset.conduct import asked_for_removal, conduct, wrong_exposures
-from focalgradient.dataset.consistency import (
-    is_age,
-    pictures_of,
-    wrong_journal,
-    wrong_rows,
-    wrong_sidecar,
+from focalgradient.dataset.bids import (
+    Files,
+    derived_files,
+    is_of_this_version,
+    journals,
+    read_description,
+    source_files,
 )
+from focalgradient.dataset.conduct import asked_for_removal, conduct
 from focalgradient.dataset.events import SHA256
 from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.journal import Log, scan_journal
+from focalgradient.dataset.plausible import implausible, is_age, missing_trials, pictures_of
 from focalgradient.dataset.read import NAME, SessionTable, checked_design, participants_of, read_session, sessions_of
+from focalgradient.dataset.replay import replay
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.dataset.withdrawal import withdrawals
 from focalgradient.errors import InputError
@@ -210,30 +213,31 @@ class _Checked:
             return
         found = read_session(files)
         self.problems += found.problems
-        own: list[str] = []
-        if log is not None and found.text != table_text(log):
-            own.append(f"it differs from its journal: {REMEDY}")
-        if log is not None:
-            own += self._gaze(files, log)
         if found.sidecar.get("Simulated", self.simulated) is not self.simulated:
-            own.append("its sidecar and dataset_description.json disagree on whether observers were simulated.")
-        self.problems += [f"{files.table}: {sentence}" for sentence in own]
-        if log is not None and found.sidecar:
-            self.problems += [f"{files.sidecar}: {sentence}" for sentence in wrong_sidecar(found.sidecar, log)]
+            self.problems.append(
+                f"{files.sidecar}: Simulated disagrees with dataset_description.json: restore the wrong one."
+            )
+        if log is not None:
+            self.problems += self._derived(files, log)
         self._follow(files, log, found)
 
-    def _gaze(self, files: Files, log: Log) -> Iterator[str]:
-        """Compare the gaze files with the journal."""
-        made = gaze_of(log, files)
-        folder = files.table.parent
-        there = {*folder.glob(f"{files.beside('recording-').name}*"), *folder.glob(f"{files.beside('events').name}.*")}
+    def _derived(self, files: Files, log: Log) -> Iterator[str]:
+        """Compare the files derived from a journal with it."""
+        made = derived_files(log, files)
+        folder, beside = files.table.parent, (files.beside(end).name for end in ("recording-*", "events.*"))
+        there = {files.table, files.sidecar}.union(*map(folder.glob, beside))
+        wording = is_of_this_version(log)
         for path in sorted({*made, *there}):
             if path not in there:
-                yield f"{path.name} is missing beside it: write it with 'focalgradient validate --export'."
+                yield f"{path} is missing: write it with 'focalgradient validate --export'."
             elif path not in made:
-                yield f"{path.name} is beside it, but its journal has no gaze: move it away."
-            elif not same_content(path, made[path]):
-                yield f"{path.name} differs from the journal: {REMEDY}"
+                yield f"{path} is not derived from its journal, which has no gaze: move it away."
+            else:
+                try:
+                    yield from (f"{path}: {each}" for each in differences(path, made[path], wording=wording))
+                except InputError as error:
+                    if path not in (files.table, files.sidecar):  # which are named already
+                        yield str(error)
 
     def _journal(self, files: Files) -> Log | None:
         """Read a session's journal; None if it is unusable."""
@@ -300,19 +304,23 @@ class _Checked:
         sha256 = log.head["stimuli"] if log is not None else sidecar.get("StimuliSHA256")
         self.stated[files] = (str(where), {"Design": stated, "StimuliSHA256": sha256})
         if log is not None:
-            self.problems += [f"{log.path}: {sentence}" for sentence in wrong_journal(log, design, trials)]
-            self.problems += [f"{log.path}: {sentence}" for sentence in wrong_exposures(log)]
+            self.problems += [f"{log.path}, {found.sentence}" for found in replay(log, design, trials)]
             if (waited := late_arrivals(log, design, trials)) is not None:
                 self.notes.append(f"{log.path}: {waited}")
-        elif sidecar.get("Seed") != design.seed or sidecar.get("TaskName") != files.task:
-            self.problems.append(f"{files.sidecar}: Seed or TaskName disagrees with its Design: restore it.")
         if found is None or len(found.columns) < len(found.expected):
             return
         first = found.columns["trial"]
         self.trials += len(set(first.tolist()))
         self.late[files.task] += len(set(first[found.columns["dropped_frames"] > 0].tolist()))
-        sentences = [*self._pictures(files, sha256, found), *wrong_rows(found, design, trials, self._shown(sha256))]
-        self.problems += [f"{files.table}: {sentence}" for sentence in sentences]
+        self.problems += [f"{files.table}: {sentence}" for sentence in self._pictures(files, sha256, found)]
+        if log is None:
+            main = [trial for trial in trials if trial.phase == "main"]
+            missing = missing_trials([("main", number) for number in dict.fromkeys(first.tolist())], main)
+            self.problems += [f"{files.table}: {sentence}" for sentence in missing]
+            return
+        recorded = [(event["phase"], event["trial"]) for event in log.of("trial")]
+        sentences = [*missing_trials(recorded, trials), *implausible(log, design, trials, self._shown(sha256))]
+        self.problems += [f"{log.path}: {sentence}" for sentence in sentences]
 
     def _shown(self, sha256: str | None) -> dict[tuple[str, ...], str]:
         return {} if sha256 is None else self.manifests.get(sha256, ([], {}, frozenset()))[1]
@@ -324,7 +332,7 @@ class _Checked:
             if named:
                 yield "it names pictures, but not their manifest: restore it."
             return
-        if not (isinstance(sha256, str) and SHA256.fullmatch(sha256)):
+        if not (isinstance(sha256, str) and re.fullmatch(SHA256, sha256)):
             yield f"StimuliSHA256 is {str(sha256)[:80]!r}, but must be a SHA-256 in hexadecimal."
             return
         if sha256 not in self.manifests:

@@ -15,7 +15,7 @@ from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 from focalgradient.tasks.noted import AGAIN, EXTRA
 
-__all__ = ["EXPOSURE", "asked_for_removal", "conduct", "exposures", "failed_practice", "removals", "wrong_exposures"]
+__all__ = ["EXPOSURE", "asked_for_removal", "conduct", "exposures", "failed_practice", "removals"]
 
 EXPOSURE = "exposure"
 """Kind of the note that a trial is about to be shown."""
@@ -33,22 +33,6 @@ def exposures(events: Iterable[Event]) -> Counter[tuple[str, int, int]]:
     return Counter(
         (event["phase"], event["trial"], event.get("round", 1)) for event in events if event.get("kind") == EXPOSURE
     )
-
-
-def wrong_exposures(log: Log) -> Iterator[str]:
-    """Yield a sentence for the first trial that counts other exposures than its journal has.
-
-    Trials without any, of versions that did not record them, are not judged.
-    """
-    shown: Counter[tuple[str, int, int]] = Counter()
-    for event in log.events:
-        if event.get("kind") == EXPOSURE:
-            shown += exposures([event])
-        elif event["event"] == "trial" and (times := shown[event["phase"], event["trial"], 1]):
-            again = event.get(EXTRA, {}).get(AGAIN, {}).get("value") or 0
-            if again != times - 1:
-                yield f"{event['phase']} trial {event['trial']} was shown {times} times, but {AGAIN} is {again}."
-                return
 
 
 def failed_practice(log: Log) -> tuple[int, int, int] | None:

@@ -13,16 +13,17 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.dataset.alike import differences, same_content
+from focalgradient.dataset.alike import differences
 from focalgradient.dataset.bids import Files, add_participant, json_text, screen_of, source_files
 from focalgradient.dataset.gaze import Recording, Sample, recording_files
 from focalgradient.dataset.journal import Log, create_whole, make_folder, read_journal, scan_journal, writing
 from focalgradient.errors import InputError
-from focalgradient.files import read_json, read_tsv
 
 __all__ = ["ABOUT", "Change", "about_changes", "export_focus", "focus_files", "focus_journals", "wrong_focus"]
 
 ENDS = "_task-gazefocus_events"
+
+REPAIR = "use 'focalgradient repair'."
 
 ABOUT: dict[str, dict[str, Any]] = {
     "onset": {
@@ -88,9 +89,9 @@ def focus_journals(root: Path) -> list[Path]:
     return source_files(root, f"sub-*{ENDS}.jsonl")
 
 
-def focus_files(log: Log, root: Path) -> dict[Path, bytes]:
+def focus_files(log: Log) -> dict[Path, bytes]:
     """Return the files derived from a session's journal, by path: tables, samples, and their sidecars."""
-    files = Files(root, log.head["task"], log.head["participant"], log.head.get("session"))
+    files = Files(_root_of(log.path), log.head["task"], log.head["participant"], log.head.get("session"))
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     tracker = _tracker(log)
@@ -108,7 +109,7 @@ def export_focus(path: Path) -> list[Path]:
         If the journal is damaged, or a file cannot be written.
     """
     log, root = read_journal(path), _root_of(path)
-    made = focus_files(log, root)
+    made = focus_files(log)
     with writing(root):
         add_participant(root, log.head["participant"], {"kind": "human"})
         for place, content in made.items():
@@ -118,7 +119,8 @@ def export_focus(path: Path) -> list[Path]:
 
 
 def _root_of(path: Path) -> Path:
-    return next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
+    folders = (*path.parents, *path.absolute().parents)
+    return next(folder.parent for folder in folders if folder.name == "sourcedata")
 
 
 def _tracker(log: Log) -> dict[str, Any]:
@@ -179,66 +181,16 @@ def wrong_focus(root: Path, path: Path) -> Iterator[str]:
     yield from (*log.damaged, *log.changed)
     table = root / path.relative_to(root / "sourcedata").with_suffix(".tsv")
     if not table.exists():
-        yield (
-            f"{table} is missing, although its journal exists, because the session crashed: use 'focalgradient repair'."
-        )
+        yield f"{table} is missing, although its journal exists, because the session crashed: {REPAIR}"
         return
-    try:
-        header, *rows = [line.split("\t") for line in read_tsv(table).splitlines()] or [[]]
-    except InputError as error:
-        yield str(error)
-        return
-    if not set(Change._fields) <= set(header):
-        missing = next(name for name in Change._fields if name not in header)
-        yield f"{table}: the column {missing} is missing: restore the table."
-        return
-    changes = _changes(log)
-    yield from _wrong_rows(table, header, rows, changes)
-    yield from _wrong_sidecar(table.with_suffix(".json"), log, changes)
-    if not log.damaged:
-        yield from _wrong_samples(log, root)
-
-
-def _wrong_samples(log: Log, root: Path) -> Iterator[str]:
-    """Compare the samples with the journal."""
-    for place, content in focus_files(log, root).items():
-        if "_recording-" not in place.name:
-            continue
+    for place, content in focus_files(log).items() if not log.damaged else ():
         if not place.exists():
-            yield f"{place} is missing, but its journal contains the data: use 'focalgradient repair'."
-        elif not same_content(place, content):
-            yield f"{place} differs from its journal: use 'focalgradient repair'."
-
-
-def _wrong_rows(
-    table: Path, header: Sequence[str], rows: Sequence[Sequence[str]], changes: Sequence[Change]
-) -> Iterator[str]:
-    if len(rows) != len(changes):
-        yield f"{table} has {len(rows)} changes of focus, but its journal has {len(changes)}: restore the table."
-        return
-    for number, (row, change) in enumerate(zip(rows, changes, strict=True), start=2):
-        for name, value in change._asdict().items():
-            if len(row) != len(header) or row[header.index(name)] != f"{value:.6g}":
-                yield f"{table}, row {number}: {name} differs from its journal: restore the table."
-                return
-
-
-def _wrong_sidecar(path: Path, log: Log, changes: Sequence[Change]) -> Iterator[str]:
-    """Compare the sidecar with the journal."""
-    try:
-        found = read_json(path, "a sidecar")
-    except InputError as error:
-        yield str(error)
-        return
-    if not isinstance(found, dict):
-        yield f"{path} is not a JSON object: restore it."
-        return
-    settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
-    frame_s, rate = _frame_s(log), _tracker(log).get("refresh_hz")
-    made = about_changes(settings, changes, rate, frame_s) | _presented(_tracker(log))
-    if math.isnan(frame_s):
-        made["FramePacing"] = found.get("FramePacing")
-    yield from (f"{path}: {each}" for each in differences(found, json.loads(json.dumps(made)), "restore it."))
+            yield f"{place} is missing, but its journal contains the data: {REPAIR}"
+            continue
+        try:
+            yield from (f"{place}: {each}" for each in differences(place, content, remedy=REPAIR))
+        except InputError as error:
+            yield str(error)
 
 
 def _changes(log: Log) -> list[Change]:

@@ -27,7 +27,7 @@ from typing import Any
 import numpy as np
 
 from focalgradient.dataset.append import append, writing
-from focalgradient.dataset.events import Event, Tests, trial_tests, wrong_event
+from focalgradient.dataset.events import CellTests, Event, cell_tests, event_error
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
 from focalgradient.files import flush, is_text, move, read_bytes, staged
@@ -353,7 +353,7 @@ class _Scan:
         self.damaged: list[str] = []
         self.changed: list[str] = []
         self.altered: list[int] = []
-        self.tests: Tests | None = None
+        self.tests: CellTests | None = None
         self.last = ""
         self.first_chained = 0
         self.cut = 0
@@ -376,14 +376,14 @@ class _Scan:
             return
         head = self.events[0] if self.events else event
         wrong = "a second session begins here" if self.events and event["event"] == "begun" else None
-        wrong = wrong or wrong_event(event, head, self.tests)
+        wrong = wrong or event_error(event, head, self.tests)
         if wrong is not None:
             self._damage(f"line {number}: {wrong}")
             if not self.events:
                 self.beheaded = True
             return
         if not self.events:
-            self.tests = trial_tests(event)
+            self.tests = cell_tests(event)
         self.events.append(event)
         self.lines.append(number)
 

@@ -5,13 +5,16 @@ Codes fit in one byte, as required by parallel ports and trigger boxes. HED tags
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from focalgradient.errors import InputError, described
 from focalgradient.files import printable, read_toml
+from focalgradient.tables import Table, check_table
 
 __all__ = ["HED_VERSION", "MARKERS", "Codes", "Marker", "read_codes"]
 
@@ -20,6 +23,8 @@ HED_VERSION = "8.3.0"
 
 LARGEST = 255
 """Largest code: one byte."""
+
+CODE = "whole number from 1 to 255"
 
 
 class Marker(NamedTuple):
@@ -131,6 +136,44 @@ class Codes:
         return cls(markers, tuple((name, code, levels) for name, code, levels in entry["conditions"]))
 
 
+class _OwnMarker(Table):
+    """Code of an event, with its meaning and HED tags; those left out are the known ones."""
+
+    code: int = Field(0, ge=1, le=LARGEST, description=f"a {CODE}")
+    about: str = Field("", min_length=1, description="a text")
+    hed: str = Field("", min_length=1, description="a text")
+
+
+def _with_code(given: Any) -> Any:
+    return given if isinstance(given, dict) else {"code": given}
+
+
+class _Condition(Table):
+    """Code of an event in a trial with the levels of further keys."""
+
+    model_config = ConfigDict(extra="allow")
+
+    event: str = Field("picture", description="the name of an event")
+    code: int = Field(ge=1, le=LARGEST, description=f"a {CODE}")
+
+    @property
+    def levels(self) -> Mapping[str, Any]:
+        """Levels of the trial to which the code applies."""
+        return self.model_extra or {}
+
+
+class _CodesFile(Table):
+    """File of codes."""
+
+    tables: ClassVar[dict[str, type[Table]]] = {"codes": _OwnMarker, "condition": _Condition}
+
+    codes: dict[str, Annotated[_OwnMarker, BeforeValidator(_with_code)]] = Field(
+        {}, description="a table of names with their codes, such as picture = 11"
+    )
+    condition: list[_Condition] = Field([], description="a list of tables, each begun by [[condition]]")
+    pulse_ms: float | None = Field(None, ge=0, le=1000, description="from 0 to 1000 ms")
+
+
 def read_codes(path: Path | None) -> Codes:
     """Read custom codes (TOML); without a file, return focalgradient's codes.
 
@@ -144,54 +187,22 @@ def read_codes(path: Path | None) -> Codes:
     """
     if path is None:
         return Codes()
-    table, name = read_toml(path, "the codes of markers"), printable(path)
-    unknown = sorted(set(table) - {"codes", "condition", "pulse_ms"})
-    if unknown:
-        raise InputError(f"{name} has {unknown[0]!r}, but may contain only codes, condition and pulse_ms: remove it.")
-    markers = {**MARKERS, **dict(_own(name, table.get("codes", {})))}
-    conditions = tuple(_conditions(name, table.get("condition", []), markers))
-    _refuse_shared(name, markers, conditions)
-    pulse = table.get("pulse_ms")
-    if pulse is not None and not (type(pulse) in (int, float) and 0 <= pulse <= 1000):
-        raise InputError(f"{name}: pulse_ms is {described(pulse)}, but must be from 0 to 1000 ms.")
-    return Codes(markers, conditions, pulse)
-
-
-def _own(file: str, codes: Any) -> Iterator[tuple[str, Marker]]:
-    if not isinstance(codes, dict):
-        raise InputError(f"{file}: codes must be a table of names with their codes, such as picture = 11.")
-    for name, given in codes.items():
-        known = MARKERS.get(name, Marker(0, "An event of the laboratory's own.", "Experiment-control"))
-        stated = given if isinstance(given, dict) else {"code": given}
-        wrong = sorted(set(stated) - {*Marker._fields})
-        texts = [
-            key for key in ("about", "hed") if key in stated and not (isinstance(stated[key], str) and stated[key])
-        ]
-        if wrong or texts:
-            key = (wrong or texts)[0]
-            raise InputError(
-                f"{file}: {name} has {key} = {described(stated[key])}, but may contain only code, about and hed."
-            )
-        yield name, known._replace(**{**stated, "code": _code(file, name, stated.get("code", known.code))})
-
-
-def _conditions(file: str, given: Any, markers: Mapping[str, Marker]) -> Iterator[tuple[str, int, Mapping[str, Any]]]:
-    if not (isinstance(given, list) and all(isinstance(one, dict) for one in given)):
-        raise InputError(f"{file}: condition must be a list of tables, each begun by [[condition]].")
-    for one in given:
-        levels = {key: level for key, level in one.items() if key not in ("event", "code")}
-        event = one.get("event", "picture")
+    file = printable(path)
+    table = check_table(file, read_toml(path, "the codes of markers"), _CodesFile)
+    new = Marker(0, "An event of the laboratory's own.", "Experiment-control")
+    markers = dict(MARKERS)
+    for name, given in table.codes.items():
+        markers[name] = MARKERS.get(name, new)._replace(**given.model_dump(exclude_unset=True))
+        if not markers[name].code:
+            raise InputError(f"{file}: the code of {name} is missing: give a {CODE}.")
+    conditions = tuple((one.event, one.code, one.levels) for one in table.condition)
+    for event, _, levels in conditions:
         if event not in markers:
             raise InputError(f"{file}: a condition names the event {described(event)}, which has no code: add it.")
         if not levels:
             raise InputError(f'{file}: a condition of {event!r} names no level: add one, such as aperture = "pinhole".')
-        yield event, _code(file, event, one.get("code")), levels
-
-
-def _code(file: str, name: str, code: Any) -> int:
-    if type(code) is not int or not 1 <= code <= LARGEST:
-        raise InputError(f"{file}: the code of {name} is {described(code)}, but must be a whole number from 1 to 255.")
-    return code
+    _refuse_shared(file, markers, conditions)
+    return Codes(markers, conditions, table.pulse_ms)
 
 
 def _refuse_shared(

@@ -5,25 +5,23 @@ from __future__ import annotations
 import hashlib
 import os
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from focalgradient.dataset.alike import same_content
+from focalgradient.dataset.alike import is_same
 from focalgradient.dataset.bids import (
+    derived_files,
     export,
     files_of,
-    gaze_of,
     journals,
-    json_text,
     read_description,
-    sidecar_of,
-    table_text,
 )
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.focus import export_focus, focus_files, focus_journals
 from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, scan_journal, whole_lines, writing
 from focalgradient.dataset.read import checked_design
+from focalgradient.dataset.replay import replay
 from focalgradient.errors import InputError
 from focalgradient.files import sweep
 
@@ -67,13 +65,9 @@ def repair(root: Path) -> list[Repair]:
     read_description(root)
     sweep_all(root)
     made = []
-    ways = [
-        *((path, _repaired) for path in journals(root)),
-        *((path, _repaired_focus) for path in focus_journals(root)),
-    ]
-    for path, repaired in ways:
+    for path in (*journals(root), *focus_journals(root)):
         try:
-            found = repaired(path)
+            found = _repaired(path)
         except InputError as error:
             found = Repair(path, problem=str(error))
         if found.done or found.problem:
@@ -90,45 +84,17 @@ def _repaired(path: Path) -> Repair:
             return Repair(path, problem=log.damaged[0])
         _rewrite(log, journal, *_kept(log, path.read_bytes()), done, originals)
     log = read_journal(path)
-    files = files_of(log)
-    made = {files.table: table_text(log).encode(), files.sidecar: json_text(sidecar_of(log)).encode()}
-    for place, content in (made | gaze_of(log, files)).items():
-        alike = same_content if "_beh" not in place.name else _begins
-        if place.exists() and not alike(place, content):
-            _replace(path, place, content, done, originals)
-        elif place == files.table and place.exists() and place.read_bytes() != content:
+    of_focus = "design" not in log.head
+    for place, content in (focus_files(log) if of_focus else derived_files(log, files_of(log))).items():
+        there = place.read_bytes() if place.exists() else None
+        if there is None:
+            done += [f"{place.name} was missing, and was written from the journal."] if of_focus else []
+        elif there != content and place.name.endswith("_beh.tsv") and content.startswith(there):
             done.append(f"{place.name} was not complete, and was written again.")
-    if done:
-        export(path)
-    return Repair(path, tuple(done), tuple(originals))
-
-
-def _repaired_focus(path: Path) -> Repair:
-    """Repair a gaze-contingent focus session: its journal, and all files derived from it."""
-    done: list[str] = []
-    originals: list[Path] = []
-    with Journal.take(path) as journal, writing(path):
-        log = scan_journal(path)
-        if not log.events:
-            return Repair(path, problem=log.damaged[0])
-        lines = list(zip(log.lines, log.events, strict=True))
-        kept = [event for number, event in lines if number not in log.altered or event is log.head]
-        left_out = [
-            f"Line {number}, which was changed after it was written."
-            for number in log.altered
-            if number != log.lines[0]
-        ]
-        left_out += [f"Line {number}, which cannot be used." for number in log.broken if log.damaged]
-        _rewrite(log, journal, kept, left_out, done, originals)
-        log = read_journal(path)
-    root = next(folder.parent for folder in path.absolute().parents if folder.name == "sourcedata")
-    for place, content in focus_files(log, root).items():
-        if not place.exists():
-            done.append(f"{place.name} was missing, and was written from the journal.")
-        elif not same_content(place, content) and place.read_bytes() != content:
+        elif there != content and not is_same(place, content):
             _replace(path, place, content, done, originals)
     if done:
-        export_focus(path)
+        export_focus(path) if of_focus else export(path)
     return Repair(path, tuple(done), tuple(originals))
 
 
@@ -162,34 +128,26 @@ def _replace(path: Path, place: Path, content: bytes, done: list[str], originals
     done.append(f"{place.name} differed from the journal, and was written again.")
 
 
-def _begins(place: Path, content: bytes) -> bool:
-    return content.startswith(place.read_bytes())
-
-
 def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
     """Return the events that a repaired journal keeps, and descriptions of those that it omits."""
-    design = checked_design(str(log.path), log.head["design"])
-    planned = {(trial.phase, trial.trial) for trial in design.trials(log.head["participant"], log.head["session"])}
     filled = {number for number, line in enumerate(content.split(b"\n"), start=1) if line.strip()}
     explained = set(log.broken) if not log.damaged else set()
     left_out = [f"Line {number}, which cannot be used." for number in sorted(filled - {*log.lines} - explained)]
-    kept: list[Event] = []
-    met: set[tuple[str, int]] = set()
-    for number, event in zip(log.lines, log.events, strict=True):
-        key = (event.get("phase", ""), event.get("trial", 0))
-        trial = event["event"] == "trial"
-        what = f"Line {number}, {key[0]} trial {key[1]}" if trial else f"Line {number}, {event['event']}"
-        if number in log.altered and kept:
-            left_out.append(f"{what}, which was changed after it was written.")
-        elif trial and key not in planned:
-            left_out.append(f"{what}, which the design does not have.")
-        elif trial and key in met:
-            left_out.append(f"{what}, which is recorded above already.")
-        else:
-            kept.append(event)
-            if trial:  # notes also name their trial
-                met.add(key)
-    return kept, left_out
+    whole = [one for one in zip(log.lines, log.events, strict=True) if one[0] not in log.altered or one[1] is log.head]
+    lines, events = zip(*whole, strict=True)
+    refused = dict[int, str]()
+    if "design" in log.head:
+        design = checked_design(str(log.path), log.head["design"])
+        planned = design.trials(log.head["participant"], log.head["session"])
+        found = replay(replace(log, lines=lines, events=events), design, planned)
+        refused = {one.line: f"Line {one.line}, {one.trial}: {one.why}." for one in found if not one.placed}
+    for line, event in zip(log.lines, log.events, strict=True):
+        if line not in lines:
+            what = f"{event['phase']} trial {event['trial']}" if event["event"] == "trial" else event["event"]
+            left_out.append(f"Line {line}, {what}, which was changed after it was written.")
+        elif line in refused:
+            left_out.append(refused[line])
+    return [event for line, event in whole if line not in refused], left_out
 
 
 def _what(sentence: str, path: Path) -> str:

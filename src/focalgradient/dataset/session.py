@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from focalgradient.dataset.answers import Answer, Apparatus, Response, answer_event
+from focalgradient.dataset.answers import Answer, Apparatus, answer_event, fields_of
 from focalgradient.dataset.bids import (
     Files,
     Kind,
@@ -24,15 +24,14 @@ from focalgradient.dataset.bids import (
     make_table,
 )
 from focalgradient.dataset.conduct import EXPOSURE, exposures
-from focalgradient.dataset.events import Event
+from focalgradient.dataset.events import Event, cell_tests
 from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Trial, check_design
 from focalgradient.errors import InputError
-from focalgradient.files.columns import cell_test
 from focalgradient.tasks import task_named
 from focalgradient.tasks.columns import RESERVED
-from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, Noted, check_noted
+from focalgradient.tasks.noted import AGAIN, AGAIN_ABOUT, EXTRA, Noted, check_noted, plain
 
 __all__ = ["Session"]
 
@@ -59,13 +58,25 @@ class Session:
     ['1', 'real', 'tube', 'room', '1', '0.0', '1.2']
     """
 
-    def __init__(self, files: Files, design: Design, journal: Journal, events: Sequence[Event] = ()):
+    def __init__(
+        self,
+        files: Files,
+        design: Design,
+        journal: Journal,
+        events: Sequence[Event] = (),
+        *,
+        trials: Sequence[Trial] | None = None,
+    ):
         self.files = files
         self.design = design
         self.task = task_named(design.task)
-        self.trials: tuple[Trial, ...] = design.trials(files.participant, files.session)
+        self.trials = tuple(design.trials(files.participant, files.session) if trials is None else trials)
+        settings = design.model_dump(mode="json")
+        self._cells = cell_tests({"design": settings})
+        self._taken = RESERVED.union(column.name for column in self.task.columns(settings))
         self._journal = journal
         self._recorded = [event for event in events if event["event"] == "trial"]
+        self._noted = {kind: noted for event in self._recorded for kind, noted in _noted(event).items()}
         self._exposures = exposures(events)
         self._exposed = {event[EXPOSURE] for event in events if EXPOSURE in event}
 
@@ -303,9 +314,10 @@ class Session:
         if (begun_again := self._exposures[trial.phase, trial.trial, 1] - 1) > 0:
             answer = replace(answer, extra={**answer.extra, AGAIN: Noted(begun_again, description=AGAIN_ABOUT)})
         self.check_answer(trial, answer)
-        event = {**noted, "event": "trial", **asdict(trial), **answer_event(answer)}
+        event = {**noted, "event": "trial", **fields_of(trial), **answer_event(answer)}
         self._journal.write(*(_note(kind, about) for kind, about in notes), event)
         self._recorded.append(event)
+        self._noted |= _noted(event)
 
     def check_answer(self, trial: Trial, answer: Answer) -> None:
         """Raise what `record` would for this answer, without recording it."""
@@ -316,16 +328,14 @@ class Session:
             raise InputError(
                 f"the answer is {type(answer).__name__}, but {self.design.task} requires {self.task.answer.__name__}."
             )
-        if isinstance(answer, Response):
-            for column in self.task.columns(None):
-                value = getattr(answer, column.name, None)
-                if hasattr(answer, column.name) and not cell_test(column)(value):
-                    raise InputError(f"{column.name} is {value!r}, but must be {column.expected}.")
+        for name, allowed, expected in self._cells:
+            if hasattr(answer, name) and not allowed(plain(value := getattr(answer, name))):
+                raise InputError(f"{name} is {value!r}, but must be {expected}.")
         if answer.extra:
-            taken = RESERVED | {column.name for column in self.task.columns(self.design.model_dump(mode="json"))}
-            if wrong := sorted(taken & {*answer.extra}):
+            if wrong := sorted(self._taken & {*answer.extra}):
                 raise InputError(f"{wrong[0]!r} is a reserved name in data sets: use another name.")
-            check_noted([*self._recorded, answer_event(answer)])
+            if not (noted := _noted(answer_event(answer))).keys() <= self._noted.keys():
+                check_noted([*self._noted.values(), *noted.values()])
         self.task.check_answer(self.design, trial, answer)
 
     def note(self, kind: str, **content: Any) -> None:
@@ -389,6 +399,12 @@ def _to_resume(files: Files, stimuli: Path | Manifest | None) -> tuple[Log, Desi
 
 def _folder_of(stimuli: Path | Manifest | None) -> str:
     return str(stimuli) if isinstance(stimuli, Path) else "no folder" if stimuli is None else "another manifest"
+
+
+def _noted(event: Event) -> dict[tuple[Any, ...], Event]:
+    """Return the additional values of an event by name, type and unit, which must agree over a session."""
+    extra = event.get(EXTRA, {})
+    return {(name, type(one["value"]), one.get("unit")): {EXTRA: {name: one}} for name, one in extra.items()}
 
 
 def _note(kind: str, content: Mapping[str, Any]) -> Event:

@@ -76,6 +76,7 @@ class Pinhole(Plan):
     least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25
     most_rating: Annotated[float, Field(gt=1, le=1000, description="a number above 1, like 4.0")] = 4.0
 
+    blank_s: ClassVar[float] = 0.0
     closed: ClassVar = ("form", "viewing", "scene")
     shortened: ClassVar = {"repetitions": 1, "scenes": 1, "look_s": 2.0, "picture_s": 2.0}
 

@@ -40,7 +40,8 @@ class PinholePages:
         """Return the page and the standard at the beginning of a block or sitting."""
         if previous is not None and (previous.form, previous.repetition) == (trial.form, trial.repetition):
             return ()
-        return Page("ready", self.words(BLOCKS[trial.form])), Standard(self.words("pinhole.standard"), trial.form)
+        block = Page("ready", self.words(BLOCKS[trial.form]), ends="block")
+        return block, Standard(self.words("pinhole.standard"), trial.form)
 
     def after(self, trial: PinholeTrial) -> tuple[Page, ...]:
         """Return no pages."""

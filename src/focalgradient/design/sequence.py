@@ -42,12 +42,15 @@ class Page:
         Value on the scale shown by an example below the text; None on other pages.
     least_s
         Minimum display time of the page, in s.
+    ends
+        Name of the event marker sent when the page is left; empty: none.
     """
 
     event: str
     text: str
     at: float | None = None
     least_s: float = 0.0
+    ends: str = ""
 
 
 @dataclass(frozen=True, slots=True)

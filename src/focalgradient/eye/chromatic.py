@@ -13,10 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.eye.ranges import wavelengths
 
-__all__ = ["REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
+__all__ = ["PRIMARIES_NM", "REFERENCE_NM", "chromatic_difference", "chromatic_wavelength"]
 
 REFERENCE_NM = 580.0
 """Wavelength in nm at which accommodation is stated: our choice (the formula of Thibos et al. is 0 at 590 nm)."""
+
+PRIMARIES_NM = (611.0, 549.0, 464.0)
+"""Dominant wavelengths of the sRGB primaries in nm."""
 
 _LEVEL, _STRENGTH, _POLE = 1.68524, 633.46, 214.102  # Thibos et al. 1992: D, D nm, nm
 

@@ -21,7 +21,7 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
 from focalgradient.eye.spectral import SpectralBasis
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 
 __all__ = ["ChromaticStimulus", "chromatic_stimulus"]
 
@@ -115,7 +115,7 @@ def chromatic_stimulus(
     check_number("screen", screen, "metres", positive=True)
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     basis = SpectralBasis.of_display(primaries) if basis is None else basis
     check_kind("basis", basis, SpectralBasis, "give SpectralBasis.of_display()")
     if basis.components != 3:

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields
+from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.optics import Optics
 from focalgradient.psf import pixel_transfer
 from focalgradient.quantities import Range
@@ -22,10 +23,6 @@ from focalgradient.scenes.texture import BELOW_NYQUIST, random_field
 from focalgradient.view import View
 
 __all__ = ["BandOptics", "Target"]
-
-
-PRIMARIES_NM = (610.0, 550.0, 465.0)
-"""Wavelengths in nm of red, green and blue: about the peaks of displays' primaries."""
 
 
 class BandOptics(Optics, Protocol):

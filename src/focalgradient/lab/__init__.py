@@ -7,7 +7,7 @@ PsychoPy (extra ``lab``), and it is imported only when a window is opened.
 
 from collections.abc import Iterator, Mapping
 
-from focalgradient.lab import gaze_focus, pinhole
+from focalgradient.lab import gaze_focus
 from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.described import described_experiment, show_described
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
@@ -35,7 +35,6 @@ __all__ = [
     "form",
     "gaze_focus",
     "pages",
-    "pinhole",
     "run",
     "show_described",
 ]

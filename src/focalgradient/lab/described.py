@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from focalgradient.dataset import Noted, Press
-from focalgradient.design.rating_pages import standard_text
 from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -18,12 +17,16 @@ from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import ask
+from focalgradient.lab.sound import tone
 from focalgradient.scales import Held
 from focalgradient.tasks import Task
 from focalgradient.tasks.noted import noted_start, with_noted
-from focalgradient.tasks.steps import BLANK_S, Step, control_of, judged, pauses, steps_of
+from focalgradient.tasks.steps import BLANK_S, Look, Step, control_of, judged, pauses, steps_of
 
 __all__ = ["described_experiment", "show_described"]
+
+WHITE_S = 0.5
+"""Duration of the white screen after a look at the real world, in s (our choice)."""
 
 
 def described_experiment(task: Task) -> Experiment:
@@ -37,7 +40,7 @@ def described_experiment(task: Task) -> Experiment:
         check=_check_keys,
         background=task.background,
         before=partial(_warm_up, task),
-        standard=_show_standard,
+        standard=partial(_lead, task),
         right=lambda sitting, trial, answer: judged(task, sitting.design, trial, answer, sitting.participant)[0],
     )
 
@@ -59,15 +62,6 @@ def _warm_up(task: Task, sitting: Sitting) -> None:
         _shown(task, sitting, task.adapted(sitting.design, sitting.design.trials("01")[0], ()))
 
 
-def _show_standard(sitting: Sitting) -> None:
-    """Show the standard, the picture with which ratings are compared, after its page."""
-    screen, design = sitting.screen, sitting.design
-    _, image = sitting.picture(design.standard_scene, "pinhole", design.fixations[0])
-    pages(screen, [standard_text(design, sitting.words)], "ready")
-    screen.play(partial(_draw, image), design.standard_s, "standard")
-    screen.on_event("off", screen.blank())
-
-
 def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
     """Run one trial as its task describes it, between the pages that belong to it; return the answer."""
     answer = _adjusted(task, sitting, trial) if task.adjusts else _asked(task, sitting, trial)
@@ -78,15 +72,22 @@ def show_described(task: Task, sitting: Sitting, trial: Any) -> Any:
     return answer
 
 
-def _lead(sitting: Sitting, labels: Sequence[Any] = ()) -> None:
+def _lead(task: Task, sitting: Sitting, labels: Sequence[Any] = ()) -> None:
     """Show the pages directly before a trial, and the standard if it is due; `labels`: those of held keys."""
+    screen, design = sitting.screen, sitting.design
     for step in sitting.lead:
-        if not isinstance(step, Page):
-            _show_standard(sitting)
-        elif labels:
+        if isinstance(step, Page) and labels:
             _wait_ready(sitting, step, labels)
         else:
-            pages(sitting.screen, [step.text], step.event)
+            pages(screen, [step.text], step.event if isinstance(step, Page) else "ready")
+        if isinstance(step, Page):
+            if step.ends:
+                screen.on_event(step.ends, screen.blank())
+            continue
+        degree = screen.display.pixels_per_degree
+        part = _loaded(sitting, task.standard(design, step.form, degree, sitting.stimuli, sitting.words))
+        _warm(sitting, [part])
+        _show(sitting, part, 0.0)
 
 
 def _wait_ready(sitting: Sitting, page: Page, labels: Sequence[Any]) -> None:
@@ -141,23 +142,37 @@ def _film(sitting: Sitting, frames: Iterator[Any]) -> list[Any]:
 
 def _shown(task: Task, sitting: Sitting, trial: Any) -> list[_Shown]:
     """Load the parts of a trial's steps."""
-    screen, made = sitting.screen, []
-    known: dict[str, Any] = {"seed": sitting.noise_seed(trial), "stimuli": sitting.stimuli}
+    screen = sitting.screen
+    known: dict[str, Any] = {"seed": sitting.noise_seed(trial), "stimuli": sitting.stimuli, "words": sitting.words}
     known |= {"display": screen.display, "refresh_hz": 1 / screen.frame_s}
-    for step in steps_of(task, sitting.design, trial, screen.display.pixels_per_degree, **known):
-        if isinstance(step.picture, Iterator):
-            made.append(_Shown(step, _film(sitting, step.picture), None, None, None))
-            continue
-        pixels = step.picture if isinstance(step.picture, np.ndarray) else sitting.pixels(step.picture)
-        place = mark = mask = None
-        if step.mark is not None:
-            height, width = pixels.shape[:2]
-            place = (step.mark[0] - width / 2, height / 2 - step.mark[1])
-            mark = screen.fixation(*place)
-        if step.mask is not None and step.mask_s:
-            mask = screen.picture(step.mask, recorded=False)
-        made.append(_Shown(step, [screen.picture(pixels)], place, mark, mask))
-    return made
+    steps = steps_of(task, sitting.design, trial, screen.display.pixels_per_degree, **known)
+    return [_loaded(sitting, step) for step in steps]
+
+
+def _loaded(sitting: Sitting, step: Step) -> _Shown:
+    """Load the parts of a step."""
+    screen = sitting.screen
+    if isinstance(step.picture, Look):
+        return _Shown(step, (), None, None, None)
+    if isinstance(step.picture, Iterator):
+        return _Shown(step, _film(sitting, step.picture), None, None, None)
+    pixels = step.picture if isinstance(step.picture, np.ndarray) else sitting.pixels(step.picture)
+    place = mark = mask = None
+    if step.mark is not None:
+        height, width = pixels.shape[:2]
+        place = (step.mark[0] - width / 2, height / 2 - step.mark[1])
+        mark = screen.fixation(*place)
+    if step.mask is not None and step.mask_s:
+        mask = screen.picture(step.mask, recorded=False)
+    return _Shown(step, [screen.picture(pixels)], place, mark, mask)
+
+
+def _warm(sitting: Sitting, parts: Sequence[_Shown]) -> None:
+    """Draw pictures, marks and masks off screen once; films are drawn as they are loaded."""
+    still = [part for part in parts if not isinstance(part.step.picture, Iterator | Look)]
+    if still:
+        drawn = (one for part in still for one in (*part.images, part.mark, part.mask))
+        sitting.screen.warm(*(one for one in drawn if one is not None))
 
 
 def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
@@ -167,26 +182,26 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
     trials, parts = list[Any](), list[_Shown]()
 
     def prepare() -> None:  # during the pause: making pictures takes longer than a frame
+        if trials:
+            return
         trials.append(task.adapted(design, planned, sitting.recorded))
         parts.extend(_shown(task, sitting, trials[0]))
-        still = [part for part in parts if not isinstance(part.step.picture, Iterator)]
-        if still:
-            drawn = (one for part in still for one in (*part.images, part.mark, part.mask))
-            screen.warm(*(one for one in drawn if one is not None))
+        _warm(sitting, parts)
 
-    pause, _ = pauses(design)
-    if not pause:
+    pause, blank = pauses(design)
+    if labels:  # their page is shown once the film is ready
         prepare()
-    _lead(sitting, labels)
+    _lead(task, sitting, labels)
     if pause:
         screen.empty(pause, "pause", prepare)
+    prepare()
     presses: list[Press] | None = [] if isinstance(control, Held) else None
     value: Any
     recorder = sitting.recorder
     if recorder is not None:
         recorder.begin()
     try:
-        times = [_show(sitting, part, labels, presses) for part in parts]
+        times = [_show(sitting, part, blank, labels, presses) for part in parts]
     finally:
         sitting.taken = None if recorder is None else recorder.end()
     onset = next(time for (time, _), part in zip(times, parts, strict=True) if part.step.judged)
@@ -205,14 +220,16 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
         noted |= {"gaze_away": Noted(away), "gaze_left": Noted(away is None or away > design.gaze_within_deg)}
     when = {"onset": sitting.since_start(onset), "response_time": seconds}
     answer = task.answered(design, trials[0], value, **when, **task.stimulus(design, trials[0], sitting.stimuli))
-    return with_noted(answer, noted)
+    return with_noted(answer, noted, task.columns(design.model_dump(mode="json")))
 
 
 def _show(
-    sitting: Sitting, part: _Shown, labels: Sequence[Any] = (), presses: list[Press] | None = None
+    sitting: Sitting, part: _Shown, blank: float, labels: Sequence[Any] = (), presses: list[Press] | None = None
 ) -> tuple[float, float]:
     """Show the mark, picture, mask and blank of a step; return the picture's onset and end on the screen's clock."""
     screen, step = sitting.screen, part.step
+    if isinstance(step.picture, Look):
+        return _look(sitting, step, step.picture)
     if part.mark is not None and step.mark_s:
         screen.play(partial(_draw, part.mark), step.mark_s, "mark", lit=False)
     pressed: dict[str, Any] = {} if presses is None else {"presses": presses}
@@ -221,8 +238,18 @@ def _show(
         sitting.recorder.shown(onset, onset + step.seconds, part.place)
     if part.mask is not None:
         screen.play(partial(_draw, part.mask), step.mask_s, "mask", lit=False)
-    _, blank = pauses(sitting.design)
     return onset, screen.empty(blank, "off")
+
+
+def _look(sitting: Sitting, step: Step, look: Look) -> tuple[float, float]:
+    """Guide a look at the real world, which a tone and a white screen end; return its onset and end."""
+    screen = sitting.screen
+    pages(screen, [look.page], "ready", foot=look.foot)
+    text, white = screen.text(look.text, height=0.04), screen.whole(1.0)
+    onset = screen.play(partial(_draw, text), step.seconds, step.event)
+    if not tone():
+        sitting.failures.append(("tone", "no audio player was found"))
+    return onset, screen.play(partial(_draw, white), WHITE_S, "off", lit=False)
 
 
 def _draw(part: Any, since: float) -> None:
@@ -231,7 +258,7 @@ def _draw(part: Any, since: float) -> None:
 
 def _adjusted(task: Task, sitting: Sitting, planned: Any) -> Any:
     screen, design = sitting.screen, sitting.design
-    _lead(sitting)
+    _lead(task, sitting)
     trial = task.adapted(design, planned, sitting.recorded)
     asked = task.adjustment(design, sitting.words, trial, screen.display.pixels_per_degree)
     views = [(screen.refocused(one.series, one.pos), one.focus) for one in asked.views]

@@ -59,8 +59,6 @@ class Experiment:
         Lists the pictures required by a design: scene, aperture, fixation, levels of its factors.
     check
         Raises `InputError` if a design cannot be shown on a display, in a window of the given size in pixels.
-    check_pictures
-        Raises `InputError` if a design cannot be shown with a set of pictures.
     background
         Background grey of the screen, from -1 (black) to 1 (white).
     instructions
@@ -68,7 +66,7 @@ class Experiment:
     before
         Called at the start of a sitting, after the instructions.
     standard
-        Shows the standard, after its introductory page.
+        Shows the standard, after its introductory page, at the beginning of a sitting.
     right
         Returns whether a practice answer is correct, given trial and answer; None if it has no correct answer.
     """
@@ -78,7 +76,6 @@ class Experiment:
     trial: Callable[[Sitting, Any], Answer]
     pictures: Callable[[Any], Sequence[tuple[str, str, str, Mapping[str, str]]]] = lambda design: ()
     check: Callable[[Any, Display, tuple[int, int]], None] = lambda design, display, room: None
-    check_pictures: Callable[[Any, Display, StimulusSet | None], None] = lambda design, display, stimuli: None
     background: float = -1.0
     instructions: Callable[[Sitting], Sequence[str]] | None = None
     before: Callable[[Sitting], None] = lambda sitting: None

@@ -138,8 +138,13 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
             stereoscope = setup, eye_displays(setup, screen, display, gamma_shown)
         room = _room(options, screen.screen_size(options.screen), setup)
         experiment.check(design, display, room)
-        check_task(design, words, pixels_per_degree=display.pixels_per_degree, room=None if options.pilot else room)
-        experiment.check_pictures(design, display, stimuli)
+        check_task(
+            design,
+            words,
+            pixels_per_degree=display.pixels_per_degree,
+            room=None if options.pilot else room,
+            stimuli=None if task_named(design.task).adapts else stimuli,
+        )
         boxes = open_boxes(options.box, check_keys(options, screen.key_names()))
     except BaseException:
         triggers.close()

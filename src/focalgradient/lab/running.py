@@ -335,6 +335,7 @@ class _Walk:
         elif isinstance(step, Repeat):
             self._repeat(step)
         elif isinstance(step, Standard):
+            self._sitting.lead = (step,)
             _uninterrupted(lambda: self._experiment.standard(self._sitting))
         elif not (instructions and self._experiment.instructions is not None):
             _uninterrupted(partial(self._page, step))

@@ -22,7 +22,7 @@ from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.render import blur_picture
 
 __all__ = ["HALF_MAX", "FocusSeries"]
@@ -150,7 +150,7 @@ class FocusSeries:
         kept = Kept(where, digest, lambda vergence: blur(light, far, vergence))
         if where is not None and (where / SUMMARY).exists():
             return cls.read(where)
-        say = progress or (lambda share, words: None)
+        say = progress or silent
         expected = _expected(light, far, blur, ends, bound, pixels)
         texels = light.shape[0] * light.shape[1] * (4 if light.min() >= 0 and light.max() <= 1 else 8)
         require(expected * light.size * 4.0, f"A focus series of {expected} planes", "reduce the picture")
@@ -270,9 +270,8 @@ class FocusSeries:
             fits = shape in (self.distance.shape, (*self.distance.shape, 3)) and plane.shape == shape
             if not (fits and plane.dtype.kind == "f" and np.isfinite(plane).all()):
                 raise InputError(
-                    f"the picture at {vergence:g} D in {printable(where)} is inconsistent with the other files: "
-                    "make the "
-                    "series again."
+                    f"the picture at {vergence:g} D in {printable(where)} is inconsistent with the other files: make "
+                    "the series again."
                 )
         if self.distance.dtype.kind != "f" or not (self.distance > 0).all():
             raise InputError(f"the distances in {printable(where)} must all be positive: make the series again.")

@@ -19,10 +19,18 @@ from focalgradient.errors import InputError, check_fields, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 from focalgradient.quantities import Range
 
-__all__ = ["Lens", "Side", "defocus_at", "distance_of_blur"]
+__all__ = ["Aperture", "Lens", "Side", "defocus_at", "distance_of_blur"]
 
 Side = Literal["beyond", "nearer"]
 """Side of the plane of focus on which a point lies."""
+
+
+@dataclass(frozen=True, slots=True)
+class Aperture:
+    """Optics of geometric blur alone: an aperture's diameter (m), and the vergence (D, any sign) in focus."""
+
+    aperture_diameter: float
+    focus_vergence: float
 
 
 @dataclass(frozen=True, slots=True)

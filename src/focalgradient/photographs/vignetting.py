@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.calibration.robust import fit_terms
 from focalgradient.view import View
 
 __all__ = ["even_out"]
@@ -75,11 +76,7 @@ def _evened(view: View, reference: View) -> View:
         return view
     ratio = np.log(other[is_used] / one[is_used])
     terms = np.stack([np.broadcast_to(term, is_used.shape)[is_used] for term in _terms(*is_used.shape)], axis=1)
-    weight = np.ones_like(ratio)
-    for _ in range(FIT_ITERATIONS):
-        fit = np.linalg.lstsq(terms * weight[:, None], ratio * weight, rcond=None)[0]
-        rest = np.abs(ratio - terms @ fit)
-        weight = 1 / np.sqrt(1 + (rest / (2 * np.median(rest) + 1e-9)) ** 2)
+    fit, _ = fit_terms(terms, ratio, np.ones_like(ratio), FIT_ITERATIONS)
     gain = np.zeros(view.shape)
     for factor, term in zip(fit[1:], _terms(height, width)[1:], strict=True):  # without the constant, the exposure
         gain += factor * term

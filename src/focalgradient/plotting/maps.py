@@ -204,15 +204,19 @@ def draw_depth(
             va="center",
             bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
         )
-    # The map is drawn in vergence relative to the entrance pupil; its colour bar is labelled in the user's distance.
-    plane = f"distance from {depth.plane} (m)"
-    labels = (plane if len(plane) <= LONGEST_LABEL else "distance (m)"), "metres"
-    bar = _map(ax, np.maximum(depth.vergence, 0), depth.valid, "viridis", limits, *labels)
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
-        ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest")
+        ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest", zorder=1)
         farther, nearer = (_percent(np.mean(depth.beyond == way)) for way in (-1, 1))
         title += f"\nred: nearer than searched ({nearer}); grey: farther ({farther})"
+    return _draw_metres(ax, depth, depth.valid, limits, title)
+
+
+def _draw_metres(ax: Axes, depth: DepthMap, drawn: NDArray[np.bool_], limits: tuple[float, float], title: str) -> Axes:
+    """Draw a map in vergence relative to the entrance pupil, with a colour bar labelled in the user's distance."""
+    plane = f"distance from {depth.plane} (m)"
+    label = plane if len(plane) <= LONGEST_LABEL else "distance (m)"
+    bar = _map(ax, np.maximum(depth.vergence, 0), drawn, "viridis", limits, label, "metres")
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 
@@ -265,11 +269,8 @@ def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[
     assert depth.evidence is not None
     measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
     everywhere = np.ones(depth.shape, bool)
-    plane = f"distance from {depth.plane} (m)"
-    labels = (plane if len(plane) <= LONGEST_LABEL else "distance (m)"), "metres"
-    bar = _map(depth_ax, np.maximum(depth.vergence, 0), everywhere, "viridis", limits, *labels)
     title = f"Completed depth: {measured} measured,\n{near} near evidence, {guessed} guessed"
-    _with_metres(depth_ax, bar, limits, title, depth.offset)
+    _draw_metres(depth_ax, depth, everywhere, limits, title)
     low, high = _robust(depth.vergence_sd, 0, 98)
     factor, unit = (1.0, "D") if high > 0.1 else (1e3, "mD")  # smaller ticks leave no room for the label
     limits = factor * min(low, 0.8 * high), factor * high

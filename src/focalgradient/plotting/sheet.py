@@ -56,10 +56,8 @@ def calibration_sheet(paper: str = "A4") -> Figure:
             (MARGIN_MM + 106) / width,
             (MARGIN_MM + 2) / height,
             "focalgradient calibration sheet. Print at 100 %: the ruler is 100 mm long. Mount it flat, facing the "
-            "camera, "
-            "filling the frame;\nlight it evenly. Use a tripod, raw or linear files and fixed focus; two or three "
-            "distances, "
-            "each at all f-numbers to be used.",
+            "camera, filling the frame;\nlight it evenly. Use a tripod, raw or linear files and fixed focus; two or "
+            "three distances, each at all f-numbers to be used.",
             fontsize=5.5,
             va="center",
         )

@@ -65,6 +65,10 @@ class Parameter:
         """Whether the parameter is an integer count."""
         return isinstance(self.default, int)
 
+    def value(self, given: float) -> float:
+        """Return the attribute's value for one `given` in `unit`."""
+        return int(given) if self.whole else given if self.per_unit == 1 else given * self.per_unit
+
     def check(self, value: Any, name: str | None = None) -> None:
         """Raise `InputError` unless `value`, in `unit`, is within the bounds."""
         inside = is_number(value) and math.isfinite(value) and self.least <= value <= self.most
@@ -108,9 +112,8 @@ def parameter(
     unit, per_unit
         Unit on the command line and in files, and the attribute's value per unit (pi / 180 for "deg").
     """
-    bounds = {"least": least, "most": most, "exclusive": exclusive, "unit": unit, "per_unit": per_unit}
-    value = default if per_unit == 1 else default * per_unit
-    return dataclasses.field(default=value, metadata={"parameter": {"help": help, "default": default, **bounds}})
+    known = Parameter("", help, unit, per_unit, least, most, exclusive, default)
+    return dataclasses.field(default=known.value(default), metadata={"parameter": known})
 
 
 class Psf(ABC):
@@ -272,11 +275,8 @@ class Psf(ABC):
     def parameters(cls) -> tuple[Parameter, ...]:
         """Return the parameters of the shape: the dataclass fields made by `parameter`."""
         fields: dict[str, dataclasses.Field[Any]] = getattr(cls, "__dataclass_fields__", {})
-        return tuple(
-            Parameter(name=one.name, **one.metadata["parameter"])
-            for one in fields.values()
-            if "parameter" in one.metadata
-        )
+        known = {name: one.metadata.get("parameter") for name, one in fields.items()}
+        return tuple(dataclasses.replace(one, name=name) for name, one in known.items() if one is not None)
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Psf:
@@ -297,14 +297,8 @@ class Psf(ABC):
                 some = f"has {', '.join(known)}" if known else "has no parameters"
                 raise InputError(f"psf {cls.name!r} has no parameter {key!r}: it {some}.")
             known[key].check(value, key)
-        given = {known[key]: value for key, value in values.items()}
         made: Any = cls  # a dataclass
-        found: Psf = made(
-            **{
-                one.name: int(value) if one.whole else value if one.per_unit == 1 else value * one.per_unit
-                for one, value in given.items()
-            }
-        )
+        found: Psf = made(**{known[key].name: known[key].value(given) for key, given in values.items()})
         return found
 
     def stated(self) -> dict[str, float]:

@@ -18,7 +18,7 @@ All use the same finite thin lens: blur and occlusion follow from ray geometry.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
 from typing import Literal, get_args
@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_one_of
 from focalgradient.optics import Optics
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import pathtrace
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import LLVM, REMEDY, variant
@@ -140,11 +140,7 @@ def render_series(
     chosen, how = _choose(engine, scene)
     results: list[Rendered] = []
     for one in optics:
-
-        def share(done: float, before: int = len(results)) -> None:
-            if progress is not None:
-                progress((before + done) / len(optics), "rendering")
-
+        share = part_of(progress or silent, len(results), len(optics))
         if chosen == "cast":
             results.append(_cast(scene, one, shape, pixel_angle, samples, seed, share))
             continue
@@ -244,17 +240,11 @@ def _cast(
     pixel_angle: float,
     samples: int,
     seed: int,
-    progress: Callable[[float], object],
+    progress: Progress,
 ) -> Rendered:
     """Return a ray-cast result from two halves of the samples."""
-    halves = []
-    for half in (0, 1):
-
-        def share(done: float, words: str, half: int = half) -> None:
-            progress((half + done) / 2)
-
-        part = cast(scene, optics, shape, pixel_angle, samples=samples // 2, seed=2 * seed + half, progress=share)
-        halves.append(part)
+    frame, few = (scene, optics, shape, pixel_angle), samples // 2
+    halves = [cast(*frame, samples=few, seed=2 * seed + n, progress=part_of(progress, n, 2)) for n in (0, 1)]
     first, second = (part.view.image.astype(np.float32) for part in halves)
     view = replace(halves[0].view, image=((first + second) / 2).astype(np.float32))
     return Rendered(view, halves[0].distance, residual=((first - second) / 2).astype(np.float32))

@@ -12,7 +12,6 @@ lens samples, and it serves for measurement.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from functools import cache, lru_cache
 from typing import Any
 
@@ -20,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.optics import Optics
+from focalgradient.progress import Progress
 from focalgradient.render.mitsuba_backend import SCALAR
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere
 from focalgradient.scenes.texture import TILE
@@ -42,7 +42,7 @@ def halves(
     samples: int,
     seed: int,
     variant: str,
-    progress: Callable[[float], object],
+    progress: Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return two independent pictures of a scene, H x W x 3, with half the samples each; path `traced`, or shaded."""
     mi = _mitsuba(variant)
@@ -63,7 +63,7 @@ def halves(
         else:
             picture = _averaged(world, sensor, integrator, shape, each, render_seed, variant)
         pictures[index % 2] += picture / passes
-        progress((index + 1) / (2 * passes))
+        progress((index + 1) / (2 * passes), "rendering")
     first, second = pictures.astype(np.float32)
     return first, second
 

@@ -12,7 +12,6 @@ follow from ray geometry: no blur formula or convolution is used, so such views 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
 
@@ -20,7 +19,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number, check_seed, described
+from focalgradient.errors import InputError, check_number, check_seed
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
@@ -29,7 +28,7 @@ from focalgradient.render.aperture import aperture_points
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
-from focalgradient.view import View, check_pixel_angle
+from focalgradient.view import View, check_pixel_angle, check_shape
 
 __all__ = ["Rendered", "cast", "castable", "check_frame"]
 
@@ -149,18 +148,13 @@ def cast_without(
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
             if progress is not None:
-                progress(done / len(starts), "casting rays")
+                progress(done / len(starts), "rendering")
     return image, distance
 
 
 def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samples: int, seed: int) -> None:
     """Validate the arguments that all renderers share."""
-    if not (
-        isinstance(shape, Sequence)
-        and len(shape) == 2
-        and all(isinstance(length, int) and length >= 1 for length in shape)
-    ):
-        raise InputError(f"shape is {described(shape)}, but must be a positive height and width in pixels.")
+    check_shape(shape)
     check_optics(optics)
     check_pixel_angle(pixel_angle, optics)
     if not (isinstance(samples, int) and samples >= 1):

@@ -31,6 +31,7 @@ from focalgradient.parallel import MOST_THREADS, cores
 from focalgradient.psf import DISC_K
 from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
+from focalgradient.view import check_shape
 
 __all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
 
@@ -109,7 +110,7 @@ def wireframe(
         raise InputError(
             "lines or blur contain values that are not finite, but must be positions and blurs in pixels: correct them."
         )
-    _check_shape(shape)
+    check_shape(shape)
     for name, value in (("width", width), ("brightness", brightness)):
         check_number(name, value, "pixels", positive=True)
     image = np.zeros(shape, np.float32)
@@ -217,7 +218,7 @@ def necker_frame(
     """
     if gradient not in ("none", "rigid", "nonrigid"):
         raise InputError(f"gradient is {gradient!r}, but must be 'none', 'rigid' or 'nonrigid'.")
-    _check_shape(shape)
+    check_shape(shape)
     if not math.isfinite(turn):
         raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
@@ -270,11 +271,6 @@ def necker_loop(
             focus=focus,
             k=k,
         )
-
-
-def _check_shape(shape: tuple[int, int]) -> None:
-    if not (len(shape) == 2 and all(isinstance(length, int) and length >= 1 for length in shape)):
-        raise InputError(f"shape is {shape!r}, but must be a positive height and width in pixels.")
 
 
 @_inlined

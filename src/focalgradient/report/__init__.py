@@ -36,7 +36,6 @@ from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.reading import CUBE, LEVELS, RATINGS, SIGNALS, content_of
 from focalgradient.report.rules import Stated, as_toml, load_rules
-from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
@@ -44,6 +43,7 @@ from focalgradient.statistics.own_conditions import holds_conditions, read_condi
 from focalgradient.statistics.own_files import Paths, UserTable, read_table
 from focalgradient.statistics.own_tables import Where
 from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.wording import many
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
 
 if TYPE_CHECKING:

@@ -13,11 +13,12 @@ from focalgradient.plotting.posteriors import posterior_figure
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
-from focalgradient.report.tables import NONE, SPACE, Sheet, decimals, interval, number, probability
+from focalgradient.report.tables import Sheet
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed
 from focalgradient.statistics.bayes import ODDS_BOUND, bayes_depth_rating
 from focalgradient.statistics.posteriors import BayesResult, Posterior
+from focalgradient.statistics.wording import NONE, SPACE, decimals, interval, number, probability
 
 __all__ = ["bayes_analysis", "bayes_methods", "bayes_part"]
 

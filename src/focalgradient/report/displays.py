@@ -14,9 +14,10 @@ from focalgradient.dataset import DataSet
 from focalgradient.errors import is_number
 from focalgradient.files import read_json
 from focalgradient.report.document import Table
-from focalgradient.report.tables import Sheet, number
+from focalgradient.report.tables import Sheet
 from focalgradient.statistics import NeckerResult, factor_effects
 from focalgradient.statistics.questions import NO_ANSWERS, Answers
+from focalgradient.statistics.wording import number
 
 __all__ = [
     "ViewedScreen",

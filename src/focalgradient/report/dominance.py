@@ -5,8 +5,9 @@ from __future__ import annotations
 import pandas as pd
 
 from focalgradient.report.document import Table
-from focalgradient.report.tables import Sheet, number
+from focalgradient.report.tables import Sheet
 from focalgradient.statistics import DominanceModel, NotComputed
+from focalgradient.statistics.wording import number
 
 __all__ = ["dominance_sheet"]
 

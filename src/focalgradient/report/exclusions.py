@@ -6,7 +6,6 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
 from focalgradient.report.document import Block, Notice, Paragraph, Table
-from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number, probability
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
     ComparisonResult,
@@ -19,6 +18,7 @@ from focalgradient.statistics import (
     as_table,
 )
 from focalgradient.statistics.questions import Answer
+from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, probability
 
 __all__ = [
     "CUBE_CATCH",

@@ -19,7 +19,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
-from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.questions import NO_ANSWERS, Answers
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["r_script", "reader", "report_files", "safe_csv", "table_files", "trial_files"]
@@ -74,10 +74,15 @@ CONSTANTS = {
 """Numbers of the analysis, by their name in the R scripts."""
 
 
-def r_script(name: str) -> str:
-    """Return an R script of the folder `scripts`, with the scripts that it includes and the numbers of the analysis."""
+def r_script(name: str, answers: Answers = NO_ANSWERS) -> bytes:
+    """Return an R script of the folder `scripts` with the code of the questions, and the package's main results."""
+    return (_r_text(name) + answers.r_code + _found(answers)).encode()
+
+
+def _r_text(name: str) -> str:
+    """Return a script with the scripts that it includes and the numbers of the analysis."""
     text = Path(__file__).with_name("scripts").joinpath(f"{name}.R").read_text(encoding="utf-8")
-    text = re.sub(r"^# include (\w+)\n", lambda found: r_script(found[1]), text, flags=re.MULTILINE)
+    text = re.sub(r"^# include (\w+)\n", lambda found: _r_text(found[1]), text, flags=re.MULTILINE)
     return re.sub(rf"\b({'|'.join(CONSTANTS)})\b", lambda found: f"{CONSTANTS[found[1]]:g}", text)
 
 
@@ -108,19 +113,17 @@ def trial_files(
     files = table_files("depth_rating_trials", out)
     files["depth_rating_trials_dictionary.csv"] = _dictionary(out, MEANING, data)
     if isinstance(result, ComparisonResult):
-        script = r_script("headline_comparisons") + (r_script("largest") if result.analysis.alike is not None else "")
-        files["headline_comparisons.R"] = (script + _found(result.answers)).encode()
+        files["headline_comparisons.R"] = r_script("headline_comparisons", result.answers)
     if result is not None and not result.analysis.ratios:
         files["depth_rating_wide.csv"] = safe_csv(_answers(out))
     ordinal = result.ordinal if isinstance(result, DepthRatingResult) else None
-    if result is not None and isinstance(ordinal, OrdinalResult) and (found := _found(result.answers)):
+    if result is not None and isinstance(ordinal, OrdinalResult) and _found(result.answers):
         script = "headline_ordinal_floor" if ordinal.by_people else "headline_ordinal"
-        files["headline_ordinal.R"] = (r_script(script) + found).encode()
+        files["headline_ordinal.R"] = r_script(script, result.answers)
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
         if len(wide := _depth_effects(out)):
             files["depth_rating_wide.csv"] = safe_csv(wide)
-        found = _found(result.answers)
-        files |= {f"{name}.R": (r_script(name) + found).encode() for name in ("headline", "headline_jasp")}
+        files |= {f"{name}.R": r_script(name, result.answers) for name in ("headline", "headline_jasp")}
     return files
 
 
@@ -192,14 +195,15 @@ def report_files(
     out = _ordered(out, CUBE_MEANING)
     files = table_files("necker_reports", out)
     files["necker_reports_dictionary.csv"] = _dictionary(out, CUBE_MEANING, data)
-    found = "" if result is None else _found(result.answers)
     if result is not None:
         odds = {
             (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
         }
         wide = pd.Series(odds, dtype=float).unstack().rename_axis("participant_id").reset_index()
         files["necker_wide.csv"] = safe_csv(wide)
-    return files | ({"necker_headline.R": (r_script("necker_headline") + found).encode()} if found else {})
+        if _found(result.answers):
+            files["necker_headline.R"] = r_script("necker_headline", result.answers)
+    return files
 
 
 def table_files(name: str, table: pd.DataFrame) -> dict[str, bytes]:

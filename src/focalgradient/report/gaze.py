@@ -9,22 +9,18 @@ import pandas as pd
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.provenance import listed
-from focalgradient.report.scales import comparison_findings
-from focalgradient.report.tables import Sheet
-from focalgradient.report.words import rating_findings
-from focalgradient.statistics import DepthRatingResult, NotComputed
+from focalgradient.report.tables import EFFECTS, Sheet
+from focalgradient.statistics import NotComputed
 
 __all__ = ["findings", "gaze_part"]
 
 
 def findings(part: Ratings) -> Iterator[str]:
     """Yield the results of an analysis in sentences, for any scale."""
-    if part.compared is not None:
-        yield from comparison_findings(part.compared)
-    elif isinstance(part.result, DepthRatingResult):
-        yield from rating_findings(part.result)
+    if isinstance(part.main, NotComputed):
+        yield part.main.reason
     else:
-        yield part.result.reason
+        yield from part.main.answers.sentences(*EFFECTS)
 
 
 def gaze_part(part: Ratings, sheets: list[Sheet]) -> Iterator[Block]:

@@ -21,9 +21,8 @@ from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import Output
 from focalgradient.report.provenance import listed
 from focalgradient.report.scene_effects import SCENE_EFFECTS
-from focalgradient.report.tables import SPACE, decimals, freedom, interval, many, number
-from focalgradient.report.words import p_is
 from focalgradient.statistics.meta_analysis import Pooled, random_effects
+from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, p_is
 
 __all__ = ["combined_report"]
 

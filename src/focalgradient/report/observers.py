@@ -17,9 +17,10 @@ from focalgradient.report.observed import Observed, observed_percepts, observed_
 from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.rating_part import RatingPart
-from focalgradient.report.tables import Sheet, decimals, number, probability
+from focalgradient.report.tables import Sheet
 from focalgradient.report.thresholds import Thresholds
 from focalgradient.statistics import NotComputed
+from focalgradient.statistics.wording import decimals, number, probability
 
 __all__ = ["FittedObservers", "fitted_observers"]
 

@@ -14,12 +14,13 @@ from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
 from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
-from focalgradient.report.tables import answer_tables, many
+from focalgradient.report.tables import answer_tables
 from focalgradient.statistics import ConditionTest, Effect, NotComputed, Rules
 from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
 from focalgradient.statistics.questions import Answer, Answers
+from focalgradient.statistics.wording import many
 
 __all__ = ["ConditionPart"]
 

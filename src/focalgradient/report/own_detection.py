@@ -17,8 +17,7 @@ from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many, number
-from focalgradient.report.words import p_is
+from focalgradient.report.tables import Sheet
 from focalgradient.statistics import Effect, Interval, NotComputed
 from focalgradient.statistics.detection import (
     DetectionGroup,
@@ -31,6 +30,7 @@ from focalgradient.statistics.detection import (
 from focalgradient.statistics.means import family, t_interval
 from focalgradient.statistics.own_detection import OwnDetection
 from focalgradient.statistics.questions import Answer, less, stated
+from focalgradient.statistics.wording import many, number, p_is
 
 __all__ = ["DetectionPart"]
 
@@ -210,7 +210,7 @@ class DetectionPart(Part):
             )
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection").encode()}
+        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection")}
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

@@ -23,11 +23,12 @@ from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, answer_tables, many
+from focalgradient.report.tables import Sheet, answer_tables
 from focalgradient.statistics import ConditionTest, Effect, NotComputed
 from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answer
+from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
 

@@ -13,9 +13,8 @@ from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, answer_tables, decimals, freedom, many, number
+from focalgradient.report.tables import Sheet, answer_tables
 from focalgradient.report.thresholds import BIAS, fitted_values, threshold_answers
-from focalgradient.report.words import p_is
 from focalgradient.statistics import (
     Effect,
     Interval,
@@ -27,6 +26,7 @@ from focalgradient.statistics import (
 from focalgradient.statistics.own_thresholds import OwnThresholds
 from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING, threshold_differences
+from focalgradient.statistics.wording import decimals, freedom, many, number, p_is
 
 __all__ = ["OwnThresholdPart"]
 

@@ -16,10 +16,10 @@ from focalgradient.report.preregistered import (
     rules_table,
 )
 from focalgradient.report.rules import as_toml
-from focalgradient.report.tables import many
 from focalgradient.report.words import analysis_necker
 from focalgradient.statistics.criteria import OF_CUBE
 from focalgradient.statistics.exclusions import NO_CATCH
+from focalgradient.statistics.wording import many
 
 __all__ = ["preregister_cube"]
 

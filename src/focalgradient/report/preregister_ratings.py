@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import LatentModel, LatentStudy, Model, latent_power, rise_power
 from focalgradient.report.exclusions import catch_answers, criteria
-from focalgradient.report.plans import CONFIDENCE_PLAN, Plan, in_focus, plan_of
 from focalgradient.report.preregistered import (
     AFTERWARDS,
     EXPERIMENTS,
@@ -19,9 +20,9 @@ from focalgradient.report.preregistered import (
 )
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN
 from focalgradient.report.rules import Stated, as_toml
-from focalgradient.report.tables import many
 from focalgradient.scales import Analysis, OrdinalSteps
 from focalgradient.statistics.criteria import OF_RATINGS
+from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.exclusions import (
     FEW_OF_CONDITION,
     FEW_PLACES,
@@ -31,6 +32,9 @@ from focalgradient.statistics.exclusions import (
     NOT_REPEATED,
 )
 from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
+from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
+from focalgradient.statistics.tables import in_order
+from focalgradient.statistics.wording import in_focus, many
 
 __all__ = ["preregister_ratings"]
 
@@ -58,14 +62,15 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         raise InputError(
             f"ordinal is for answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
         )
-    plan = plan_of(analysis, design.fixations, len(design.scenes), design.model_dump(), asked.used_bound)
+    fixations = in_order(design.fixations)
+    questions = questions_of(analysis, fixations, len(design.scenes), design.model_dump(), asked.used_bound)
     ratios = analysis.ratios
     if ratios and "pinhole" not in design.apertures:
         raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
     names = OF_RATINGS
     assumed, powers = (_ratios if ratios else _latent)(design, asked)
     orders = "" if len(design.fixations) == 1 else f" ({design.fixation_order} order)"
-    focus = " and ".join(in_focus(name) for name in plan.fixations)
+    focus = " and ".join(in_focus(name) for name in fixations)
     shown = (
         f"{many(len(design.scenes), 'scene')}, the apertures {', '.join(design.apertures)} of a lens of "
         f"{design.focal_length_mm:g} mm, each scene with {focus}{orders}, {many(design.repetitions, 'repetition')}, "
@@ -78,14 +83,14 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     table = rules_table(asked.stated, [name for name in names if name not in skipped])
     return Preregistered(
         "Preregistration: depth ratings by aperture and fixation",
-        plan.hypotheses,
-        plan.outcome,
+        questions.hypotheses,
+        questions.outcome,
         shown,
         [*sentences, *AFTERWARDS],
         table,
-        [plan.outcome, plan.analysis, ROBUSTNESS_PLAN, *([CONFIDENCE_PLAN] if design.confidence else [])],
+        [questions.outcome, questions.method, ROBUSTNESS_PLAN, *[CONFIDENCE_METHOD] * design.confidence],
         enough(powers, assumed),
-        power_table(powers, _named(plan)),
+        power_table(powers, _named(fixations)),
         neutral=_neutral(design, analysis),
         failed=FAILED_RATIOS if ratios else FAILED_OTHERS,
         rules_file=as_toml(asked.stated.rules, asked.used_bound if ratios else None, names),
@@ -157,9 +162,9 @@ def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
     return assumed, powers
 
 
-def _named(plan: Plan) -> dict[str, str]:
+def _named(fixations: Sequence[str]) -> dict[str, str]:
     """Return descriptions of the tests in the power analysis."""
-    first, *others = plan.fixations
+    first, *others = fixations
     rest = " and ".join(others)
     return {
         "near_rise": f"{first}: rises with blur",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.errors import InputError
 from focalgradient.report.preregistered import Planned, Preregistered
-from focalgradient.report.tables import many
 from focalgradient.report.thresholds import methods_thresholds, unit_of
 from focalgradient.statistics.thresholds import ATTENDING
+from focalgradient.statistics.wording import many
 
 __all__ = ["preregister_thresholds"]
 

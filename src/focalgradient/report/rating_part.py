@@ -19,25 +19,23 @@ from focalgradient.report.exclusions import answers_of, exclusions_table, with_a
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
 from focalgradient.report.parts import Asked, Output, Part
-from focalgradient.report.plans import CONFIDENCE_PLAN, in_focus
 from focalgradient.report.robustness_part import ROBUSTNESS_PLAN, robustness_part, variant_answers
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import CHECKS, MEANS, answer_tables, quality_sheets, rating_sheets
-from focalgradient.report.words import counts, methods_ratings, rating_cautions, rating_checks
+from focalgradient.report.words import counts, methods_ratings, skewed
 from focalgradient.statistics import (
     DepthRatingResult,
-    Effect,
     Interval,
     NotComputed,
     OrdinalResult,
     Quality,
 )
-from focalgradient.statistics.comparisons import CONFIDENCE_SLOPE, confidence_answers
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.posteriors import BayesResult
-from focalgradient.statistics.questions import NO_ANSWERS, Answer, Answers, stated
+from focalgradient.statistics.questions import NO_ANSWERS, Answer, Answers, Caution, stated
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.robustness import Variant, robustness
+from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD, CONFIDENCE_SLOPE, confidence_answers
 
 __all__ = ["RatingPart"]
 
@@ -128,15 +126,18 @@ class RatingPart(Part):
         for sentence in findings(part):
             yield Notice(sentence) if isinstance(part.main, NotComputed) else Paragraph(sentence)
         result = part.result if isinstance(part.result, DepthRatingResult) else None
+        checks = [] if isinstance(part.main, NotComputed) else [*part.main.answers.sentences(*CHECKS)]
+        checks += confidence_answers(part.kept).sentences(*CHECKS)
+        cautions = [sentence for sentence in checks if isinstance(sentence, Caution)]
         if result is not None:
-            yield from map(Paragraph, rating_cautions(result))
+            yield from map(Paragraph, [*cautions, *skewed(result)])
         yield Paragraph(counts(part.quality))
         yield from with_and_without(part.quality, self.both)
         folded: list[Block] = []
         if result is not None:
             figure, *further = self._figures(result, output)
             yield figure
-            folded += [*map(Paragraph, rating_checks(result)), *further]
+            folded += [*(Paragraph(sentence) for sentence in checks if sentence not in cautions), *further]
         yield from answer_tables(answers, self._caption)
         checked = rating_residuals(part.kept, part.analysis)
         if not part.kept.empty and checked:
@@ -155,9 +156,6 @@ class RatingPart(Part):
         )
         if result is not None:
             yield from map(Paragraph, result.remarks)
-        for fixation, outcome in answers.to(CONFIDENCE_SLOPE).items():
-            said = outcome.summary() if isinstance(outcome, Effect) else outcome.reason
-            yield Paragraph(f"With {in_focus(fixation)}, slope of confidence on the aperture: {said}")
         yield from gaze_part(part, output.sheets)
         if self.posterior is not None:
             yield from bayes_part(self.posterior, output.sheets, output.figures, simulated=part.simulated)
@@ -212,7 +210,7 @@ class RatingPart(Part):
     def methods(self, output: Output) -> Iterator[Block]:
         yield from map(Paragraph, [*methods_ratings(self.ratings, self.asked.used_bound), ROBUSTNESS_PLAN])
         if self.found.to(CONFIDENCE_SLOPE):
-            yield Paragraph(CONFIDENCE_PLAN)
+            yield Paragraph(CONFIDENCE_METHOD)
         if self.posterior is not None:
             yield Paragraph(bayes_methods(self.posterior))
         yield from output.tables(self.design_table())

@@ -8,13 +8,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from focalgradient.report.document import Block, Paragraph
 from focalgradient.report.exclusions import NAMES
 from focalgradient.report.parts import Output
-from focalgradient.report.plans import in_focus
-from focalgradient.report.tables import Sheet, number
-from focalgradient.report.words import p_is
+from focalgradient.report.tables import Sheet
 from focalgradient.scales import Analysis, Choices, Slopes
 from focalgradient.statistics import ComparisonResult, DepthRatingResult, NotComputed, as_table
 from focalgradient.statistics.questions import Answer
 from focalgradient.statistics.robustness import ALL_RULES, Variant
+from focalgradient.statistics.wording import in_focus, number, p_is
 
 __all__ = ["ROBUSTNESS_PLAN", "robustness_part", "variant_answers"]
 

@@ -9,15 +9,15 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
-from focalgradient.dataset.consistency import pictures_of
+from focalgradient.dataset.plausible import pictures_of
 from focalgradient.dataset.stimuli import read_manifest
 from focalgradient.errors import InputError
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.exclusions import headlines
 from focalgradient.statistics import ComparisonResult, DepthRatingResult, Effect, NotComputed, OrdinalResult
 from focalgradient.statistics.cells import cells
-from focalgradient.statistics.comparisons import own_slopes
 from focalgradient.statistics.questions import HERE
+from focalgradient.statistics.slope_questions import own_slopes
 
 __all__ = ["SCENE_EFFECTS", "scene_effects", "scene_effects_file"]
 

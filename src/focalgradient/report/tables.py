@@ -1,11 +1,7 @@
-"""Tables of result records for reading: effects with intervals and tests; reasons for missing results in notes.
-
-Numbers follow the APA manual: two decimals for t, d and ratios, no zero before numbers that cannot exceed 1.
-"""
+"""Tables of result records for reading: effects with intervals and tests; reasons for missing results in notes."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -28,32 +24,19 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.questions import Answer
+from focalgradient.statistics.wording import NONE, SPACE, decimals, freedom, interval, number, probability
 
 __all__ = [
     "CHECKS",
     "EFFECTS",
     "MEANS",
-    "SPACE",
     "Sheet",
     "answer_tables",
-    "decimals",
-    "freedom",
-    "interval",
-    "many",
     "necker_sheets",
-    "number",
-    "probability",
     "quality_sheets",
     "rating_sheets",
     "sheet",
 ]
-
-NONE = "–"
-
-SPACE = "\N{NO-BREAK SPACE}"
-
-RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
-"""Digits as exponents."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -63,75 +46,6 @@ class Sheet:
     file: str
     table: Table | None
     digits: pd.DataFrame
-
-
-def number(value: float | None, digits: int = 3) -> str:
-    r"""Format a number with a given number of significant digits.
-
-    >>> number(0.12345), number(1234.5), number(-0.0000456), number(None)
-    ('0.123', '1230', '−4.56\xa0×\xa010⁻⁵', '–')
-    """
-    if value is None or not math.isfinite(value):
-        return NONE
-    if value == 0:
-        return "0"
-    text = f"{value:#.{digits}g}"
-    if "e-" in text:
-        shown, power = text.split("e-")
-        text = f"{shown}{SPACE}×{SPACE}10⁻{power.lstrip('0').translate(RAISED)}"
-    return (f"{float(text):.0f}" if "e" in text else text).rstrip(".").replace("-", "−")
-
-
-def probability(p: float | None) -> str:
-    r"""Format a p value in APA style.
-
-    >>> probability(0.00004), probability(0.0312), probability(1.0)
-    ('<\xa0.001', '.031', '1.000')
-    """
-    if p is None:
-        return NONE
-    return f"<{SPACE}.001" if p < 0.001 else f"{p:.3f}".removeprefix("0")
-
-
-def decimals(value: float | None, places: int = 2) -> str:
-    """Format a number with a given number of decimals; without decimals from 1000.
-
-    >>> decimals(-0.123), decimals(14.2), decimals(16545.47), decimals(None)
-    ('−0.12', '14.20', '16,545', '–')
-    """
-    if value is None or not math.isfinite(value):
-        return NONE
-    if abs(value) >= 1000:
-        text = f"{value:,.0f}" if abs(value) < 1e6 else f"{value:.2g}"
-        return text.replace("-", "−").replace("e+0", "e").replace("e+", "e")
-    text = f"{value:.{places}f}"
-    return (text.removeprefix("-") if float(text) == 0 else text).replace("-", "−")
-
-
-def freedom(df: float) -> str:
-    """Format degrees of freedom: integers without decimals.
-
-    >>> freedom(7), freedom(14.2)
-    ('7', '14.20')
-    """
-    return f"{df:.0f}" if float(df).is_integer() else f"{df:.2f}"
-
-
-def interval(low: float | None, high: float | None, places: int | None = None) -> str:
-    """Format an interval in brackets, with three significant digits or a number of decimals."""
-    if low is None or high is None:
-        return NONE
-    ends = (number(low), number(high)) if places is None else (decimals(low, places), decimals(high, places))
-    return f"[{ends[0]},{SPACE}{ends[1]}]"
-
-
-def many(count: int, thing: str) -> str:
-    """Format a count with its noun.
-
-    >>> many(1, "scene"), many(1200, "trial")
-    ('1 scene', '1,200 trials')
-    """
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
 
 
 class _Cells:

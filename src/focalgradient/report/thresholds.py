@@ -18,7 +18,7 @@ from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet, many, number
+from focalgradient.report.tables import Sheet
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -28,6 +28,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.questions import Answer, stated
 from focalgradient.statistics.thresholds import ATTENDING, SubjectThreshold
+from focalgradient.statistics.wording import many, number
 
 __all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "threshold_answers", "unit_of"]
 

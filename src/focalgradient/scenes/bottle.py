@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_seed, described, is_number
-from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import clouded_sky
-from focalgradient.scenes.materials import ramp
+from focalgradient.scenes.materials import grained
 from focalgradient.scenes.objects import Mark, Mesh, Scene
-from focalgradient.scenes.shapes import Paint, lathe
+from focalgradient.scenes.shapes import lathe
 from focalgradient.scenes.texture import random_field
 
 __all__ = ["BODY_RADIUS", "bottle"]
@@ -24,6 +23,7 @@ REFLECTANCE = 0.9  # reflectance of silvered glass, nearly constant over the vis
 CHECK_SIDE = 0.03  # side of a check (m)
 CAMERA_HEIGHT = 0.16  # camera height above the plane (m)
 WALL_RADIUS = 2.6  # radius of the surrounding wall (m)
+EARTH = ((0.08, 0.07, 0.07), (0.22, 0.20, 0.17), (0.42, 0.36, 0.27), (0.66, 0.58, 0.45))  # the wall's colours
 
 
 def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
@@ -67,7 +67,7 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
     wall = lathe(
         (0.0, CAMERA_HEIGHT, 0.0),
         np.array([[WALL_RADIUS, 1.8], [WALL_RADIUS, 0.0]]),
-        _mural(seed),
+        grained(EARTH, seed + 5, 0.5, roughness=0.95, stretch=(1, 1.6, 1)),
         texels=3072,
         around=256,
     )
@@ -115,14 +115,3 @@ def _checks(seed: int, turn: float) -> Mesh:
     vertices = np.stack([corners[:, 0], np.full(4, CAMERA_HEIGHT), corners[:, 1]], axis=1)
     paint = np.clip(tone[..., None] * [1.0, 0.96, 0.88], 0, 1).astype(np.float32)
     return Mesh(vertices, np.array([[0, 1, 2], [0, 2, 3]]), uv, paint)
-
-
-def _mural(seed: int) -> Paint:
-    """Return the wall's paint: fractal noise in earth colours."""
-    colours = ((0.08, 0.07, 0.07), (0.22, 0.20, 0.17), (0.42, 0.36, 0.27), (0.66, 0.58, 0.45))
-
-    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
-        tone = fractal(points * [1, 1.6, 1], seed + 5, coarsest=0.5, finest=2 * detail, roughness=0.95)
-        return ramp(1.3 * tone, colours)
-
-    return paint

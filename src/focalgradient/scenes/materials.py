@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.shapes import Paint
 
-__all__ = ["NATURAL", "material", "ramp"]
+__all__ = ["NATURAL", "grained", "material", "ramp"]
 
 # Reflectances in red, green and blue, from dark to light parts.
 NATURAL: dict[str, tuple[tuple[float, float, float], ...]] = {
@@ -33,6 +33,28 @@ def ramp(value: ArrayLike, colours: ArrayLike) -> NDArray[np.float64]:
     scale = np.linspace(-1, 1, len(colours))
     at = np.asarray(value, dtype=float)
     return np.stack([np.interp(at, scale, channel) for channel in colours.T], axis=-1)
+
+
+def grained(
+    colours: ArrayLike,
+    seed: int,
+    size: float,
+    contrast: float = 1.0,
+    *,
+    roughness: float = 0.85,
+    stretch: ArrayLike = (1.0, 1.0, 1.0),
+) -> Paint:
+    """Return a paint of stains up to `size` metres, with grain down to the pixel size; `stretch` divides its scale.
+
+    >>> grained(NATURAL["slate"], 1, 0.5)(np.zeros((5, 4, 3)), 0.001).shape
+    (5, 4, 3)
+    """
+
+    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+        tone = fractal(points * np.asarray(stretch), seed, coarsest=size, finest=2 * detail, roughness=roughness)
+        return ramp(1.3 * contrast * tone, colours)
+
+    return paint
 
 
 def material(name: str, seed: int, size: float) -> Paint:

@@ -215,9 +215,8 @@ class NeckerCube:
             better = max(whole, 3)
             speed = SYMMETRY * frame_rate / better
             raise InputError(
-                f"speed is {self.speed:g} turns per second, which makes {frames:.6g} frames in a quarter turn, "
-                f"but a seamless loop needs a whole number of 3 or more: use {speed:.6g}, "
-                f"which makes {better}."
+                f"speed is {self.speed:g} turns per second, which makes {frames:.6g} frames in a quarter turn, but a "
+                f"seamless loop needs a whole number of 3 or more: use {speed:.6g}, which makes {better}."
             )
         return whole
 

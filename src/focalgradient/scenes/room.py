@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import check_seed
 from focalgradient.scenes.fractal import fractal
-from focalgradient.scenes.materials import ramp
-from focalgradient.scenes.objects import Mark, Mesh, Scene
+from focalgradient.scenes.materials import grained, ramp
+from focalgradient.scenes.objects import Mark, Mesh, Point, Scene
 from focalgradient.scenes.shapes import Paint, box, lathe
 
 __all__ = ["room"]
@@ -49,31 +49,14 @@ def room(seed: int = 0) -> Scene:
     check_seed(seed)
     random = np.random.default_rng([seed, 3])
     towers, gate = _castle(seed, random)
-    things = [*towers, *_fridge(seed), *_door(seed, _grained(GREEN, seed + 11, 0.8, 0.8))]
+    things = [*towers, *_fridge(seed), *_door(seed, grained(GREEN, seed + 11, 0.8, 0.8))]
     # Table, floor, far wall and left wall; the sun shines in from behind the camera.
-    things.append(
-        box((-0.5, TABLE_DEPTH, 0.62), (0.45, TABLE_DEPTH + 0.04, 1.5), _planks(seed + 1, 0.12, 0), texel=0.5e-3)
-    )
-    things.append(
-        box(
-            (-2.4, CAMERA_HEIGHT, 0.5),
-            (2.4, CAMERA_HEIGHT + 0.05, WALL_DISTANCE),
-            _planks(seed + 2, 0.14, 1),
-            texel=2.5e-3,
-        )
-    )
-    things.append(
-        box(
-            (-2.4, -1.6, WALL_DISTANCE),
-            (2.4, CAMERA_HEIGHT, WALL_DISTANCE + 0.1),
-            _grained(PLASTER, seed + 3, 1.5, 0.8),
-            texel=2.5e-3,
-        )
-    )
-    things.append(
-        box(
-            (-1.5, -1.6, 1.8), (-1.4, CAMERA_HEIGHT, WALL_DISTANCE), _grained(PLASTER, seed + 4, 1.5, 0.8), texel=2.5e-3
-        )
+    wall, left = (-2.4, -1.6, WALL_DISTANCE), (-1.5, -1.6, 1.8)
+    things += _boxes(
+        ((-0.5, TABLE_DEPTH, 0.62), (0.45, TABLE_DEPTH + 0.04, 1.5), _planks(seed + 1, 0.12, 0), 0.5e-3),
+        ((-2.4, CAMERA_HEIGHT, 0.5), (2.4, CAMERA_HEIGHT + 0.05, WALL_DISTANCE), _planks(seed + 2, 0.14, 1), 2.5e-3),
+        (wall, (2.4, CAMERA_HEIGHT, WALL_DISTANCE + 0.1), grained(PLASTER, seed + 3, 1.5, 0.8), 2.5e-3),
+        (left, (-1.4, CAMERA_HEIGHT, WALL_DISTANCE), grained(PLASTER, seed + 4, 1.5, 0.8), 2.5e-3),
     )
     side = random.uniform(0.35, 0.8)
     return Scene(
@@ -86,14 +69,9 @@ def room(seed: int = 0) -> Scene:
     )
 
 
-def _grained(colours: tuple[tuple[float, float, float], ...], seed: int, size: float, contrast: float) -> Paint:
-    """Return a paint of stains up to `size` metres, with grain down to the pixel size."""
-
-    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
-        tone = fractal(points, seed, coarsest=size, finest=2 * detail, roughness=0.85)
-        return ramp(contrast * 1.3 * tone, colours)
-
-    return paint
+def _boxes(*given: tuple[Point, Point, Paint, float]) -> list[Mesh]:
+    """Return boxes between corners (m), each with its paint and size of a texel (m)."""
+    return [box(low, high, paint, texel=texel) for low, high, paint, texel in given]
 
 
 def _planks(seed: int, width: float, axis: int) -> Paint:
@@ -115,7 +93,7 @@ def _planks(seed: int, width: float, axis: int) -> Paint:
 
 def _castle(seed: int, random: np.random.Generator) -> tuple[list[Mesh], Mark]:
     """Return four round towers, battlemented walls and a keep of sand, and the mark on the foremost tower."""
-    sand = _grained(SAND, seed + 20, 0.05, 1.0)
+    sand = grained(SAND, seed + 20, 0.05, 1.0)
     half, z0 = 0.085, 0.86
     made = [box((-0.16, TABLE_DEPTH - 0.012, z0 - 0.06), (0.14, TABLE_DEPTH, z0 + 0.24), sand, texel=0.4e-3)]
     foot = TABLE_DEPTH - 0.012
@@ -147,47 +125,41 @@ def _tower(foot: tuple[float, float, float], radius: float, height: float, paint
 
 
 def _fridge(seed: int) -> list[Mesh]:
-    enamel, steel = _grained(ENAMEL, seed + 40, 0.6, 0.7), _grained(STEEL, seed + 41, 0.05, 1.0)
+    enamel, steel = grained(ENAMEL, seed + 40, 0.6, 0.7), grained(STEEL, seed + 41, 0.05, 1.0)
     left, right, top, front = 0.28, 0.96, -0.62, 3.06
-    made = [box((left, top, front), (right, CAMERA_HEIGHT - 0.03, front + 0.65), enamel, texel=2e-3)]
-    made.append(
-        box(
-            (left + 0.02, CAMERA_HEIGHT - 0.03, front + 0.03),
-            (right - 0.02, CAMERA_HEIGHT, front + 0.6),
-            steel,
-            texel=4e-3,
-        )
+    foot = CAMERA_HEIGHT - 0.03
+    made = _boxes(
+        ((left, top, front), (right, foot, front + 0.65), enamel, 2e-3),
+        ((left + 0.02, foot, front + 0.03), (right - 0.02, CAMERA_HEIGHT, front + 0.6), steel, 4e-3),
     )
     for high, low in ((top + 0.005, top + 0.47), (top + 0.485, CAMERA_HEIGHT - 0.04)):
         made.append(box((left + 0.005, high, front - 0.06), (right - 0.005, low, front - 0.008), enamel, texel=2e-3))
         bar = (high + 0.08, high + 0.36) if high > top + 0.1 else (low - 0.3, low - 0.06)
         made.append(box((left + 0.05, bar[0], front - 0.105), (left + 0.075, bar[1], front - 0.085), steel, texel=1e-3))
-        for y in bar:
-            made.append(
-                box((left + 0.05, y - 0.012, front - 0.09), (left + 0.075, y + 0.012, front - 0.06), steel, texel=1e-3)
-            )
+        ends = [((left + 0.05, y - 0.012, front - 0.09), (left + 0.075, y + 0.012, front - 0.06)) for y in bar]
+        made += _boxes(*((*end, steel, 1e-3) for end in ends))
     return made
 
 
 def _door(seed: int, leaf: Paint) -> list[Mesh]:
     left, right, top, front = -0.86, -0.02, -1.05, WALL_DISTANCE
-    frame = _grained(ENAMEL, seed + 50, 0.4, 0.9)
-    made = [box((left, top, front - 0.02), (right, CAMERA_HEIGHT, front), leaf, texel=2e-3)]
-    for low, high in (
-        ((left - 0.09, top - 0.09), (left, CAMERA_HEIGHT)),
-        ((right, top - 0.09), (right + 0.09, CAMERA_HEIGHT)),
-    ):
-        made.append(box((low[0], low[1], front - 0.05), (high[0], high[1], front), frame, texel=2e-3))
-    made.append(box((left, top - 0.09, front - 0.05), (right, top, front), frame, texel=2e-3))
+    frame = grained(ENAMEL, seed + 50, 0.4, 0.9)
+    made = _boxes(
+        ((left, top, front - 0.02), (right, CAMERA_HEIGHT, front), leaf, 2e-3),
+        ((left - 0.09, top - 0.09, front - 0.05), (left, CAMERA_HEIGHT, front), frame, 2e-3),
+        ((right, top - 0.09, front - 0.05), (right + 0.09, CAMERA_HEIGHT, front), frame, 2e-3),
+        ((left, top - 0.09, front - 0.05), (right, top, front), frame, 2e-3),
+    )
     # Stiles and rails stand out from the panels.
     middle = (left + right) / 2
     upright = [(left, left + 0.11), (middle - 0.045, middle + 0.045), (right - 0.11, right)]
     across = [(top, top + 0.12), (-0.12, 0.02), (0.48, 0.62), (CAMERA_HEIGHT - 0.2, CAMERA_HEIGHT)]
     bars = [((a, top), (b, CAMERA_HEIGHT)) for a, b in upright] + [((left, a), (right, b)) for a, b in across]
-    for depth, (low, high) in zip([0.045] * 3 + [0.046] * 4, bars, strict=True):
-        made.append(box((*low, front - depth), (*high, front - 0.015), leaf, texel=2e-3))
+    depths = [front - 0.045] * 3 + [front - 0.046] * 4
+    corners = [((*low, depth), (*high, front - 0.015)) for depth, (low, high) in zip(depths, bars, strict=True)]
+    made += _boxes(*((*pair, leaf, 2e-3) for pair in corners))
     knob = np.stack([0.03 * np.sin(np.linspace(0, math.pi, 40)), 0.03 * np.cos(np.linspace(0, math.pi, 40))], axis=1)
     made.append(
-        lathe((right - 0.055, 0.06, front - 0.09), knob, _grained(STEEL, seed + 51, 0.05, 1.0), texels=64, around=64)
+        lathe((right - 0.055, 0.06, front - 0.09), knob, grained(STEEL, seed + 51, 0.05, 1.0), texels=64, around=64)
     )
     return made

@@ -7,44 +7,25 @@ does not keep its level, or has less power (docs/report/statistics.md).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from itertools import combinations
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
-from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
-from focalgradient.statistics.crossed import crossed_effect, over_subjects
+from focalgradient.statistics.cells import cells
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
-from focalgradient.statistics.questions import (
-    HERE,
-    NO_ANSWERS,
-    SECONDARY,
-    Answers,
-    Question,
-    Test,
-    less,
-    stated,
-    tested,
-)
-from focalgradient.statistics.questions import Analysis as Questions
+from focalgradient.statistics.questions import Answers, less, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
+from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, slope_questions
 from focalgradient.statistics.tables import fixations_of, rating_table
 
 __all__ = [
     "ComparisonMean",
     "ComparisonResult",
     "compare_pictures",
-    "confidence_answers",
-    "own_slopes",
 ]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,7 +162,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     present = fixations_of(table)
     answers = table.rename(columns={"rating": "answer"})
     of = {name: cells(answers[answers["fixation"] == name]) for name in present}
-    found = slope_questions(present, analysis).answers(of)
+    found = slope_questions(present, analysis, table["scene"].nunique()).answers(of)
     means = _means(table, analysis)
     described = [
         stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)
@@ -189,122 +170,6 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     ]
     people = tuple(sorted(set(table["participant_id"])))
     return ComparisonResult(analysis, people, len(table), means, present, Answers((*found, *described)))
-
-
-CHOICES = NotComputed("Slopes of choices are not compared between fixations.")
-UNLIKE = NotComputed("No answer of the scale means that two pictures are alike.")
-
-RANDOM = ", subjects and scenes"
-"""End of the name of a question about choices that is asked over subjects and scenes."""
-
-SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
-LARGEST = "largest aperture against identical pictures"
-CONFIDENCE_SLOPE = "slope of confidence on aperture"
-"""Names of the questions."""
-
-Tests = dict[str, Effect | NotComputed]
-Values = FloatArray | NotComputed
-
-
-def slope_questions(fixations: Sequence[str], analysis: Slopes | Choices) -> Questions:
-    """Return the questions about comparisons, asked of the cells of each fixation.
-
-    Parameters
-    ----------
-    fixations
-        Objects in focus; the slope with the first is the primary outcome.
-    analysis
-        Analysis of the answers.
-
-    Examples
-    --------
-    >>> [question.name for question in slope_questions(["nearest"], Choices()).questions][:2]
-    ['slope on aperture', 'largest aperture against identical pictures']
-    """
-    pairs = list(combinations(fixations, 2))
-
-    def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
-        return {name: own_slopes(of[name]) for name in fixations}
-
-    def difference(one: Cells, other: Cells) -> Values:
-        first, second = own_slopes(one), own_slopes(other)
-        if isinstance(first, NotComputed):
-            return first
-        return second if isinstance(second, NotComputed) else paired_differences(one, first, other, second)
-
-    def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
-        compared = analysis.compares_slopes
-        return {less(*pair): difference(*(of[name] for name in pair)) if compared else CHOICES for pair in pairs}
-
-    def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
-        alike = analysis.alike
-        return {name: UNLIKE if alike is None else of[name].values[:, :, -1] - alike for name in fixations}
-
-    def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
-        return lambda of: {name: tested(found, test) for name, found in values(of).items()}
-
-    unit = f"{analysis.unit} per millimetre"
-    apart = "differences" if len(pairs) > 1 else ""
-    head = f"slope, {{level}} in focus ({unit})"
-    # Choices are tested over subjects, as the test over subjects and scenes finds fewer effects of few of both.
-    deciding, other, end = crossed_effect, over_subjects, HERE
-    if analysis.binary:
-        deciding, other, end = over_subjects, crossed_effect, RANDOM
-    asked = [Question(SLOPE, asked_of(slopes, deciding), "primary", unit, SECONDARY, head)]
-    checks = [Question(SLOPE + end, asked_of(slopes, other), "check", unit)]
-    if pairs and (analysis.compares_slopes or len(pairs) == 1):
-        head = "difference of the slopes, {level}"
-        asked.append(Question(DIFFERENCE, asked_of(differences, deciding), "secondary", unit, apart, head))
-        checks.append(Question(DIFFERENCE + end, asked_of(differences, other), "check", unit))
-    unit = analysis.unit
-    asked.append(Question(LARGEST, asked_of(largest, deciding), "secondary", unit, SECONDARY))
-    checks.append(Question(LARGEST + end, asked_of(largest, other), "check", unit))
-    return Questions([*asked, *checks])
-
-
-def confidence_answers(table: pd.DataFrame) -> Answers:
-    """Test whether confidence changes with the aperture at each fixation; no answers if it was not asked.
-
-    Parameters
-    ----------
-    table
-        Trials of `focalgradient.statistics.tables.rating_table`, with `confidence` from 0 to 1. Catch trials are
-        excluded.
-
-    Examples
-    --------
-    >>> rows = [{"participant_id": who, "scene": "room", "fixation": "nearest", "aperture_mm": mm, "catch": False,
-    ...          "confidence": 0.2 + (0.05 + 0.01 * who) * mm} for who in range(4) for mm in (0.0, 4.0, 8.0)]
-    >>> [answer] = confidence_answers(pd.DataFrame(rows))
-    >>> round(answer.outcome.estimate, 3)
-    0.065
-    """
-    if "confidence" not in table:
-        return NO_ANSWERS
-    rows = table[~table["catch"] & table["confidence"].notna()]
-    rows = rows.assign(answer=rows["confidence"].astype(float))
-    of = {name: cells(rows[rows["fixation"] == name]) for name in fixations_of(rows)}
-
-    def slopes(of: Mapping[str, Cells]) -> Tests:
-        lines = {name: own_slopes(own) for name, own in of.items()}
-        return {name: one if isinstance(one, NotComputed) else crossed_effect(one) for name, one in lines.items()}
-
-    asked = Question(CONFIDENCE_SLOPE, slopes, "check", "confidence per millimetre")
-    return Questions([asked] if len(rows) else []).answers(of)
-
-
-def own_slopes(own: Cells) -> FloatArray | NotComputed:
-    """Return least-squares slopes per mm of aperture (subjects x scenes; per subject if no scene has all apertures)."""
-    weights = slope_weights(own.amounts)
-    if isinstance(weights, NotComputed):
-        return weights
-    slopes = own.contrast(weights)
-    if np.isfinite(slopes).any():
-        return slopes
-    seen = np.isfinite(own.values)
-    with np.errstate(invalid="ignore"):
-        means = np.where(seen, own.values, 0).sum(axis=1, keepdims=True) / seen.sum(axis=1, keepdims=True)
-    return replace(own, values=means).contrast(weights)
 
 
 def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonMean, ...]:

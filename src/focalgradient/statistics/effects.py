@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Mapping
+from typing import Any
+
 import pandas as pd
 
 from focalgradient.progress import Progress
 from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
+from focalgradient.statistics.questions import Analysis as Questions
+from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.slope_questions import slope_questions
+from focalgradient.statistics.step_questions import step_questions
+from focalgradient.statistics.tables import in_order
+from focalgradient.statistics.wording import many
 
-__all__ = ["analyse", "effects"]
+__all__ = ["analyse", "effects", "questions_of"]
 
 BOUND = 1.2
 """Default equivalence bound (ratio), as `focalgradient.report.BOUND`."""
@@ -47,6 +56,48 @@ def analyse(
     if isinstance(statistic, Slopes | Choices):
         return compare_pictures(table, statistic)
     return depth_rating(table, equivalence_bound=bound, scale=statistic, progress=progress)
+
+
+REFERENCES = {
+    "standard": "the standard, a pinhole picture of another scene,",
+    "same-scene": "the pinhole picture of the same scene",
+}
+"""Description of the reference picture, by the design setting `reference`."""
+
+
+def questions_of(
+    analysis: Analysis | str,
+    fixations: Collection[str],
+    scenes: int,
+    design: Mapping[str, Any],
+    bound: float = BOUND,
+) -> Questions:
+    """Return the questions of an analysis (or its name) about a design or table.
+
+    Parameters
+    ----------
+    analysis, bound
+        As in `analyse`.
+    fixations
+        Objects in focus.
+    scenes
+        Number of scenes.
+    design
+        Settings of the design; empty for the user's own table.
+
+    Examples
+    --------
+    >>> questions_of("ordinal", {"farthest", "nearest"}, 1, {"steps": 5}).outcome[-28:]
+    'the nearest object in focus.'
+    """
+    statistic, fixations = analysis_named(analysis), in_order(fixations)
+    steps = many(int(design["steps"]), "step") if "steps" in design else "steps"
+    if isinstance(statistic, Slopes | Choices):
+        reference = REFERENCES[str(design.get("reference", "standard"))]
+        return slope_questions(fixations, statistic, scenes, reference, steps)
+    if statistic.ratios:
+        return rating_questions(fixations, bound, scenes)
+    return step_questions(fixations, scenes, steps)
 
 
 def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:

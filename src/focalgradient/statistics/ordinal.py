@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,8 +17,9 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Answer, Answers, Outcome, Question, less
+from focalgradient.statistics.questions import HERE, Answers, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
+from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_answers
 from focalgradient.statistics.tables import fixations_of
 
 __all__ = [
@@ -187,10 +187,11 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     width = float(np.ptp(rows["aperture_mm"].to_numpy(dtype=float)))
     shares = _shares(rows, steps)
     formula = _formula(fixations)
+    scenes = rows["scene"].nunique()
 
     def missing(reason: str) -> OrdinalResult:
         tests = [NotComputed(reason)] * (len(fixations) + math.comb(len(fixations), 2))
-        return OrdinalResult(formula, fixations, _answers(fixations, tests, tests, 0), (), shares)
+        return OrdinalResult(formula, fixations, step_answers(fixations, tests, tests, 0, scenes), (), shares)
 
     if len(names) < 2 or width == 0:
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
@@ -202,7 +203,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         fit = None
     ends = np.bincount(category)[[0, -1]].max() / len(category)
     if fit is None or fit.at_boundary or ends >= FLOOR:
-        return _by_people(category, random, design, subject, fixations, width, steps, shares, fit)
+        return _by_people(category, random, design, subject, fixations, width, steps, shares, fit, scenes)
     contrasts = list(np.eye(design.shape[1])[: len(fixations)])
     pairs = list(combinations(range(len(fixations)), 2))
     contrasts += [contrasts[one] - contrasts[other] for one, other in pairs]
@@ -218,7 +219,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     return OrdinalResult(
         formula,
         fixations,
-        _answers(fixations, tests, fixed, width),
+        step_answers(fixations, tests, fixed, width, scenes),
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
@@ -226,42 +227,6 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         shares,
         fit.log_likelihood,
     )
-
-
-EFFECT, DIFFERENCE, SLOPE = "log odds of a higher answer", "difference of the log odds", "slope of the log odds"
-"""Names of the questions."""
-
-
-def _answers(
-    fixations: Sequence[str],
-    tests: Sequence[Effect | NotComputed],
-    fixed: Sequence[Effect | NotComputed],
-    width: float,
-) -> Answers:
-    """Return the answers from tests of each fixation, then of each pair; `fixed` are those for these scenes."""
-    size, pairs = len(fixations), list(combinations(fixations, 2))
-    levels = [*fixations, *(less(*pair) for pair in pairs)]
-    unit = "log odds"
-
-    def some(tested: Sequence[Effect | NotComputed], part: slice) -> Callable[[Any], Mapping[str, Outcome]]:
-        return lambda _: dict(zip(levels[part], tested[part], strict=True))
-
-    each, apart = slice(size), slice(size, None)
-    head = "odds ratio of a higher answer at the largest aperture, {level} in focus"
-    of_pair = "ratio of the odds ratios, {pair}"
-    asked = [
-        Question(EFFECT, some(tests, each), "primary", unit, SECONDARY, head, True),
-        Question(DIFFERENCE, some(tests, apart), "secondary", unit, "differences" * (len(pairs) > 1), of_pair, True),
-        Question(EFFECT + HERE, some(fixed, each), "check", unit, ratio=True),
-        Question(DIFFERENCE + HERE, some(fixed, apart), "check", unit, ratio=True),
-    ]
-    found = Analysis(asked).answers(pd.DataFrame())
-    slope = Question(SLOPE, some(tests, each), "secondary", f"{unit} per mm")
-    slopes = [
-        Answer(slope, name, _scaled(test, width) if width else test, "secondary")
-        for name, test in found.to(EFFECT).items()
-    ]
-    return Answers((*found, *slopes))
 
 
 def _formula(fixations: Sequence[str]) -> str:
@@ -316,6 +281,7 @@ def _by_people(
     steps: NDArray[np.int_],
     shares: tuple[StepShare, ...],
     fit: CumulativeFit | None,
+    scenes: int,
 ) -> OrdinalResult:
     """Test within-subject effects by t-tests if the mixed model's standard errors are unreliable."""
     size = len(fixations)
@@ -336,7 +302,7 @@ def _by_people(
     return OrdinalResult(
         _formula(fixations),
         tuple(fixations),
-        _answers(fixations, tests, tests, width),
+        step_answers(fixations, tests, tests, width, scenes),
         thresholds,
         shares,
         None if fit is None else fit.log_likelihood,
@@ -384,14 +350,6 @@ def _over_scenes(effect: Effect, deviations: tuple[FloatArray, FloatArray] | Non
     q = float(((away - (away / left).sum() / total) ** 2 / left).sum())
     scenes = len(away)
     return with_scenes(effect, scenes, q / (scenes - 1) / total, 1 / total)
-
-
-def _scaled(effect: Effect | NotComputed, width: float) -> Effect | NotComputed:
-    """Rescale the effect to one millimetre of aperture."""
-    if isinstance(effect, NotComputed):
-        return effect
-    ends = {name: getattr(effect, name) / width for name in ("estimate", "low", "high", "standard_error")}
-    return replace(effect, **ends)
 
 
 def _shares(rows: pd.DataFrame, steps: NDArray[np.int_]) -> tuple[StepShare, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, Protocol
@@ -16,6 +16,7 @@ from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
 from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.wording import listed
 
 __all__ = [
     "COLUMNS",
@@ -25,9 +26,11 @@ __all__ = [
     "Analysis",
     "Answer",
     "Answers",
+    "Caution",
     "Outcome",
     "Question",
     "Test",
+    "corrections",
     "less",
     "stated",
     "tested",
@@ -101,6 +104,15 @@ class Question:
         Description of a main result in the unit displayed, with {level} or, for pairs, {pair}; empty for other results.
     ratio
         True if the effect is a logarithm, displayed as a ratio.
+    sentence
+        Function of a level and all answers that returns the finding in words; empty text if there is nothing to say, a
+        `Caution` if it changes the reading of other findings.
+    hypothesis
+        Sentences of the preregistration.
+    method
+        Description of the test for preregistration and report.
+    r_code
+        R code that prints the same test, run after the head of the analysis' R script.
     """
 
     name: str
@@ -110,6 +122,16 @@ class Question:
     family: str = ""
     headline: str = ""
     ratio: bool = False
+    sentence: Callable[[str, Answers], str] = field(default=lambda level, answers: "", compare=False)
+    hypothesis: tuple[str, ...] = ()
+    method: str = ""
+    r_code: str = ""
+
+
+class Caution(str):
+    """Sentence of a check that changes the reading of the findings, and stands beside them."""
+
+    __slots__ = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +224,20 @@ class Answers:
         return {pair: found[less(*pair)] for pair in combinations(levels, 2) if found}
 
     @property
+    def r_code(self) -> str:
+        """R code of all questions that were asked."""
+        return "".join(dict.fromkeys(row.question.r_code for row in self.rows))
+
+    def sentences(self, *roles: str) -> list[str]:
+        """Return the findings of some roles in words, in the order of the questions."""
+        said = ((row, row.question.sentence(row.level, self)) for row in self.rows if row.role in roles)
+        return [
+            text if isinstance(text, Caution) or row.role != "primary" else f"Primary outcome. {text}"
+            for row, text in said
+            if text
+        ]
+
+    @property
     def headlines(self) -> tuple[Answer, ...]:
         """Main results."""
         return tuple(row for row in self.rows if row.headline)
@@ -213,6 +249,31 @@ class Answers:
     def frame(self) -> pd.DataFrame:
         """Return a row for each effect, with the columns `COLUMNS`; empty cells where a value does not apply."""
         return pd.DataFrame([row.row() for row in self.rows], columns=list(COLUMNS))
+
+
+def corrections(secondary: Iterable[str], differences: int) -> str:
+    """Describe which p values are corrected.
+
+    Parameters
+    ----------
+    secondary
+        Kinds of secondary comparisons, which are one family.
+    differences
+        Number of differences of effects.
+
+    Examples
+    --------
+    >>> corrections(["the slopes"], 0)[:90]
+    'The p of the primary outcome is not corrected. Secondary comparisons are one family by Hol'
+    """
+    text = "The p of the primary outcome is not corrected"
+    if differences == 1:
+        text += ", nor is that of the difference"
+    elif differences:
+        text += "; the differences are one family by Holm’s method"
+    if kinds := listed(secondary, nothing=""):
+        text += f". Secondary comparisons are one family by Holm’s method: {kinds}"
+    return f"{text}. Tests are at .05, and two-sided except those of equivalence."
 
 
 NO_ANSWERS = Answers()
@@ -227,6 +288,10 @@ class Analysis:
     ----------
     questions
         Questions.
+    outcome
+        Description of the primary outcome.
+    before, after
+        Description of the answers before the methods of the questions, and of corrections and intervals after them.
 
     Examples
     --------
@@ -240,11 +305,26 @@ class Analysis:
     [['a', 'primary', 0.25, nan], ['a', 'secondary', 0.25, 0.061], ['b', 'secondary', 0.125, 0.239]]
     """
 
-    questions: Iterable[Question]
+    questions: Sequence[Question]
+    outcome: str = ""
+    before: str = ""
+    after: str = ""
+
+    @property
+    def hypotheses(self) -> list[str]:
+        """Numbered hypotheses of all questions, the primary one first."""
+        sentences = [sentence for question in self.questions for sentence in question.hypothesis]
+        return [f"H{place}{' (primary)' * (place == 1)}. {text}" for place, text in enumerate(sentences, start=1)]
+
+    @property
+    def method(self) -> str:
+        """Description of the analysis for a paper."""
+        methods = [question.method for question in self.questions]
+        return " ".join(filter(None, [self.before, *methods, self.after]))
 
     def answers(self, data: Any) -> Answers:
         """Return the answers, corrected within families; `data` is a table, or what was computed from it for all."""
-        asked = list(self.questions)
+        asked = self.questions
         rows = [
             Answer(one, level, outcome, "secondary" if one.role == "primary" and place else one.role)
             for one in asked

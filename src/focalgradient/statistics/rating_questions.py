@@ -11,18 +11,46 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
+from focalgradient.statistics.bootstrap import bootstrap_t
 from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
-from focalgradient.statistics.crossed import crossed_effect, over_subjects, own_means
+from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, over_subjects, own_means, random_scenes
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
-from focalgradient.statistics.questions import HERE, SECONDARY, Analysis, Question, Test, less, tested
+from focalgradient.statistics.questions import (
+    HERE,
+    SECONDARY,
+    Analysis,
+    Answers,
+    Caution,
+    Outcome,
+    Question,
+    Test,
+    corrections,
+    less,
+    tested,
+)
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of
+from focalgradient.statistics.wording import (
+    SPACE,
+    ci,
+    decimals,
+    difference,
+    direction,
+    expected_differences,
+    expected_rise,
+    in_focus,
+    over,
+    p_is,
+    ratio_ci,
+    size,
+    statistic,
+)
 
 __all__ = [
     "BOOTSTRAP",
     "DIFFERENCE",
     "EFFECT",
+    "ENOUGH_SUBJECTS",
     "EQUIVALENT",
     "PINHOLE",
     "SLOPE",
@@ -92,7 +120,7 @@ class LogRatios:
         return paired_differences(self.cells[one], first, self.cells[other], second)
 
 
-def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
+def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Analysis:
     """Return the questions about ratings on a ratio scale, asked of `LogRatios`.
 
     Parameters
@@ -101,16 +129,22 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
         Objects in focus; the depth effect with the first is the primary outcome.
     bound
         Equivalence bound, a ratio.
+    scenes
+        Number of scenes.
 
     Examples
     --------
-    >>> [question.name for question in rating_questions(["nearest"], 1.2).questions if question.role == "secondary"]
-    ['ratio to the pinhole', 'slope on aperture', 'equivalence to zero']
+    >>> [question.name for question in rating_questions(["nearest"], 1.2, 6).questions if question.role == "secondary"]
+    ['equivalence to zero', 'ratio to the pinhole', 'slope on aperture']
     """
-    pairs = list(combinations(fixations, 2))
+    first, *others = fixations
+    pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
 
-    def against(data: LogRatios, test: Test) -> dict[str, Effect | NotComputed]:
-        found: dict[str, Effect | NotComputed] = {}
+    def effects(data: LogRatios) -> dict[str, Outcome]:
+        return {name: data.effect(name) for name in fixations}
+
+    def against(data: LogRatios, test: Test) -> dict[str, Outcome]:
+        found: dict[str, Outcome] = {}
         for fixation in fixations:
             amounts = data.cells[fixation].amounts
             for number in range(1, len(amounts) - 1):
@@ -118,78 +152,212 @@ def rating_questions(fixations: Sequence[str], bound: float) -> Analysis:
                     found[data.level(fixation, float(amounts[number]))] = test(rises)
         return found
 
-    def differences(data: LogRatios, test: Test) -> dict[str, Effect | NotComputed]:
-        return {less(*pair): tested(data.difference(*pair), test) for pair in pairs}
+    def differences(data: LogRatios, test: Test) -> dict[str, Outcome]:
+        return {name: tested(data.difference(*pair), test) for name, pair in pairs.items()}
 
-    def slope(data: LogRatios, fixation: str) -> Effect | NotComputed:
-        own = data.cells[fixation]
-        weights = slope_weights(own.amounts)
-        return weights if isinstance(weights, NotComputed) else crossed_effect(own.contrast(weights))
+    def slopes(data: LogRatios) -> dict[str, Outcome]:
+        weights = {name: slope_weights(data.cells[name].amounts) for name in fixations}
+        return {
+            name: one if isinstance(one, NotComputed) else crossed_effect(data.cells[name].contrast(one))
+            for name, one in weights.items()
+        }
 
-    def equal(effect: Effect | NotComputed) -> Equivalence | NotComputed:
-        return equivalence(effect, math.log(bound)) if isinstance(effect, Effect) else effect
+    def equal(data: LogRatios) -> dict[str, Outcome]:
+        tests = {name: data.effect(name) for name in fixations}
+        return {
+            name: equivalence(test, math.log(bound)) if isinstance(test, Effect) else test
+            for name, test in tests.items()
+        }
 
-    def resampled(data: LogRatios) -> BootstrapT | NotComputed:
-        rises = data.rises(fixations[0])
+    def resampled(data: LogRatios) -> dict[str, Outcome]:
+        rises = data.rises(first)
         fixed = tested(rises, over_subjects)
         if isinstance(fixed, NotComputed) or isinstance(rises, NotComputed):
-            return fixed  # type: ignore[return-value]
-        return bootstrap_t(own_means(rises))
+            return {first: fixed}
+        return {first: bootstrap_t(own_means(rises))}
 
-    log, apart = "log ratio", "differences" if len(pairs) > 1 else ""
-    what = "depth effect at the largest aperture (ratio to the pinhole), {level} in focus"
-    here = [
+    def effect_sentence(level: str, answers: Answers) -> str:
+        effect = answers.to(EFFECT)[level]
+        if isinstance(effect, NotComputed):
+            return f"With {in_focus(level)}, the depth effect was not tested: {effect.reason}"
+        equal = answers.to(EQUIVALENT)[level]
+        return _changed(level, effect) if level == first or (effect.significant and not equal.equivalent) else ""
+
+    def equal_sentence(level: str, answers: Answers) -> str:
+        return "" if level == first else _equivalent(level, answers.to(EFFECT)[level], answers.to(EQUIVALENT)[level])
+
+    def apart_sentence(level: str, answers: Answers) -> str:
+        return difference("depth effects", pairs[level], answers.to(DIFFERENCE)[level], only=len(pairs) == 1)
+
+    def here_sentence(level: str, answers: Answers) -> str:
+        effect, fixed = answers.to(EFFECT)[level], answers.to(EFFECT + HERE)[level]
+        if not (isinstance(effect, Effect) and random_scenes(effect) and isinstance(fixed, Effect)):
+            return ""
+        ends = ci(fixed.ratio.low, fixed.ratio.high)
+        return f"With {in_focus(level)}, for these {scenes} scenes alone: {ends}; {statistic(fixed)}."
+
+    log = "log ratio"
+    questions = [
+        Question(
+            EFFECT,
+            effects,
+            "primary",
+            log,
+            SECONDARY,
+            "depth effect at the largest aperture (ratio to the pinhole), {level} in focus",
+            ratio=True,
+            sentence=effect_sentence,
+            hypothesis=(
+                expected_rise(fixations, "ratings of depth change", "from the pinhole to the largest aperture"),
+            ),
+            method=f"The mean depth effect was tested {ENOUGH_SCENES if scenes >= FEWEST_SCENES else FEW_SCENES}.",
+            r_code=EFFECT_R,
+        ),
+        Question(
+            EQUIVALENT,
+            equal,
+            "secondary",
+            log,
+            ratio=True,
+            sentence=equal_sentence,
+            hypothesis=tuple(
+                f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {bound:g}, the "
+                "smallest depth effect that would matter."
+                for other in others
+            ),
+            method="Equivalence to zero was tested by two one-sided tests by Student’s t at .05 (Schuirmann, 1987) "
+            f"against a factor of {bound:.3g}, the smallest depth effect that would matter; a change that is both "
+            "significant and equivalent to zero is reported as both.",
+        ),
+        Question(
+            DIFFERENCE,
+            lambda data: differences(data, crossed_effect),
+            "secondary",
+            log,
+            "differences" * (len(pairs) > 1),
+            "ratio of the depth effects, {pair}",
+            ratio=True,
+            sentence=apart_sentence,
+            hypothesis=expected_differences(fixations),
+            method="The difference of the two depth effects was tested as the depth effect was."
+            if len(pairs) == 1
+            else "The pairwise differences of the depth effects were tested as the depth effect was.",
+            r_code=DIFFERENCE_R,
+        ),
+        Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY, ratio=True),
+        Question(
+            SLOPE,
+            slopes,
+            "secondary",
+            f"{log} per mm",
+            SECONDARY,
+            method="As a trend, the least-squares slope of the log rating on aperture diameter was tested as the depth "
+            "effect was.",
+        ),
         Question(
             EFFECT + HERE,
             lambda data: {name: tested(data.rises(name), over_subjects) for name in fixations},
             "check",
             log,
             ratio=True,
-        ),
-        Question(PINHOLE + HERE, lambda data: against(data, over_subjects), "check", log, ratio=True),
-    ]
-    compared = [
-        Question(
-            DIFFERENCE,
-            lambda data: differences(data, crossed_effect),
-            "secondary",
-            log,
-            apart,
-            "ratio of the depth effects, {pair}",
-            True,
+            sentence=here_sentence,
         ),
         Question(DIFFERENCE + HERE, lambda data: differences(data, over_subjects), "check", log, ratio=True),
+        Question(PINHOLE + HERE, lambda data: against(data, over_subjects), "check", log, ratio=True),
+        Question(BOOTSTRAP, resampled, "check", log, ratio=True, sentence=_bootstrapped, method=BOOTSTRAP_METHOD),
     ]
+    secondary = ["the other depth effects"] * bool(others)
+    secondary += ["the comparisons of intermediate apertures with the pinhole", "the slopes"]
     return Analysis(
-        [
-            Question(
-                EFFECT,
-                lambda data: {name: data.effect(name) for name in fixations},
-                "primary",
-                log,
-                SECONDARY,
-                what,
-                True,
-            ),
-            *(compared if pairs else []),
-            Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY, ratio=True),
-            Question(
-                SLOPE,
-                lambda data: {name: slope(data, name) for name in fixations},
-                "secondary",
-                f"{log} per mm",
-                SECONDARY,
-            ),
-            Question(
-                EQUIVALENT,
-                lambda data: {name: equal(data.effect(name)) for name in fixations},
-                "secondary",
-                log,
-                ratio=True,
-            ),
-            *here,
-            Question(BOOTSTRAP, lambda data: {fixations[0]: resampled(data)}, "check", log, ratio=True),
-        ]
+        [question for question in questions if pairs or not question.name.startswith(DIFFERENCE)],
+        "The primary outcome is the depth effect: the log ratio of the rating at the largest aperture to that at the "
+        f"pinhole with {in_focus(first)}, one value for each subject and scene, averaged over repetitions.",
+        "Ratings were analysed on their logarithm and are reported as ratios; means are geometric.",
+        f"{corrections(secondary, len(pairs))} {INTERVALS}",
+    )
+
+
+ENOUGH_SCENES = (
+    "with subjects and scenes crossed as random effects, log_ratio ~ 1 + (1 | participant_id) + (1 | scene): variance "
+    "from the mean squares of subjects, scenes and residuals, with a nonnegative scene component, Student’s t with "
+    "Satterthwaite’s degrees of freedom (the quasi-F of Clark, 1973; tables with empty cells by REML). A t-test of the "
+    "subject means, for these scenes only, is also reported"
+)
+FEW_SCENES = (
+    "by Student’s t over the subject means, with N − 1 degrees of freedom, for these scenes only: fewer than "
+    f"{FEWEST_SCENES} scenes give too little information on how scenes differ"
+)
+"""Tests of the depth effect with enough, and with too few scenes to treat them as random."""
+
+ENOUGH_SUBJECTS = 60
+"""Number of subjects from which Student's t rejects at most .06 at a level of .05 where 20 % of subjects have an effect
+and the others none (benchmarks/statistics_error_rates.py --tables enough).
+"""
+
+BOOTSTRAP_METHOD = (
+    "As a sensitivity analysis, which decides nothing, the primary effect is also tested by the bootstrap-t over "
+    "subjects, for these scenes (Hall, 1988; 9,999 resamples, equal-tailed); the report states whether it disagrees. "
+    "Normality of the subject means and of the residuals is checked by the Shapiro-Wilk test at .05 and by Q-Q plots; "
+    "where it fails, the report states it. Few skewed subjects mislead every test: where one subject in five shows an "
+    f"effect, {ENOUGH_SUBJECTS} subjects are needed for Student’s t to keep its level."
+)
+
+INTERVALS = (
+    "Intervals of ratios are 95 % intervals by Student’s t on the logarithm, not adjusted for multiple tests; those of "
+    "ratings are within subjects (Cousineau, Morey). Effect sizes of tests over subjects and scenes are d of Westfall, "
+    "Kenny and Judd (2014): the mean divided by the root of the summed variance components. Their intervals are by the "
+    "noncentral t of the test (Steiger and Fouladi, 1997)."
+)
+
+EFFECT_R = """of <- depth_effects(d)
+for (f in names(of)) show(f, of[[f]])
+"""
+
+DIFFERENCE_R = """if (length(of) > 1) for (pair in combn(names(of), 2, simplify = FALSE))
+  show(paste(pair, collapse = " less "), less(of[[pair[1]]], of[[pair[2]]]))
+"""
+
+
+def _changed(fixation: str, effect: Effect) -> str:
+    """Describe a depth effect by its test."""
+    return (
+        f"With {in_focus(fixation)}, ratings {direction(effect)} from the pinhole to the largest aperture (ratio "
+        f"{ratio_ci(effect)}; {statistic(effect)}{size(effect)}; over {over(effect)})."
+    )
+
+
+def _equivalent(fixation: str, effect: Effect | NotComputed, equal: Equivalence | NotComputed) -> str:
+    """Describe a depth effect by its equivalence to zero; empty where it is significant and not small, or untested."""
+    if isinstance(effect, NotComputed) or isinstance(equal, NotComputed):
+        return ""
+    if effect.significant and not equal.equivalent:
+        return ""
+    said = "the depth effect is" if equal.equivalent else "the depth effect was not shown to be"
+    if effect.significant:
+        said = f"ratings {direction(effect)}, by less than what would matter: {said}"
+    return (
+        f"With {in_focus(fixation)}, {said} equivalent to zero within a factor of {decimals(math.exp(equal.bound))} "
+        f"(ratio {decimals(math.exp(effect.estimate))}, {ci(math.exp(equal.low), math.exp(equal.high), 90)}; two "
+        f"one-sided tests, p{SPACE}{p_is(equal.p)})."
+    )
+
+
+def _bootstrapped(level: str, answers: Answers) -> str:
+    """Report the sensitivity analysis of the primary effect: a caution where it disagrees."""
+    found, effect, fixed = (answers.to(name)[level] for name in (BOOTSTRAP, EFFECT, EFFECT + HERE))
+    if isinstance(found, NotComputed) or isinstance(effect, NotComputed):
+        return ""
+    ends = ci(math.exp(found.low), math.exp(found.high))
+    said = f"Sensitivity: bootstrap-t over subjects, for these scenes, {ends}, p{SPACE}{p_is(found.p)}"
+    if found.significant == effect.significant:
+        return f"{said}; it agrees."
+    if isinstance(fixed, Effect) and fixed.significant == found.significant:
+        because = "It disagrees because, as the test for these scenes, it does not generalise to other scenes."
+        return Caution(f"{said}. {because}")
+    return Caution(
+        f"{said}. It disagrees, and the test above decides: the result depends on the assumption that subjects’ "
+        "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
+        "before it is repeated with more subjects."
     )
 
 

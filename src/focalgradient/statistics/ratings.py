@@ -291,7 +291,8 @@ def depth_rating(
     present = fixations_of(table)
     ordinal = RATIO if analysis.ratios else ordinal_rating(table, remarks, progress)
     data = LogRatios.of(table)
-    answers = rating_questions(present, equivalence_bound).answers(data) if analysis.ratios else Answers()
+    asked = rating_questions(present, equivalence_bound, table["scene"].nunique())
+    answers = asked.answers(data) if analysis.ratios else Answers()
     fixations = [_fixation(name, data.cells[name], answers, remarks) for name in present] if analysis.ratios else []
     means = _means(table, data, answers, remarks) if analysis.ratios else ()
     usual = set(present) <= {*FIXATIONS}

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.design import BlurThresholdDesign
-from focalgradient.optics import Lens
+from focalgradient.optics import Aperture
 from focalgradient.render import blur_picture
 
 if TYPE_CHECKING:
@@ -48,17 +48,10 @@ def blurred_scene(stimuli: StimulusSet, design: BlurThresholdDesign, scene: str,
     if amount > 0:
         angle = math.radians(1 / stimuli.display.pixels_per_degree)
         if design.judged == "blur":
-            # Focused at 1 / amount metres, with the picture at infinity.
-            lens = _lens(design.pupil_mm, 1 / amount)
-            distance = np.full(light.shape[:2], math.inf)
+            lens, distance = Aperture(design.pupil_mm / 1000, amount), np.full(light.shape[:2], math.inf)
         else:
             distance = stimuli.depth(scene).astype(float)
             x, y = stimuli.scene(scene).target(design.fixation).position_px
-            lens = _lens(amount, float(distance[int(y), int(x)]))
+            lens = Aperture(amount / 1000, 1 / float(distance[int(y), int(x)]))
         light = blur_picture(light, distance, lens, pixel_angle=angle)
     return stimuli.display.encode(light)
-
-
-def _lens(aperture_mm: float, focus_distance: float) -> Lens:
-    """Return a lens of that aperture; its focal length (m) does not affect the angular blur."""
-    return Lens(focal_length := min(0.01, focus_distance / 2), 1e3 * focal_length / aperture_mm, focus_distance)

@@ -6,7 +6,7 @@ All conditions show lines at the same positions with the same energy; only their
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,7 +19,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_bytes, read_json, staged
 from focalgradient.parallel import in_order
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.quantities import MILLIMETRES, POSITIVE
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
@@ -90,7 +90,7 @@ def make_necker(
         If a value is out of range, the cube does not fit the frame, the display cannot resolve the blur, or the folder
         contains something else or cannot be written.
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     if not gradients or not set(gradients) <= set(GRADIENTS):
         raise InputError(f"gradients is {list(gradients)!r}, but must be some of {', '.join(GRADIENTS)}.")
     gradients = [one for one in GRADIENTS if one in gradients]
@@ -124,10 +124,7 @@ def make_necker(
         white = max(float(look.frame("none", number).max()) for number in range(frames))
         conditions = folder.content.setdefault("conditions", {})
         for index, gradient in enumerate(gradients):
-
-            def share(done: float, start: int = index, what: str = gradient) -> None:
-                say((start + done) / len(gradients), what)
-
+            share = part_of(say, index, len(gradients))
             widths = [0.0, 0.0] if gradient == "none" else sorted(np.abs(blurs).tolist())
             conditions[gradient] = {
                 "frames": [f"{gradient}/{number:04}.png" for number in range(frames)],
@@ -218,7 +215,7 @@ def _make_loop(
     white: float,
     frame_rate: float,
     executor: Executor | None,
-    progress: Callable[[float], object],
+    progress: Progress,
 ) -> dict[str, Any]:
     """Write the missing files of a condition; return the mean radiance of each frame, as computed and as displayed."""
     files = [f"{gradient}/{number:04}.png" for number in range(look.frames)]
@@ -230,10 +227,10 @@ def _make_loop(
         frames += [replace(one, png=None) for one in made]
         if written:
             folder.put(written)
-        progress(0.9 * len(frames) / look.frames)
+        progress(0.9 * len(frames) / look.frames, gradient)
     if not folder.has(f"{gradient}.mp4"):
         folder.put({f"{gradient}.mp4": _video(folder.path, [one.values for one in frames], frame_rate)})
-    progress(1.0)
+    progress(1.0, gradient)
     return {
         "mean_light": [one.light for one in frames],
         "mean_light_shown": [one.shown for one in frames],

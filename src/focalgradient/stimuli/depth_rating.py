@@ -19,10 +19,11 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
-from focalgradient.eye.chromatic import chromatic_difference
+from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
 from focalgradient.files import read_array
+from focalgradient.optics import Aperture
 from focalgradient.parallel import completed
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
@@ -43,27 +44,18 @@ from focalgradient.stimuli.sets import (
 from focalgradient.stimuli.sharpness import sharpest
 from focalgradient.stimuli.sheet import sheet_png
 
-__all__ = ["APERTURES", "FIXATIONS", "Pupil", "make_depth_rating"]
+__all__ = ["APERTURES", "FIXATIONS", "make_depth_rating"]
 
 FOCAL_LENGTH = 0.050  # focal length (m)
 F_NUMBERS = (22.0, 11.0, 5.6)
 APERTURES: dict[str, float] = {"pinhole": math.inf} | {f"f/{number:g}": number for number in F_NUMBERS}
 FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
 FIELD = 0.35  # width of the picture as a tangent
-LIGHTS = (611.0, 549.0, 464.0)  # dominant wavelengths of the sRGB primaries (nm)
-REFERENCE = LIGHTS[1]  # wavelength in focus (nm): green contributes most of the luminance
+REFERENCE = PRIMARIES_NM[1]  # wavelength in focus (nm): green contributes most of the luminance
 LEAST_DEPTH = 1.15  # minimum difference between nearest and farthest object over all seeds (D)
 MOST_SCENES = 100
 
 Engine = Literal["auto", "path", "shaded", "cast"]
-
-
-@dataclass(frozen=True, slots=True)
-class Pupil:
-    """Optics with a given aperture diameter (m) and focus vergence (D, any sign)."""
-
-    aperture_diameter: float
-    focus_vergence: float
 
 
 def make_depth_rating(
@@ -119,7 +111,7 @@ def make_depth_rating(
         If a number is out of range, the display cannot resolve the blur, the folder contains another set or cannot be
         written, or Mitsuba is missing for an engine that needs it.
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, what: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     _check(seed, scenes, size, samples, display)
     lenses = named_apertures(apertures)
     how = _engine(engine)
@@ -132,7 +124,7 @@ def make_depth_rating(
         "engine": how,
         "samples": samples,
         "chromatic": chromatic,
-        "lights_nm": list(LIGHTS) if chromatic else None,
+        "lights_nm": list(PRIMARIES_NM) if chromatic else None,
         "camera_field_deg": [math.degrees(2 * math.atan(FIELD / 2))] * 2,
         "natural_viewing_distance_m": size * display.pixel_pitch / FIELD,
         "pixel_angle_rad": FIELD / size,
@@ -199,16 +191,18 @@ class Recipe:
         height, width = self.shape
         return replace(self, shape=(2 * height, 2 * width), samples=max(2, self.samples // 4))
 
-    def optics(self, aperture: str, focus: float) -> tuple[Pupil, ...]:
+    def optics(self, aperture: str, focus: float) -> tuple[Aperture, ...]:
         """Return the optics of an aperture focused at `focus` (D): one for all light, or one each for R, G and B."""
         diameter = FOCAL_LENGTH / self.apertures[aperture]
         if not self.chromatic or diameter == 0:
-            return (Pupil(diameter, focus),)
+            return (Aperture(diameter, focus),)
         # Light that is refracted less is focused at a smaller vergence.
-        return tuple(Pupil(diameter, focus - less) for less in chromatic_difference(LIGHTS, REFERENCE).tolist())
+        return tuple(
+            Aperture(diameter, focus - less) for less in chromatic_difference(PRIMARIES_NM, REFERENCE).tolist()
+        )
 
     def render(
-        self, world: Scene, optics: Sequence[Pupil], progress: Progress
+        self, world: Scene, optics: Sequence[Aperture], progress: Progress
     ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
         """Return radiance, H x W x 3; depth in metres, H x W; and luminance noise, H x W."""
         how: dict[str, Any] = {"engine": self.engine, "samples": self.samples, "seed": self.seed, "progress": progress}
@@ -316,7 +310,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             if sharp is None:
                 # At a finer resolution, because a pixel at an edge has one depth but the radiance of two surfaces.
                 fine = recipe.finer()
-                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), lambda done, words: None)
+                colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), silent)
                 sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
             assert sharp_mean is not None
             measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
@@ -332,17 +326,14 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
 
 
 def _all_pictures(scene: _Scene) -> list[_Made]:
-    return list(_pictures(scene, lambda share, words: None))
+    return list(_pictures(scene, silent))
 
 
 def _made(executor: Executor | None, scenes: Sequence[_Scene], say: Progress) -> Iterator[tuple[_Scene, _Made]]:
     """Yield each missing picture as it is made: here one by one, by workers scene by scene."""
     if executor is None:
         for number, scene in enumerate(scenes):
-
-            def share(done: float, words: str, before: int = number) -> None:
-                say((before + done) / len(scenes), words)
-
+            share = part_of(say, number, len(scenes))
             yield from ((scene, picture) for picture in _pictures(scene, share))
         return
     for done, (number, pictures) in enumerate(completed(executor, _all_pictures, scenes), start=1):

@@ -88,9 +88,8 @@ def read_stimulus(folder: str | Path) -> tuple[Stimulus, Display]:
     for name in ARRAYS:
         if hashlib.sha256(read_bytes(folder / name, "a file of a stimulus")).hexdigest() != record.sha256.get(name):
             raise InputError(
-                f"{printable(folder / name)} does not match the checksum in {printable(path)}, so that its "
-                "sharpness is unknown: "
-                "draw the stimulus again, or import pictures with 'focalgradient stimuli import'."
+                f"{printable(folder / name)} does not match the checksum in {printable(path)}, so that its sharpness "
+                "is unknown: draw the stimulus again, or import pictures with 'focalgradient stimuli import'."
             )
     arrays = {attribute: np.asarray(read_array(folder / name), float) for name, attribute in ARRAYS.items()}
     if len({array.shape for array in arrays.values()}) > 1 or arrays["picture"].ndim != 2:

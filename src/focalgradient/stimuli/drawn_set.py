@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
+from focalgradient.stimuli.fixated import innermost
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
     StimulusSet,
@@ -85,7 +85,7 @@ def make_from_stimuli(
     ...     [(one.aperture, one.fixation) for one in made.pictures]
     [('pinhole', 'focus'), ('f/8.333', 'focus')]
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     shape, pupil_mm = _checked(stimuli, display)
     aperture = f"f/{1e3 * FOCAL_LENGTH / pupil_mm:.4g}"
     parameters = {
@@ -155,9 +155,8 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     known = np.isfinite(depth)
     least = float(one.blur_arcmin[known].min())
     region = known & (one.blur_arcmin <= least + 0.02 * (float(one.blur_arcmin[known].max()) - least))
-    inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
-    row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
-    focus_m, place = float(depth[row, column]), [float(column) + 0.5, float(row) + 0.5]
+    place = innermost(region)
+    focus_m = float(depth[int(place[1]), int(place[0])])
     folder.put({f"{name}/depth.npy": npy(stored_distance(depth, name))})
     blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
     per_px = np.degrees(one.pixel_angle) * 60
@@ -184,5 +183,5 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     folder.content["scenes"][name] = {
         "seed": None,
         "depth": f"{name}/depth.npy",
-        "targets": {FOCUS: {"name": FOCUS, "distance_m": focus_m, "position_px": place}},
+        "targets": {FOCUS: {"name": FOCUS, "distance_m": focus_m, "position_px": list(place)}},
     }

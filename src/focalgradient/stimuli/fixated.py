@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import distance_transform_edt
 
 from focalgradient.errors import InputError
 from focalgradient.stimuli.sets import Fixation
 
-__all__ = ["target_of"]
+__all__ = ["innermost", "target_of"]
 
 EXTREME_FRACTION = 0.02
 """Fraction of the pixels counted as nearest, or farthest, to exclude outliers of measured depth (a design choice)."""
@@ -55,9 +55,7 @@ def target_of(
             region = finite & (metres <= np.quantile(metres[finite], EXTREME_FRACTION))
         else:
             region = finite & (metres >= np.quantile(metres[finite], 1 - EXTREME_FRACTION))
-        inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
-        row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
-        position = (float(column) + 0.5, float(row) + 0.5)
+        position = innermost(region)
     found = float(metres[int(position[1]), int(position[0])])
     if not np.isfinite(found):
         raise InputError(
@@ -65,3 +63,14 @@ def target_of(
             "give another position."
         )
     return position, found
+
+
+def innermost(region: NDArray[np.bool_]) -> tuple[float, float]:
+    """Return the centre of the pixel of a region that is farthest from its border, in pixels, right and down.
+
+    >>> innermost(np.ones((5, 3), bool))
+    (1.5, 2.5)
+    """
+    inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
+    row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
+    return float(column) + 0.5, float(row) + 0.5

@@ -119,9 +119,8 @@ def fixated_cube(
     picture, sharp = line_light * picture, line_light * sharp
     if sharp.max() > 1:
         raise InputError(
-            f"line_light is {line_light:g}, with which radiance reaches {sharp.max():.3g} where lines meet, but "
-            "white is "
-            f"1: give at most {math.floor(100 * line_light / sharp.max()) / 100:g}."
+            f"line_light is {line_light:g}, with which radiance reaches {sharp.max():.3g} where lines meet, but white "
+            f"is 1: give at most {math.floor(100 * line_light / sharp.max()) / 100:g}."
         )
     away, depth = _nearest_line(vertices, reading, frame)
     blur = np.abs(blur_at(cube, depth, aperture=pupil_mm / 1000, focus=1 / focus_m, k=DISC_K)) / ARCMIN

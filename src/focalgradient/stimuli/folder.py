@@ -112,8 +112,7 @@ class Folder:
         if not known and os.path.lexists(place) and _sha256(place) != hashlib.sha256(content).hexdigest():
             raise InputError(
                 f"{printable(place)} already exists and does not belong to a set of this kind: move it, or choose "
-                "another "
-                "folder."
+                "another folder."
             )
         going_on = (
             "free disk space or give a writable folder; "

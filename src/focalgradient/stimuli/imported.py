@@ -22,12 +22,12 @@ from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import inner_name, plain_name, read_array, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
+from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import (
@@ -130,7 +130,7 @@ def import_pictures(
         If the position of a fixated object is missing: the centre of the picture is used.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
-    display, say = display or Display(), progress or (lambda share, words: None)
+    display, say = display or Display(), progress or silent
     if not 0 < focal_length <= 1:
         raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
     if field is not None and not 0 < field < math.pi:
@@ -393,7 +393,7 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
         for one in shown:
             if one["aperture"] == "pinhole" or one["focus_m"] is None:
                 continue
-            optics = Pupil(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
+            optics = Aperture(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
             blurred = read_array(out / one["linear"], "a picture of the set") @ weights
             stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
             known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)

@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number
 from focalgradient.files import plain_name
+from focalgradient.optics import Aperture
 from focalgradient.parallel import in_order
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render.blurred import blur_picture, check_radius
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, Pupil, named_apertures, stem_of
+from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, named_apertures, stem_of
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
@@ -86,7 +87,7 @@ def make_from_photographs(
     InputError
         If a picture and its depth do not match, do not fit the display, or the display cannot resolve the blur.
     """
-    out, display, say = Path(out), display or Display(), progress or (lambda share, words: None)
+    out, display, say = Path(out), display or Display(), progress or silent
     lenses = named_apertures(apertures)
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
@@ -112,10 +113,7 @@ def make_from_photographs(
     folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
         for number, (name, pair) in enumerate(photographs.items()):
-
-            def share(done: float, words: str, before: int = number) -> None:
-                say((before + done) / len(photographs), words)
-
+            share = part_of(say, number, len(photographs))
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
         judge_set(folder)
         light = folder.content["controls"]["mean_luminance_percent"]["worst"]
@@ -159,7 +157,7 @@ class _Condition:
 
     sharp: NDArray[np.float32]
     distance: NDArray[np.floating]
-    optics: Pupil
+    optics: Aperture
     pixel_angle: float
 
 
@@ -193,10 +191,13 @@ def _scene(
     sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
     sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
     folder.put({f"{name}/depth.npy": npy(stored_distance(distance, name))})
-    shown: dict[tuple[Fixation, str], tuple[str, Pupil]] = {}
+    shown: dict[tuple[Fixation, str], tuple[str, Aperture]] = {}
     for end in FIXATIONS:
         for aperture in lenses:
-            shown[end, aperture] = stem_of(aperture, end), Pupil(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1])
+            shown[end, aperture] = (
+                stem_of(aperture, end),
+                Aperture(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1]),
+            )
     optics_of = dict(shown.values())  # pinhole first
     jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_seed
-from focalgradient.optics import Optics, check_optics
+from focalgradient.optics import Aperture, Optics, check_optics
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
 from focalgradient.scenes.fractal import fractal
-from focalgradient.stimuli.depth_rating import Pupil
 from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
 from focalgradient.stimuli.stimulus import (
     ARCMIN,
@@ -264,7 +263,7 @@ def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
     if optics is not None:
         check_optics(optics)
         return optics
-    return Pupil(pupil_mm / 1000, 1 / focus_m)
+    return Aperture(pupil_mm / 1000, 1 / focus_m)
 
 
 def _blur_map(optics: Optics, metres: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -392,7 +391,7 @@ def miniature(
             )
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
     scale = true_distance_m / simulated_distance_m
-    optics = Pupil(pupil_mm / 1000 * scale, 1 / true_distance_m)
+    optics = Aperture(pupil_mm / 1000 * scale, 1 / true_distance_m)
     vergence = 1 / metres
     shown_at = metres
     if gradient != "consistent":

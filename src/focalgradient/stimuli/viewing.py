@@ -16,15 +16,15 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus, parts_needed, retinal_image
+from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.files import printable
 from focalgradient.optics import Optics
 from focalgradient.photographs.depth_pictures import DepthPair, DepthPicture
 from focalgradient.photographs.pictures import png_of
 from focalgradient.plausibility import named
-from focalgradient.progress import Progress, part_of
+from focalgradient.progress import Progress, part_of, silent
 from focalgradient.psf import Psf
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.depth_rating import LIGHTS
 from focalgradient.stimuli.sets import npy
 
 __all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]
@@ -123,7 +123,7 @@ class Viewing:
     @property
     def foci(self) -> int:
         """Number of foci at which a `resolved` viewing blurs a picture."""
-        return 1 if not self.chromatic else self.wavelengths or len(LIGHTS)
+        return 1 if not self.chromatic else self.wavelengths or len(PRIMARIES_NM)
 
     @property
     def basis(self) -> SpectralBasis | None:
@@ -174,11 +174,11 @@ class Viewing:
         colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
         count = self.resolved(picture).wavelengths
         if count is None and self.screen is None:
-            say = progress or (lambda share, words: None)
-            parts = [part_of(say, number, len(LIGHTS)) for number in range(len(LIGHTS))]
+            say = progress or silent
+            parts = [part_of(say, number, len(PRIMARIES_NM)) for number in range(len(PRIMARIES_NM))]
             bands = [
                 blur_picture(colours[..., n], metres, eye.in_light(nm), pixel_angle=angle, progress=parts[n])
-                for n, nm in enumerate(LIGHTS)
+                for n, nm in enumerate(PRIMARIES_NM)
             ]
             return Seen(np.stack(bands, axis=-1), largest)
         how: dict[str, Any] = {"pixel_angle": angle, "wavelengths": count, "basis": self.basis, "progress": progress}

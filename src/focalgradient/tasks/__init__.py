@@ -6,19 +6,19 @@ A custom task is one class derived from `Task` in one file, registered by `regis
 
 from focalgradient.files.columns import Column
 from focalgradient.tasks.adjustment import Adjustment, Refocused
-from focalgradient.tasks.base import Response, Rows, Task
+from focalgradient.tasks.base import Response, Task
 from focalgradient.tasks.check import check_task
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.registry import is_task, register, task_named, task_names, unknown_task
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import Look, Step
 
 __all__ = [
     "Adjustment",
     "Column",
+    "Look",
     "Noted",
     "Refocused",
     "Response",
-    "Rows",
     "Step",
     "Task",
     "check_task",

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import typing
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -26,32 +25,7 @@ if TYPE_CHECKING:
     from concurrent.futures import Executor
     from pathlib import Path
 
-__all__ = ["Response", "Rows", "Task", "paper_settings"]
-
-
-@dataclass(frozen=True, slots=True)
-class Rows:
-    """Table of a session during validation.
-
-    Parameters
-    ----------
-    columns
-        Values of all rows, by column.
-    shown
-        Values of the first row of each trial, by column.
-    design
-        Design of the session.
-    planned
-        Main trials of the design, by number.
-    pictures
-        Picture files of the manifest, by scene, aperture and fixation.
-    """
-
-    columns: Mapping[str, Any]
-    shown: Mapping[str, Any]
-    design: Any
-    planned: Mapping[int, Any]
-    pictures: Mapping[tuple[str, ...], str]
+__all__ = ["Response", "Task", "paper_settings"]
 
 
 class Task(ABC):
@@ -179,9 +153,14 @@ class Task(ABC):
         own. Together with `control` this describes a trial as data, which the window and the browser both show, after
         `pause_s` of the design and with `blank_s` after each picture. An override may add the parameters `seed`, the
         seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials;
-        `stimuli`, the set of pictures (`needed`); and `display` and `refresh_hz`, those of the screen.
+        `stimuli`, the set of pictures (`needed`); `words`, the texts of the session; and `display` and `refresh_hz`,
+        those of the screen.
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
+
+    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+        """Return what is shown as the standard, with which trials are compared, for a `Standard` of the pages."""
+        raise InputError(f"the task {self.name!r} has no standard: define standard.")
 
     def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
         """Return the description of an adjustment trial, which replaces `shown` and `control`.
@@ -340,9 +319,22 @@ class Task(ABC):
         """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
         return
 
-    def problems(self, rows: Rows) -> Iterator[str]:
-        """Yield contradictions between a session's table and its design, beyond those checked for every task."""
-        return iter(())
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        """Return the file of the picture that a trial must have shown; None: it shows none of the set.
+
+        Parameters
+        ----------
+        design
+            Design of the session.
+        shown
+            Condition and answer of the trial, as recorded.
+        pictures
+            Files of the set by scene, aperture and fixation, and by those followed by levels such as "light=dim".
+        """
+        name: str | None = shown.get("stimulus")
+        return name
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""

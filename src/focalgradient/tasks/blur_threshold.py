@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Ways
-from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL
 from focalgradient.tasks.steps import Step
 
@@ -121,18 +122,18 @@ class BlurThreshold(Task):
         return choose(design, observer, participant, seed, seen=encoded)
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        from focalgradient.dataset.consistency import check_choice
+        if not design.is_level(answer.level):
+            raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
+        if trial.catch and answer.level != design.levels[-1]:
+            greatest = f"catch trials have the greatest, {design.levels[-1]:g}"
+            raise InputError(f"level is {answer.level:g}, but {greatest}: give that.")
+        if answer.correct is not (answer.answer == trial.interval):
+            raise InputError(f"correct is {answer.correct}, which contradicts the answer: compare it with interval.")
 
-        check_choice(design, trial, answer)
-
-    def problems(self, rows: Rows) -> Iterator[str]:
-        from focalgradient.dataset.consistency import wrong_choices
-
-        return wrong_choices(rows, self.picture)
-
-    def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the file of the sharp picture of a row's condition, which is blurred during the trial."""
-        return rows.pictures.get((rows.shown["scene"][place], "pinhole", rows.design.fixation))
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        return pictures.get((shown["scene"], "pinhole", design.fixation))
 
     def reported(self, root: Any, asked: Any) -> Any:
         from focalgradient.report.thresholds import analyse_thresholds

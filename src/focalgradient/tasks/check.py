@@ -199,15 +199,9 @@ class _Checked:
         self, trial: Any, seed: int, pixels_per_degree: float, room: tuple[int, int] | None, stimuli: Any
     ) -> None:
         """Check the pictures of a trial, and their durations."""
+        known = {"seed": seed, "stimuli": stimuli, "words": self.words}
         intervals, again = (
-            [
-                dataclasses.replace(one, picture=next(one.picture, None))
-                if isinstance(one, Step) and isinstance(one.picture, Iterator)
-                else one
-                for one in self.call(
-                    "shown", intervals_of, self.task, self.design, trial, pixels_per_degree, seed=seed, stimuli=stimuli
-                )
-            ]
+            [*map(_first, self.call("shown", intervals_of, self.task, self.design, trial, pixels_per_degree, **known))]
             for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
@@ -293,3 +287,9 @@ class _Checked:
             whole = isinstance(one, tuple) and len(one) == 2 and isinstance(one[1], Noted)
             self.need(whole, f"further[{name!r}] must be a control and a Noted")
             self.control(f"further[{name!r}]", one[0])
+
+
+def _first(interval: Any) -> Any:
+    """Return an interval with the first frame of its film; others unchanged."""
+    is_film = isinstance(interval, Step) and isinstance(interval.picture, Iterator)
+    return dataclasses.replace(interval, picture=next(interval.picture, None)) if is_film else interval

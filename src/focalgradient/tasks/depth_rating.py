@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from focalgradient.files.columns import Column
 from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
-from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
+from focalgradient.tasks.response import check_rating
 from focalgradient.tasks.steps import Step
 
 if TYPE_CHECKING:
@@ -198,6 +199,10 @@ class DepthRating(Task):
             steps.append(Step(picture, seconds, event, *mark, mask, design.mask_s, is_judged))
         return steps
 
+    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+        picture = stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
+        return Step(picture, design.standard_s, "standard")
+
     def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         control: Control = design.response_scale.control(words)
         return control
@@ -216,21 +221,14 @@ class DepthRating(Task):
         return rate(design, observer, participant, seed, encoded)
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        from focalgradient.dataset.consistency import check_rating
-
         check_rating(design, answer)
 
-    def problems(self, rows: Rows) -> Iterator[str]:
-        from focalgradient.dataset.consistency import wrong_ratings
-
-        return wrong_ratings(rows, self.picture)
-
-    def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the picture file of a row's condition."""
-        shown = rows.shown
-        key = (shown["scene"][place], shown["aperture"][place], shown["fixation"][place])
-        levels = sorted(name for name, factor in rows.design.factors.items() if factor.pictures)
-        return rows.pictures.get((*key, *(f"{one}={shown[one][place]}" for one in levels)))
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
+        key = (shown["scene"], shown["aperture"], shown["fixation"])
+        return pictures.get((*key, *(f"{name}={shown['factors'][name]}" for name in levels)))
 
     def reported(self, root: Any, asked: Any) -> Any:
         from focalgradient.report.rating_part import RatingPart

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from focalgradient.display import Display
 from focalgradient.files.columns import Column
 from focalgradient.scales import Held
-from focalgradient.tasks.base import Rows, Task, paper_settings
+from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
 from focalgradient.tasks.steps import Step
 
@@ -148,11 +148,6 @@ class NeckerRotation(Task):
         from focalgradient.observers.answers import watch
 
         return watch(design, observer, participant, seed, encoded)
-
-    def problems(self, rows: Rows) -> Iterator[str]:
-        from focalgradient.dataset.consistency import wrong_percepts
-
-        return wrong_percepts(rows)
 
     def reported(self, root: Any, asked: Any) -> Any:
         from focalgradient.report.cube_part import CubePart

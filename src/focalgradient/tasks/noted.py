@@ -16,6 +16,7 @@ __all__ = [
     "AGAIN",
     "AGAIN_ABOUT",
     "EXTRA",
+    "NAME",
     "SHOWN",
     "SHOWN_ABOUT",
     "START",
@@ -23,7 +24,6 @@ __all__ = [
     "Noted",
     "OpenRecord",
     "check_noted",
-    "is_noted",
     "noted_columns",
     "noted_start",
     "plain",
@@ -138,7 +138,7 @@ class OpenRecord(type):
 
     def __call__(cls, *values: Any, **named: Any) -> Any:
         """Create an answer."""
-        own = {one.name for one in dataclasses.fields(cls)}  # type: ignore[arg-type]
+        own = cls.__dataclass_fields__  # type: ignore[attr-defined]
         given = named.pop(EXTRA, {})
         if not isinstance(given, Mapping):
             raise InputError(f"{EXTRA} is a {type(given).__name__}, but must be a dict of further fields by name.")
@@ -161,9 +161,14 @@ def noted_start(start: float | None, name: str = "") -> dict[str, Noted]:
     return {} if start is None else {column: Noted(start, description=START_ABOUT)}
 
 
-def with_noted(answer: Any, noted: Mapping[str, Noted]) -> Any:
-    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`."""
+def with_noted(answer: Any, noted: Mapping[str, Noted], columns: Iterable[Column] | None = None) -> Any:
+    """Return an answer with noted values: in its fields that are None, such as `confidence`, else in `extra`.
+
+    `columns`: those of the session's table, without which a field is not used; None: all fields are.
+    """
     fields = {one.name for one in dataclasses.fields(answer)}
+    if columns is not None:
+        fields &= {column.name for column in columns}
     own = {name: one.value for name, one in noted.items() if name in fields and getattr(answer, name) is None}
     extra = {name: one for name, one in noted.items() if name not in own}
     return dataclasses.replace(answer, **own, extra={**extra, **answer.extra})
@@ -206,23 +211,6 @@ def check_noted(trials: Iterable[Mapping[str, Any]]) -> None:
             raise InputError(f"{name} was noted as {kinds}: give values of one kind, or two names.")
         if len(units := [*dict.fromkeys(one["unit"])]) > 1:
             raise InputError(f"{name} was noted in {units[0]!r} and in {units[1]!r}: give both one unit, or two names.")
-
-
-def is_noted(extra: Any) -> bool:
-    """Return whether the `extra` entry of an event is valid.
-
-    >>> is_noted({"interest": {"value": 3}}), is_noted({"interest": 3})
-    (True, False)
-    """
-    if not isinstance(extra, dict):
-        return False
-    for name, entry in extra.items():
-        if not (NAME.fullmatch(name) and isinstance(entry, dict) and "value" in entry):
-            return False
-        texts = all(isinstance(entry.get(key, ""), str) for key in ("unit", "description"))
-        if not (texts and (entry["value"] is None or type(entry["value"]) in FORMS)):
-            return False
-    return True
 
 
 FORMS: Mapping[type, Form] = {bool: "bool", int: "integer", float: "number", str: "text"}

@@ -2,14 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import product
 from typing import Any, ClassVar
 
-from focalgradient.files.columns import Column
-from focalgradient.tasks.base import Rows, Task, paper_settings
-from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
+import numpy as np
+from numpy.typing import NDArray
 
-__all__ = ["PinholeDemonstration"]
+from focalgradient.errors import InputError
+from focalgradient.files.columns import Column
+from focalgradient.scales import Control, Scale
+from focalgradient.tasks.base import Task, paper_settings
+from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
+from focalgradient.tasks.response import check_rating
+from focalgradient.tasks.steps import Look, Step
+
+__all__ = ["PinholeDemonstration", "through_tube", "whole_field"]
+
+FIXATION = "nearest"
+"""Object that is in focus, and marked before each picture."""
+
+MARK_S = 1.0
+"""Duration of the mark, in s (our choice)."""
+
+WAYS = {"pinhole": "pinhole.through_pinhole", "natural": "pinhole.freely", "tube": "pinhole.through_tube"}
 
 COLUMNS: tuple[Column, ...] = (
     TRIAL,
@@ -36,10 +54,17 @@ COLUMNS: tuple[Column, ...] = (
 
 
 class PinholeDemonstration(Task):
-    """Judge the depth of the surroundings and of pictures through a pinhole, freely, and through a tube."""
+    """Demonstration of the pinhole effect: monocular depth through a pinhole, without it, and through a tube.
+
+    The tube has the same field as the pinhole. In the real world the program names the eye to use, what to hold
+    before it, and for how long; a tone ends each look. On the screen, pinhole and tube conditions show the same
+    circular field, which contains the object that was marked before; the one shows the pinhole picture, the other the
+    natural one. Each block begins with a page and the standard, the view through the pinhole.
+    """
 
     name: ClassVar[str] = "pinhole"
     title: ClassVar[str] = "Depth with one eye through a pinhole, freely, and through a tube"
+    background: ClassVar[float] = -1.0
     ratios: ClassVar[frozenset[str]] = frozenset({"rating"})
 
     @property
@@ -71,29 +96,65 @@ class PinholeDemonstration(Task):
 
         return PinholePages(design, words, participant, browser)
 
-    def experiment(self) -> Any:
-        from focalgradient.lab.pinhole import PINHOLE
+    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+        if "picture" not in design.forms:
+            return ()
+        return [(*pair, FIXATION, {}) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
 
-        return PINHOLE
+    def shown(
+        self, design: Any, trial: Any, pixels_per_degree: float, *, stimuli: Any = None, words: Any = None
+    ) -> Step:
+        if trial.form == "real":
+            look = Look(words(WAYS[trial.viewing]), words("pinhole.ready"), words("pinhole.look"))
+            return Step(look, design.look_s, "look")
+        aperture = "pinhole" if trial.viewing == "pinhole" else design.natural_aperture
+        picture = stimuli.picture(trial.scene, aperture, FIXATION)
+        place = stimuli.scene(trial.scene).target(FIXATION).position_px
+        if trial.viewing != "natural":
+            wide = 2 * math.degrees(math.tan(math.radians(design.field_deg) / 2)) * pixels_per_degree
+            pixels = stimuli.pixels(picture)
+            height, width = pixels.shape[:2]
+            if wide > min(width, height):
+                raise InputError(
+                    f"field_deg is {design.field_deg:g}, which takes {wide:.0f} pixels, but the pictures of "
+                    f"{trial.scene} have only {width} x {height}, and would cut it off: make it smaller, or the "
+                    "pictures larger."
+                )
+            picture = through_tube(pixels, whole_field(place, pixels.shape, wide), wide)
+        return Step(picture, design.picture_s, "picture", place, MARK_S)
+
+    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+        trial = self.trial(form=form, viewing="pinhole", scene=design.scenes[0])
+        return replace(self.shown(design, trial, pixels_per_degree, stimuli=stimuli, words=words), event="standard")
+
+    def pictures(
+        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
+    ) -> dict[str, str | NDArray[np.uint8]]:
+        if stimuli is None or trial.form == "real":
+            return {}
+        if pixels_per_degree is not None and trial.viewing != "natural":
+            return {"picture": self.shown(design, trial, pixels_per_degree, stimuli=stimuli).picture}
+        aperture = "pinhole" if trial.viewing == "pinhole" else design.natural_aperture
+        return {"picture": stimuli.picture(trial.scene, aperture, FIXATION).png}
+
+    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+        question, *texts = (words(f"pinhole.{name}") for name in ("question", "below", "flatter", "deeper"))
+        return Scale(question, texts[0], design.least_rating, design.most_rating, ends=(texts[1], texts[2]))
+
+    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
+        return self.answer(rating=value, **times)
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        from focalgradient.dataset.consistency import check_rating
-
         check_rating(design, answer)
 
-    def problems(self, rows: Rows) -> Iterator[str]:
-        from focalgradient.dataset.consistency import wrong_ratings
-
-        return wrong_ratings(rows, self.picture)
-
-    def picture(self, rows: Rows, place: int) -> str | None:
-        """Return the picture file of a row's condition; None for a view of the real world."""
-        shown = rows.shown
-        if shown["form"][place] == "real":
+    def picture_file(
+        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
+    ) -> str | None:
+        if shown["form"] == "real":
             return None
-        aperture = "pinhole" if shown["viewing"][place] == "pinhole" else rows.design.natural_aperture
-        known = {rows.pictures.get((shown["scene"][place], aperture, one)) for one in ("nearest", "farthest")}
-        name: str | None = shown["stimulus"][place]
+        aperture = "pinhole" if shown["viewing"] == "pinhole" else design.natural_aperture
+        known = {pictures.get((shown["scene"], aperture, one)) for one in ("nearest", "farthest")}
+        name: str | None = shown["stimulus"]
         return name if name in known else next((one for one in known if one), None)
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
@@ -104,3 +165,20 @@ class PinholeDemonstration(Task):
     def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
         """Return the rating, the only measure, analysed as a ratio."""
         return {"rating": "ratio"}
+
+
+def through_tube(pixels: NDArray[np.uint8], middle: tuple[float, float], wide: float) -> NDArray[np.uint8]:
+    """Return a picture, H x W x 3, that is black outside a circle of diameter `wide` px around (x, y)."""
+    y, x = (np.arange(side) + 0.5 for side in pixels.shape[:2])
+    field = np.hypot(y[:, None] - middle[1], x - middle[0]) <= wide / 2
+    return np.where(field[..., None], pixels, 0).astype(np.uint8)
+
+
+def whole_field(about: tuple[float, float], shape: tuple[int, ...], wide: float) -> tuple[float, float]:
+    """Return the centre (x, y), nearest to `about`, of a field of `wide` px that lies entirely in a picture of H x W.
+
+    >>> whole_field((40.0, 90.0), (400, 300), 100.0), whole_field((290.0, 200.0), (400, 300), 100.0)
+    ((50.0, 90.0), (250.0, 200.0))
+    """
+    x, y = (min(max(place, wide / 2), side - wide / 2) for place, side in zip(about, (shape[1], shape[0]), strict=True))
+    return x, y

@@ -6,11 +6,15 @@ import dataclasses
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
 
-__all__ = ["Response"]
+__all__ = ["Response", "check_rating"]
+
+ROUNDING = 1e-6
+"""Rounding tolerance of a position on a scale."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -50,3 +54,25 @@ class Response(metaclass=OpenRecord):
             value = getattr(self, name)
             if not (math.isfinite(value) and value >= 0):
                 raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+
+
+def check_rating(design: Any, answer: Any) -> None:
+    """Raise `InputError` for a rating, start or confidence outside its scale, or gaze that contradicts the design."""
+    scale = design.response_scale
+    least, most = scale.bounds
+    if not scale.is_answer(answer.rating):
+        wrong = scale.off if least <= answer.rating <= most else f"goes from {least:g} to {most:g}"
+        raise InputError(f"rating is {answer.rating:g}, but the scale of the design {wrong}: give one of its answers.")
+    if answer.start is not None and not least - ROUNDING <= answer.start <= most + ROUNDING:
+        raise InputError(f"start is {answer.start:g}, but the scale of the design goes from {least:g} to {most:g}.")
+    if answer.confidence is not None and answer.confidence > 1:
+        raise InputError(f"confidence is {answer.confidence:g}, but goes from 0 to 1.")
+    gaze = getattr(design, "gaze", "none")
+    if (gaze != "none") is not (answer.gaze_left is not None):
+        raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: correct it.")
+    left = answer.gaze_away is None or answer.gaze_away > getattr(design, "gaze_within_deg", 0.0)
+    if answer.gaze_left is not None and answer.gaze_left is not left:
+        raise InputError(
+            f"gaze_left is {answer.gaze_left}, but gaze_away is {answer.gaze_away} and the design allows "
+            f"{design.gaze_within_deg:g} degrees."
+        )

@@ -15,7 +15,18 @@ from focalgradient.scales import Control, Held
 if TYPE_CHECKING:
     from focalgradient.tasks.base import Task
 
-__all__ = ["BLANK_S", "LEAST_RIGHT", "Interval", "Step", "control_of", "intervals_of", "judged", "pauses", "steps_of"]
+__all__ = [
+    "BLANK_S",
+    "LEAST_RIGHT",
+    "Interval",
+    "Look",
+    "Step",
+    "control_of",
+    "intervals_of",
+    "judged",
+    "pauses",
+    "steps_of",
+]
 
 BLANK_S = 0.3
 """Duration in seconds of the blank screen before the question, in tasks whose trials are described as data (our
@@ -30,14 +41,33 @@ Interval = tuple[NDArray[np.uint8], float]
 
 
 @dataclass(frozen=True, slots=True)
+class Look:
+    """Look at the real world, in place of a picture; a tone and a white screen end it.
+
+    Parameters
+    ----------
+    page
+        Text of the page before it, with its title as the first line.
+    foot
+        How to begin, below that page in the window.
+    text
+        Text on the screen meanwhile.
+    """
+
+    page: str
+    foot: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class Step:
     """A picture of a trial, with the fixation mark before it.
 
     Parameters
     ----------
     picture
-        8-bit values, H x W or H x W x 3; a `focalgradient.stimuli.Picture` of the set; or an iterator of such values,
-        the frames of a film, which is shown at one frame per refresh of the display, again from its start at its end.
+        8-bit values, H x W or H x W x 3; a `focalgradient.stimuli.Picture` of the set; a `Look`; or an iterator of
+        8-bit values, the frames of a film, shown at one frame per refresh of the display, over and over.
     seconds
         Duration of the picture, in s.
     event

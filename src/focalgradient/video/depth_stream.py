@@ -24,7 +24,7 @@ from focalgradient.depth.search import Search
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.optics import Lens
 from focalgradient.plausibility import check_frame, check_pixel_pitch
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Psf
 from focalgradient.psf.registry import psf_of
 from focalgradient.quantities import FOCUS, LIMIT, PIXELS
@@ -258,7 +258,7 @@ def write_depth(
     InputError
         If the files cannot be written.
     """
-    counts, say = StreamCounts(), progress or (lambda share, words: None)
+    counts, say = StreamCounts(), progress or silent
 
     def counted() -> Iterator[Frame | Skipped]:
         for item in ahead(items):

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number, described
 from focalgradient.files import printable, write_whole
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.video.reading import Grey, check_frames, check_name, quiet
 
 __all__ = ["CODECS", "check_ending", "save_movie", "write_frames"]
@@ -95,7 +95,7 @@ def save_movie(
             f"{printable(path)} ends in {path.suffix}, which is always compressed: choose one of "
             f"{', '.join(LOSSLESS)}, or set lossless=False."
         )
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     encode = (display or Display()).encode
     write_whole(path, lambda hidden: _write(frames, hidden, path.name, rate, lossless, encode, count, say))
     say(1.0, "finished")
@@ -151,8 +151,7 @@ def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> 
         ):
             raise InputError(
                 f"frame {number} contains radiance outside 0 to 1 (fractions of the display's white): scale it, so "
-                "that its "
-                "brightest pixel is 1."
+                "that its brightest pixel is 1."
             )
         values = encode(values)
     picture = (values.ndim == 2 and values.dtype in (np.uint8, np.uint16)) or (

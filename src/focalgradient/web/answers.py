@@ -22,7 +22,7 @@ from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.tasks.steps import control_of, judged
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
-from focalgradient.web.pictures import drawn
+from focalgradient.web.pictures import Described, drawn
 from focalgradient.web.possible import check_frames, check_possible
 from focalgradient.web.screen import gamma_of, measure
 
@@ -111,13 +111,14 @@ def read_answer(
     _check_reached("rating", value, control)
     extra |= _started(read.start, control)
     display = Display() if pictures is None else pictures.display
-    seen = drawn(task, design, shown, design.noise_seed(session.files.participant, trial), display, pictures)
+    seed = design.noise_seed(session.files.participant, trial)
+    seen = drawn(Described.of(task, design, shown, seed, words, display, pictures))
     check_frames(frames["shown"], max(seen.seconds, design.least_s(trial)))
     _name_pictures(frames, seen.events)
     if seen.sha256:
         extra[SHOWN] = Noted(seen.sha256, description=SHOWN_ABOUT)
     given = task.answered(design, shown, value, **times, **task.stimulus(design, shown, pictures))
-    return with_noted(given, extra), frames
+    return with_noted(given, extra, task.columns(design.model_dump(mode="json"))), frames
 
 
 def _value(read: Depth) -> float:

@@ -27,6 +27,7 @@ from focalgradient.tasks.steps import LEAST_RIGHT, control_of
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
     CONTENT,
+    Described,
     cube_session,
     cube_trial,
     own_session,
@@ -36,6 +37,9 @@ from focalgradient.web.pictures import (
 )
 
 __all__ = ["Lists", "check_completion", "digest_of"]
+
+DARK = -0.5
+"""Grey of the laboratory's screen, from -1 to 1, below which the page is black."""
 
 STANDARD = "/pictures/standard"
 """Address of the standard's picture."""
@@ -70,8 +74,8 @@ class Lists:
         self.manifest: Manifest | None = None
         if not self._task.described:
             raise InputError(
-                f"{design.task} needs what a browser cannot provide (real objects, or pictures blurred "
-                "during the session): run it in the laboratory with focalgradient run."
+                f"{design.task} shows its trials by its own program, which a browser cannot run: run it in the "
+                "laboratory with focalgradient run."
             )
         if self._task.adapts and self._task.adjusts:
             raise InputError(
@@ -94,7 +98,9 @@ class Lists:
             )
         self._display = self.pictures.display if self.pictures else Display()
         self._own = lru_cache(16)(
-            lambda trial, seed: own_trial(self._task, design, trial, seed, self.words, self._display, self.pictures)
+            lambda trial, seed: own_trial(
+                Described.of(self._task, design, trial, seed, self.words, self._display, self.pictures)
+            )
         )
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
@@ -116,7 +122,8 @@ class Lists:
             "consent": consent,
             "ask": list(self.design.ask),
             "gamma": self.gamma,
-            "dark": isinstance(self.design, NeckerDesign),
+            "dark": self._task.background < DARK,
+            "turns": isinstance(self.design, NeckerDesign),
             "smallest_screen": sorted(self.design.smallest_screen, reverse=True),
             "refocuses": self._task.adjusts,
         }
@@ -149,11 +156,15 @@ class Lists:
         return pages_of(self.design, self.words, participant, browser=True)
 
     def _step(self, step: Page | Standard) -> dict[str, Any]:
-        shown = isinstance(step, Standard) and self.pictures is not None
-        if not shown:
+        if not isinstance(step, Standard):
             return texts.step(step)
-        interval = standard(self.design, self.pictures)  # type: ignore[arg-type]
-        return texts.step(step, {name: part for name, part in interval.items() if name != CONTENT} | {"url": STANDARD})
+        interval = self._standard(step.form)
+        if interval.pop(CONTENT, None) is not None:
+            interval["url"] = STANDARD
+        return texts.step(step, interval)
+
+    def _standard(self, form: str) -> dict[str, Any]:
+        return standard(self._task, self.design, form, self.words, self._display, self.pictures)
 
     def shown(
         self,
@@ -203,7 +214,7 @@ class Lists:
         """Return the file of the standard's picture; None if the design has none."""
         if self.pictures is None:
             return None
-        return _read(standard(self.design, self.pictures)[CONTENT])  # type: ignore[arg-type]
+        return _read(self._standard("picture")[CONTENT])
 
     def key(self, trial: Trial) -> dict[str, Any]:
         """Return the correct response to a practice trial, by which a page without a server judges it."""

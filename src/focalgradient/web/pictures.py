@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.design import DepthRatingDesign, NeckerDesign, NeckerTrial
+from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.design.words import Words
 from focalgradient.display import Display
 from focalgradient.live import FocusSeries, packed, page_script, page_shaders
@@ -20,12 +21,13 @@ from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.sets import png
 from focalgradient.tasks import Task
-from focalgradient.tasks.steps import control_of, pauses, steps_of
+from focalgradient.tasks.steps import Look, Step, control_of, pauses, steps_of
 
 __all__ = [
     "CONTENT",
     "PNG",
     "REFOCUSING",
+    "Described",
     "cube_session",
     "cube_trial",
     "drawn",
@@ -48,13 +50,16 @@ MARK_DEG = 0.3
 
 def parts(entry: Mapping[str, Any]) -> list[dict[str, Any]]:
     """Return the parts of a trial's entry that show a picture: its intervals, or the views of its knob."""
-    return [*entry.get("intervals", ()), *entry.get("knob", {}).get("views", ())]
+    shown = [*entry.get("intervals", ()), *entry.get("knob", {}).get("views", ())]
+    return [part for part in shown if "look" not in part]
 
 
-def standard(design: DepthRatingDesign, stimuli: StimulusSet) -> dict[str, Any]:
+def standard(
+    task: Task, design: Any, form: str, words: Words, display: Display, stimuli: StimulusSet | None
+) -> dict[str, Any]:
     """Return the interval that shows the standard."""
-    picture = stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
-    return {CONTENT: stimuli.folder / picture.png, "seconds": design.standard_s, "event": "standard"}
+    step = task.standard(design, form, display.pixels_per_degree, stimuli, words)
+    return _intervals(step, stimuli, "standard")[0]
 
 
 REFOCUSING = "focus.js"
@@ -73,6 +78,28 @@ def own_session(design: Any, display: Display) -> dict[str, Any]:
     return {"blank_s": blank, "pause_s": pause, "mark_radius_px": radius}
 
 
+@dataclass(frozen=True, slots=True)
+class Described:
+    """Described trial, of which `key` identifies what is shown."""
+
+    key: tuple[Hashable, ...]
+    task: Task = field(compare=False)
+    design: Any = field(compare=False)
+    trial: Any
+    seed: int
+    words: Words = field(compare=False)
+    display: Display
+    stimuli: Any = field(compare=False)
+
+    @classmethod
+    def of(
+        cls, task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display, stimuli: Any = None
+    ) -> Described:
+        """Return a trial of a design, with its texts, display and set of pictures."""
+        key = (task.name, design.model_dump_json(), None if stimuli is None else stimuli.folder)
+        return cls(key, task, design, trial, seed, words, display, stimuli)
+
+
 class Drawn(NamedTuple):
     """SHA-256 of each picture that no file holds, separated by spaces; duration in s; names of the pictures."""
 
@@ -81,45 +108,46 @@ class Drawn(NamedTuple):
     events: tuple[str, ...]
 
 
-DRAWN: dict[tuple[Any, ...], Drawn] = {}
-"""Cache of `drawn`, by its arguments."""
+@lru_cache(maxsize=16)  # for the page and its digest
+def _steps(shown: Described) -> list[Step]:
+    known = {"seed": shown.seed, "stimuli": shown.stimuli, "words": shown.words, "display": shown.display}
+    return steps_of(shown.task, shown.design, shown.trial, shown.display.pixels_per_degree, **known)
 
-MOST_DRAWN = 20_000
-"""Maximum size of `DRAWN`: ten times the maximum number of trials per participant."""
 
-
-def drawn(task: Task, design: Any, trial: Any, seed: int, display: Display, stimuli: Any = None) -> Drawn:
+@lru_cache(maxsize=20_000)  # ten times the maximum number of trials per participant
+def drawn(shown: Described) -> Drawn:
     """Return what a described trial has shown."""
-    folder = None if stimuli is None else stimuli.folder
-    key = (task.name, design.model_dump_json(), trial, seed, display, folder)
-    if key not in DRAWN:
-        steps = steps_of(task, design, trial, display.pixels_per_degree, seed=seed, stimuli=stimuli)
-        while len(DRAWN) >= MOST_DRAWN:
-            DRAWN.pop(next(iter(DRAWN)))
-        arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
-        digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels in arrays]
-        seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
-        DRAWN[key] = Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
-    return DRAWN[key]
+    steps = _steps(shown)
+    arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
+    digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels in arrays]
+    seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
+    return Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
 
 
-def own_trial(
-    task: Task, design: Any, trial: Any, seed: int, words: Words, display: Display, stimuli: Any = None
-) -> dict[str, Any]:
+def own_trial(shown: Described) -> dict[str, Any]:
     """Return the stimuli of a described task's trial; the page calls all pictures alike."""
-    if task.adjusts:
-        return _adjusted(task, design, trial, words, display)
-    intervals = []
-    control: Any = control_of(task, design, words, trial, "01")
-    for step in steps_of(task, design, trial, display.pixels_per_degree, seed=seed, stimuli=stimuli):
-        x, y = step.mark or (0.0, 0.0)
-        mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
-        drawn = isinstance(step.picture, np.ndarray)
-        content = png(step.picture) if drawn else stimuli.folder / step.picture.png
-        intervals.append({CONTENT: content, "seconds": step.seconds, "event": "picture", **mark})
-        if step.mask is not None and step.mask_s:
-            intervals.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
+    if shown.task.adjusts:
+        return _adjusted(shown.task, shown.design, shown.trial, shown.words, shown.display)
+    drawn(shown)
+    intervals = [part for step in _steps(shown) for part in _intervals(step, shown.stimuli, "picture")]
+    control: Any = control_of(shown.task, shown.design, shown.words, shown.trial, "01")
     return {"intervals": intervals, "scale": control.form()}
+
+
+def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
+    """Return a step as the page shows it: a picture, and its mask; or a look at the real world."""
+    if isinstance(step.picture, Look):
+        return [
+            {"look": {"page": step.picture.page, "text": step.picture.text}, "seconds": step.seconds, "event": event}
+        ]
+    x, y = step.mark or (0.0, 0.0)
+    mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
+    made = isinstance(step.picture, np.ndarray)
+    content = png(step.picture) if made else stimuli.folder / step.picture.png
+    shown = [{CONTENT: content, "seconds": step.seconds, "event": event, **mark}]
+    if step.mask is not None and step.mask_s:
+        shown.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
+    return shown
 
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:

@@ -14,7 +14,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -24,7 +23,7 @@ from focalgradient.depth.model_error import DOUBTFUL
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.search import Search
 from focalgradient.errors import InputError
-from focalgradient.optics import Optics
+from focalgradient.optics import Aperture, Optics
 from focalgradient.psf import Psf
 
 __all__ = ["judge_optics", "likelier_slip"]
@@ -62,14 +61,6 @@ by hand."""
 
 SUSPECT = 1.06
 """Median misfit above which the optics are checked: correct optics with the correct blur shape leave 0.99 to 1.04."""
-
-
-@dataclass(frozen=True, slots=True)
-class _Stated:
-    """Optics as somebody may have meant them."""
-
-    aperture_diameter: float
-    focus_vergence: float
 
 
 def judge_optics(
@@ -138,7 +129,7 @@ def _slips(optics: Sequence[Optics]) -> list[tuple[str, list[Optics]]]:
     found: list[tuple[str, list[Optics]]] = []
 
     def add(name: str, diameters: Sequence[float], vergences: Sequence[float]) -> None:
-        meant: list[Optics] = [_Stated(*one) for one in zip(diameters, vergences, strict=True)]
+        meant: list[Optics] = [Aperture(*one) for one in zip(diameters, vergences, strict=True)]
         if (list(diameters), list(vergences)) != (apertures, foci):
             found.append((name, meant))
 

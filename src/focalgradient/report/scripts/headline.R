@@ -5,9 +5,7 @@
 # Tables with empty cells: REML, by lmerTest where it is installed, else in base R.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 # include ratios
-of <- depth_effects(d)
-for (f in names(of)) {
-  y <- of[[f]]
+show <- function(f, y) {
   cat("depth effect:", f, "\n")
   if (!anyNA(y) && ncol(y) >= FEWEST_SCENES && requireNamespace("lmerTest", quietly = TRUE)) {
     fit <- try(lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene), cells_of(y)), silent = TRUE)

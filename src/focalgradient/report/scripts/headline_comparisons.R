@@ -37,5 +37,3 @@ show <- function(title, tables, test) {
   if (!length(found)) return(invisible())
   cat(title, "\n"); print(as.data.frame(do.call(rbind, found)), digits = 7)  # p is not corrected
 }
-show("slopes, over subjects and scenes:", slopes, crossed)
-show("slopes, over subjects:", slopes, here)

@@ -6,5 +6,4 @@
 d <- data
 d$participant_id <- as.character(d$participant_id); d$scene <- as.character(d$scene)
 # include ratios
-of <- depth_effects(d)
-for (f in names(of)) { cat("depth effect:", f, "\n"); print(headline(of[[f]]), digits = 7) }
+show <- function(f, y) { cat("depth effect:", f, "\n"); print(headline(y), digits = 7) }

@@ -8,13 +8,10 @@ depth_effect <- function(d, fixation) {  # log ratio of the largest aperture to 
   }
   if (largest > 0) mean_at(largest) - mean_at(0) else NA * mean_at(0)
 }
-depth_effects <- function(d) {  # of each object in focus, and the difference of each pair
+depth_effects <- function(d) {  # of each object in focus
   known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
   names <- c(intersect(known, names), sort(setdiff(names, known)))
-  of <- sapply(names, function(f) depth_effect(d, f), simplify = FALSE)
-  if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE))
-    of[[paste(pair, collapse = " less ")]] <- less(of[[pair[1]]], of[[pair[2]]])
-  of
+  sapply(names, function(f) depth_effect(d, f), simplify = FALSE)
 }
 # include means
 headline <- function(y) {

@@ -10,12 +10,12 @@ function drawsCubes() {
 }
 
 // Name of the text that states what is missing, with its values; null if the study can be shown.
-export function missing({ dark, refocuses, ...study }) {
+export function missing({ turns, refocuses, ...study }) {
   const sides = [screen.width, screen.height].sort((a, b) => b - a);
   const [width, height] = smallest(study);
   if (sides[0] < width || sides[1] < height) return ["web.needs_screen", { width, height }];
   if (refocuses && !document.createElement("canvas").getContext("webgl2")) return ["web.needs_webgl", {}];
-  if (dark && !drawsCubes()) return ["web.needs_graphics", {}];
+  if (turns && !drawsCubes()) return ["web.needs_graphics", {}];
   return null;
 }
 

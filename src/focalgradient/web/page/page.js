@@ -311,7 +311,9 @@ class Page {
     return steps.flatMap((step) => {
       if (step.event === "ready" && this.session.keys) return [ready(this, step)];
       const page = this.page(step, values);
-      return step.standard ? [this.fetching({ intervals: [step.standard] }), page, this.standard(step.standard)] : [page];
+      if (!step.standard) return [page];
+      const shown = [step.standard];
+      return [this.fetching({ intervals: shown }), page, ...this.looks(shown), this.standard(step.standard)];
     });
   }
 
@@ -329,6 +331,11 @@ class Page {
         else button.focus();
       },
     };
+  }
+
+  // The pages before looks at the real world.
+  looks(intervals) {
+    return intervals.flatMap(({ look }) => (look ? [this.page({ event: "ready", text: look.page }, () => ({}))] : []));
   }
 
   standard(interval) {
@@ -410,7 +417,8 @@ class Page {
       },
     };
     const question = this.question(trial, kept, (answer) => Object.assign(kept, answer));
-    return [this.exposing(trial), picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
+    const begun = [...this.looks(trial.intervals), this.exposing(trial)];
+    return [...begun, picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
   }
 
   knobNodes(trial) {
@@ -447,7 +455,7 @@ class Page {
   // Pictures are fetched in advance.
   async fetched({ knob, intervals = [] }) {
     const loading = knob ? loadSeries : load;
-    for (const { url } of knob?.views ?? intervals) await this.network.until(() => loading(url));
+    for (const { url } of knob?.views ?? intervals) if (url) await this.network.until(() => loading(url));
   }
 
   // A question after a trial; its time is kept with the frames, its response by `keep`.

@@ -2,6 +2,7 @@
 
 import { ParameterType } from "jspsych";
 import { ends, inDevicePixels, late, play, rounded, Watch } from "./frames.js";
+import { tone } from "./tone.js";
 
 export const access = { headers: {} }; // identifies the participant to the server
 
@@ -49,12 +50,28 @@ function drawMark(context, { x, y }, radius) {
   }
 }
 
+const WHITE_S = 0.5; // white screen after a look at the real world
+
+// A look at the real world, with a text on the screen; a tone and a white screen end it. Returns its time stamps.
+async function look(element, { look: { text }, seconds }, frame) {
+  const shown = Object.assign(document.createElement("p"), { className: "look", textContent: text });
+  element.append(shown);
+  const stamps = await play(() => {}, seconds, frame);
+  tone();
+  shown.remove();
+  document.body.classList.add("white");
+  await play(() => {}, WHITE_S, frame);
+  document.body.classList.remove("white");
+  return stamps;
+}
+
 export default class PicturePlugin {
   static info = {
     name: "focalgradient-picture",
     version: "1.0.0",
     parameters: {
-      // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event; whether it follows without a gap.
+      // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event; whether it follows without a gap;
+      // or the text of a look at the real world.
       intervals: { type: ParameterType.COMPLEX, array: true, default: [] },
       mark_radius: { type: ParameterType.FLOAT, default: 10 },
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
@@ -85,6 +102,11 @@ export default class PicturePlugin {
     let last = null; // frame in which a picture ended
     const empty = (context) => context.clearRect(0, 0, canvas.width, canvas.height);
     for (const [number, one] of trial.intervals.entries()) {
+      canvas.hidden = Boolean(one.look);
+      if (one.look) {
+        shown.push({ event: one.event, stamps: ends(await look(element, one, trial.frame)) });
+        continue;
+      }
       const image = await load(one.url);
       inDevicePixels(canvas, image.width, image.height);
       const context = canvas.getContext("2d", { colorSpace: "srgb" });
