@@ -183,8 +183,8 @@ def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most
 
 def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest.MonkeyPatch) -> None:
     """Of 4 people drawn from a pool with normal changes of share and known mean and standard deviation."""
-    pool = pd.DataFrame({("nonrigid", 4.0): 1.2 + stats.norm.ppf((np.arange(4000) + 0.5) / 4000)})
-    monkeypatch.setattr(cube, "_changes", lambda table: pool)
+    pool = pd.DataFrame({"nonrigid gradient, 4 mm": 1.2 + stats.norm.ppf((np.arange(4000) + 0.5) / 4000)})
+    monkeypatch.setattr(cube, "_pool", lambda study, people, rng: pool)
     design = NeckerDesign(gradients=("none", "nonrigid"), strengths_mm=(4.0,), repetitions=1)
     found = quick_cube_power(CubeStudy(CubeModel(), design), [4], 20_000, 1)[4]["nonrigid_longer"]
     assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)

@@ -7,6 +7,7 @@ from focalgradient import DepthMap, InputError, Lens, View, recover_depth
 from focalgradient.depth.common_error import common_modes, modes_of_optics
 from focalgradient.depth.known_points import with_known_points
 from focalgradient.errors import FocalGradientWarning
+from focalgradient.optics.lens import FIELD_TOLERANCE
 
 FOCUS, STOP = 1.0, 0.06
 
@@ -168,7 +169,7 @@ def test_a_surface_in_focus_that_is_no_plane_is_covered_by_place(course: str) ->
     picture = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) / np.maximum(frequency, 1 / size))
     picture = 1 + 0.2 * picture / picture.std()
     shares = {}
-    for tolerance in (0.0, 0.005):
+    for tolerance in (0.0, FIELD_TOLERANCE):
         lenses = pair(field_tolerance=tolerance)
         distance = 1 / (wall_at - off)  # at which a plane in focus would blur as much
         views = [
@@ -185,7 +186,7 @@ def test_a_surface_in_focus_that_is_no_plane_is_covered_by_place(course: str) ->
         shares[tolerance] = (error < 2 * depth.total_sd[depth.valid]).mean()
         assert depth.valid.mean() > 0.6  # blur from beyond the rim reaches into so small a frame
     assert shares[0.0] < 0.5  # what is stated of each pixel does not cover it
-    assert shares[0.005] > 0.93
+    assert shares[FIELD_TOLERANCE] > 0.93
     across = depth.difference((30, 30), (size - 30, 80)), depth.difference((30, 30), (34, 30))
     assert abs(across[0][0]) < 2 * across[0][1]
     assert across[1][1] < 0.2 * across[0][1]  # neighbours share the error

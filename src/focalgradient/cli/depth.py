@@ -142,7 +142,7 @@ def depth(
       telecentric = false
       focus_tolerance = 0.1      # relative standard deviation of the focus distances; may be omitted
       f_number_tolerance = 0.05  # the same for a common factor of all f-numbers
-      field_tolerance = 0.005    # the same of the focus at the frame's corner, in focal lengths; 0: flat
+      field_tolerance = 0.003    # the same of the focus at the frame's corner, in focal lengths; 0: flat
       calibration = "CAMERA.toml"  # may be omitted; gives everything above, and the focus if it has only one
       [[view]]                   # one such table per view, at least two
       image = "view0.png"        # relative to this file: PNG, TIFF, JPEG or .npy

@@ -118,7 +118,7 @@ def from_exif(
         Relative standard deviation of a common factor of all f-numbers.  [default: 0.05]
     field_tolerance
         Standard deviation of curvature and tilt of the surface in focus at the corner of the frame, on the sensor's
-        side, as a fraction of the focal length; 0 for a flat field.  [default: 0.005]
+        side, as a fraction of the focal length; 0 for a flat field.  [default: 0.003]
     calibrated
         Calibration of the camera: it provides the sensor, and the focus if there is only one; f-numbers are then marks
         on the lens.

@@ -21,10 +21,10 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, model_of
-from focalgradient.statistics import Effect, quality
-from focalgradient.statistics.cube import half_report, log_odds, primary_first
-from focalgradient.statistics.means import family, holm, paired_effect
+from focalgradient.power.study import AnyStudy, Claim, model_of
+from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
+from focalgradient.statistics.means import holm
+from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.records import ALPHA
 
 __all__ = ["CubeModel", "CubeStudy", "quick_cube_power", "simulated_reports"]
@@ -158,26 +158,20 @@ class CubeStudy(AnyStudy):
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         return simulated_reports(self.design, subjects, self.model, rng)
 
-    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        kept, found = quality(table)
-        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
-        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-        if not found.subjects_after:
-            return outcome
-        changed = _changes(kept)
-        changes = {condition: changed[condition].dropna().to_numpy(dtype=float) for condition in changed}
-        primary, *secondary = (paired_effect(one, "t") for one in changes.values())
-        effects = dict(zip(changes, [primary, *family(secondary)], strict=True))
-        largest = max(self.design.strengths_mm)
-        for gradient, sign, name, width in (
-            ("nonrigid", 1, "nonrigid_longer", "width"),
-            ("rigid", -1, "nonrigid_shorter", "far_width"),
-        ):
-            effect = effects.get((gradient, largest))
-            if isinstance(effect, Effect):
-                outcome[width] = effect.high - effect.low
-                outcome[name] = float(effect.corrected_p < ALPHA and sign * effect.estimate > 0)
-        return outcome
+    @property
+    def claims(self) -> Mapping[str, Claim]:
+        signs = {"nonrigid_longer": ("nonrigid", 1), "nonrigid_shorter": ("rigid", -1)}
+        return {test: Claim(ODDS, (self._level(signs[test][0]),), signs[test][1]) for test in self.tests}
+
+    @property
+    def measured(self) -> tuple[tuple[str, str], ...]:
+        return (ODDS, self._level("nonrigid")), (ODDS, self._level("rigid"))
+
+    def _level(self, gradient: str) -> str:
+        return condition_name((gradient, max(self.design.strengths_mm)))
+
+    def answers(self, kept: pd.DataFrame) -> Answers:
+        return cube_questions([]).answers(own_odds(kept[~kept["catch"]]))
 
 
 @cache
@@ -290,35 +284,25 @@ def quick_cube_power(
     from scipy import stats
 
     rng = default_rng(SeedSequence([study.seed, people, experiments]))
-    pool = _changes(simulated_reports(study.design, people, study.model, rng)).dropna()
-    conditions: list[object] = list(pool.columns)
-    largest = max(study.design.strengths_mm)
+    pool = _pool(study, people, rng)
+    places = {test: (list(pool).index(claim.levels[0]), claim.sign) for test, claim in study.claims.items()}
     found = {}
     for number in subjects:
-        own = pool.to_numpy(dtype=float)[rng.integers(len(pool), size=(experiments, number))]
-        t = own.mean(axis=1) / (own.std(axis=1, ddof=1) / math.sqrt(number))
+        drawn = pool.to_numpy(dtype=float)[rng.integers(len(pool), size=(experiments, number))]
+        t = drawn.mean(axis=1) / (drawn.std(axis=1, ddof=1) / math.sqrt(number))
         p = 2 * stats.t.sf(np.abs(t), number - 1)
         significant = np.column_stack([p[:, :1], holm(p[:, 1:])]) < ALPHA
-        place = {"nonrigid_longer": ("nonrigid", largest), "nonrigid_shorter": ("rigid", largest)}
-        sign = {"nonrigid_longer": 1, "nonrigid_shorter": -1}
-        columns = {test: conditions.index(place[test]) for test in study.tests}
         found[number] = {
-            test: float((significant[:, column] & (sign[test] * t[:, column] > 0)).mean())
-            for test, column in columns.items()
+            test: float((significant[:, column] & (sign * t[:, column] > 0)).mean())
+            for test, (column, sign) in places.items()
         }
     return found
 
 
-def _changes(table: pd.DataFrame) -> pd.DataFrame:
-    """Return each subject's change of the log odds of the nonrigid time by each gradient, the primary one first.
-
-    One row per subject, one column per gradient and strength; NaN if neither percept was reported.
-    """
-    rows = table[~table["catch"]]
-    rows = rows[rows["percept"].isin(["rigid", "nonrigid"])]
-    times = rows.groupby(["participant_id", "gradient", "strength", "percept"])["duration"].sum().unstack(fill_value=0)
-    times = times.reindex(columns=["rigid", "nonrigid"], fill_value=0.0)
-    odds = pd.Series(log_odds(times["nonrigid"], times["rigid"], half_report(rows["duration"])), times.index)
-    conditions = {(str(gradient), float(strength)) for _, gradient, strength in odds.index.tolist()}
-    own = {condition: odds.xs(condition, level=(1, 2)) for condition in conditions}
-    return pd.DataFrame({condition: own[condition] - own["none", 0.0] for condition in primary_first(conditions)})
+def _pool(study: CubeStudy, people: int, rng: np.random.Generator) -> pd.DataFrame:
+    """Return the changes of the log odds by each gradient of people with reports in all, the primary one first."""
+    reports = simulated_reports(study.design, people, study.model, rng)
+    own = {condition: rows["log_odds"] for condition, rows in own_odds(reports[~reports["catch"]]).items()}
+    return pd.DataFrame(
+        {condition_name(condition): own[condition] - own[PLAIN] for condition in primary_first(own)}
+    ).dropna()

@@ -23,10 +23,12 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_spreads
 from focalgradient.power.ratings import Model, Study
-from focalgradient.power.study import AnyStudy, model_of
-from focalgradient.statistics import Effect, NotComputed, analyse, quality
-from focalgradient.statistics.effects import effects
+from focalgradient.power.study import AnyStudy, Claim, model_of
+from focalgradient.scales import Analysis
+from focalgradient.statistics import Effect, NotComputed, analyse
+from focalgradient.statistics.effects import effects, questions_of
 from focalgradient.statistics.means import holm
+from focalgradient.statistics.questions import Answers, less
 from focalgradient.statistics.records import ALPHA
 from focalgradient.statistics.tables import in_order
 
@@ -137,24 +139,30 @@ class LatentStudy(AnyStudy):
         table = simulated_answers(self, subjects, rng)
         return table.assign(session="", kind="simulated", dropped_frames=0, repetition=1)
 
-    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        analysis = self.design.response_scale.analysis
-        kept, found = quality(table, None, analysis)
-        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
-        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-        if not found.subjects_after:
-            return outcome
-        slopes, pairs = effects(analyse(kept, analysis))
-        for name, slope in zip(("width", "far_width"), slopes, strict=False):
-            outcome[name] = slope.high - slope.low if isinstance(slope, Effect) else None
-        outcome["near_rise"] = float(_rises(slopes[0]))
+    @property
+    def scale(self) -> Analysis:
+        return self.design.response_scale.analysis
+
+    @property
+    def claims(self) -> Mapping[str, Claim]:
+        (first, *others), (effect, *difference) = self.fixations, self._questions
+        claims = {"near_rise": Claim(effect, (first,))}
         if "interaction" in self.tests:
-            outcome["interaction"] = float(all(map(_rises, pairs[: len(slopes) - 1])))
-        return outcome
+            claims["interaction"] = Claim(difference[0], tuple(less(first, other) for other in others))
+        return claims
 
+    @property
+    def measured(self) -> tuple[tuple[str, str], ...]:
+        return tuple((self._questions[0], name) for name in self.fixations)
 
-def _rises(test: Effect | NotComputed) -> bool:
-    return isinstance(test, Effect) and test.significant and test.estimate > 0
+    @property
+    def _questions(self) -> list[str]:
+        """Names of the main questions: the effect, and its difference between fixations if there are several."""
+        asked = questions_of(self.scale, self.fixations, len(self.design.scenes), {}).questions
+        return [question.name for question in asked if question.headline]
+
+    def answers(self, kept: pd.DataFrame) -> Answers:
+        return analyse(kept, self.scale).answers
 
 
 def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed: int = 1) -> Study | LatentStudy:

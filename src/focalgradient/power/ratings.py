@@ -22,11 +22,13 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy
-from focalgradient.statistics import DepthRatingResult, Effect, Equivalence, depth_rating, quality
+from focalgradient.power.study import AnyStudy, Claim
+from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.crossed import FEWEST_SCENES, moments
 from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
+from focalgradient.statistics.questions import Answers, less
+from focalgradient.statistics.rating_questions import DIFFERENCE, EFFECT, EQUIVALENT
 from focalgradient.statistics.records import ALPHA
 
 __all__ = ["TESTS", "Model", "Study", "quick_power", "rise_power", "simulated_ratings"]
@@ -138,25 +140,20 @@ class Study(AnyStudy):
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         return simulated_ratings(self.design, subjects, self.model, rng)
 
-    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        kept, found = quality(table)
-        outcome: dict[str, float | None] = dict.fromkeys(TESTS, 0.0) | {"width": None, "far_width": None}
-        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-        if not found.subjects_after:
-            return outcome
-        result = self.analysed(kept)
-        of = {each.fixation: each for each in result.fixations}
-        for fixation, width in (("nearest", "width"), ("farthest", "far_width")):
-            rise = of[fixation].rise if fixation in of else None
-            if isinstance(rise, Effect):
-                outcome[width] = rise.high - rise.low
-        if "nearest" in of and isinstance(near := of["nearest"].rise, Effect):
-            outcome["near_rise"] = float(near.significant and near.estimate > 0)
-        if "farthest" in of and isinstance(equal := of["farthest"].equivalence, Equivalence):
-            outcome["far_equivalent"] = float(equal.equivalent)
-        if isinstance(result.interaction, Effect):
-            outcome["interaction"] = float(result.interaction.significant and result.interaction.estimate > 0)
-        return outcome
+    @property
+    def claims(self) -> Mapping[str, Claim]:
+        return {
+            "near_rise": Claim(EFFECT, ("nearest",)),
+            "far_equivalent": Claim(EQUIVALENT, ("farthest",)),
+            "interaction": Claim(DIFFERENCE, (less("nearest", "farthest"),)),
+        }
+
+    @property
+    def measured(self) -> tuple[tuple[str, str], ...]:
+        return (EFFECT, "nearest"), (EFFECT, "farthest")
+
+    def answers(self, kept: pd.DataFrame) -> Answers:
+        return self.analysed(kept).answers
 
     def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
         """Analyse ratings as the report does."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -12,9 +13,12 @@ import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
 from focalgradient.errors import InputError
+from focalgradient.scales import Analysis
+from focalgradient.statistics import Effect, Equivalence, quality
+from focalgradient.statistics.questions import Answers, Outcome
 from focalgradient.tasks import task_named
 
-__all__ = ["AnyStudy", "model_of"]
+__all__ = ["AnyStudy", "Claim", "model_of", "supports"]
 
 Model = TypeVar("Model")
 
@@ -44,6 +48,32 @@ def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: C
             f"{wrong[0]} cannot be set for {task_named(task).called}, whose model does not have it: leave it out."
         )
     return kind(**{name: value for name, value in assumed.items() if name in known})
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """Claim that a study tests: an effect of one sign, or an equivalence, at all levels of a question.
+
+    Parameters
+    ----------
+    question
+        Name of the question of the report's analysis.
+    levels
+        Levels at which the claim must be supported.
+    sign
+        Expected sign of the effect.
+    """
+
+    question: str
+    levels: tuple[str, ...]
+    sign: int = 1
+
+
+def supports(outcome: Outcome | None, sign: int = 1) -> bool:
+    """Return whether an outcome is an equivalence, or a significant effect of the expected sign."""
+    if isinstance(outcome, Equivalence):
+        return outcome.equivalent
+    return isinstance(outcome, Effect) and outcome.significant and sign * outcome.estimate > 0
 
 
 class AnyStudy(ABC):
@@ -88,7 +118,25 @@ class AnyStudy(ABC):
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
         """Simulate the answers of a number of subjects, with the columns of a data set."""
 
-    @abstractmethod
+    @property
+    def claims(self) -> Mapping[str, Claim]:
+        """Claims by the name of their test."""
+        raise NotImplementedError
+
+    @property
+    def measured(self) -> tuple[tuple[str, str], ...]:
+        """Question and level of each effect whose interval is described by `widths`."""
+        raise NotImplementedError
+
+    @property
+    def scale(self) -> Analysis | str:
+        """Analysis of the answers, which determines the exclusion rules that apply."""
+        return "ratio"
+
+    def answers(self, kept: pd.DataFrame) -> Answers:
+        """Analyse answers as a report does."""
+        raise NotImplementedError
+
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
         """Apply exclusion criteria to answers and analyse them as a report does.
 
@@ -98,6 +146,19 @@ class AnyStudy(ABC):
             For each of `tests` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of 95 %
             confidence intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
+        kept, found = quality(table, None, self.scale)
+        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
+        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
+        if not found.subjects_after:
+            return outcome
+        answers = self.answers(kept)
+        for test, claim in self.claims.items():
+            of = answers.to(claim.question)
+            outcome[test] = float(all(supports(of.get(level), claim.sign) for level in claim.levels))
+        for width, (question, level) in zip(("width", "far_width"), self.measured, strict=False):
+            effect = answers.to(question).get(level)
+            outcome[width] = effect.high - effect.low if isinstance(effect, Effect) else None
+        return outcome
 
     def varied(self, spread: str, factor: float) -> Self:
         """Return the same study with one of the assumed standard deviations (`spreads`) multiplied by a factor."""

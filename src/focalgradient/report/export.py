@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from itertools import combinations
 from pathlib import Path
 
 import pandas as pd
@@ -19,7 +18,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
-from focalgradient.statistics.questions import NO_ANSWERS, Answers
+from focalgradient.statistics.questions import NO_ANSWERS, Answers, less
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
 
 __all__ = ["r_script", "reader", "report_files", "safe_csv", "table_files", "trial_files"]
@@ -121,7 +120,7 @@ def trial_files(
         script = "headline_ordinal_floor" if ordinal.by_people else "headline_ordinal"
         files["headline_ordinal.R"] = r_script(script, result.answers)
     if isinstance(result, DepthRatingResult) and result.analysis.ratios:
-        if len(wide := _depth_effects(out)):
+        if len(wide := _wide(result.answers)):
             files["depth_rating_wide.csv"] = safe_csv(wide)
         files |= {f"{name}.R": r_script(name, result.answers) for name in ("headline", "headline_jasp")}
     return files
@@ -144,37 +143,15 @@ def _answers(trials: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(found).rename_axis("participant_id").reset_index()
 
 
-ALL_SCENES = "all scenes"
-"""Scene of a value that is averaged over scenes, as the R scripts name it."""
-
-
-def _depth_effects(trials: pd.DataFrame) -> pd.DataFrame:
-    """Return log ratios of largest aperture to pinhole by subject and scene, for each fixation, and differences."""
-    rows = trials[trials["included"]]
-    of = {}
-    names = fixations_of(rows)
-    for name in names:
-        own = rows[rows["fixation"] == name]
-        if own["aperture_mm"].nunique() > 1 and own["aperture_mm"].min() == 0:
-            if own.groupby(["participant_id", "scene"])["aperture_mm"].nunique().max() < 2:
-                own = own.assign(scene=ALL_SCENES)
-            means = own.groupby(["participant_id", "scene", "aperture_mm"])["log_rating"].mean().unstack()
-            of[name] = means.iloc[:, -1] - means.iloc[:, 0]
-    if names == FIXATIONS and len(of) == 2:
-        of["difference"] = _less(of["nearest"], of["farthest"])
-    elif set(names) - {*FIXATIONS}:
-        of |= {f"{one}_less_{other}": _less(of[one], of[other]) for one, other in combinations([*of], 2)}
-    wide = pd.DataFrame(of)
-    return wide.rename_axis(["participant_id", "scene"]).reset_index() if of else wide
-
-
-def _less(one: pd.Series[float], other: pd.Series[float]) -> pd.Series[float]:
-    """Return the difference within subject and scene; of the subjects' means if no scene has both."""
-    difference = one - other
-    if difference.notna().any():
-        return difference
-    means = one.groupby(level="participant_id").mean() - other.groupby(level="participant_id").mean()
-    return pd.concat({ALL_SCENES: means}, names=["scene"]).swaplevel()
+def _wide(answers: Answers) -> pd.DataFrame:
+    """Return the log ratios that were tested by subject and scene, for each fixation and difference."""
+    columns = {
+        "difference" if one.level == less(*FIXATIONS) else one.level.replace(less("", ""), "_less_"): one.values.stack()
+        for one in answers.headlines
+        if one.values is not None
+    }
+    wide = pd.DataFrame(columns)
+    return wide.rename_axis(["participant_id", "scene"]).reset_index() if columns else wide
 
 
 def report_files(

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import json
-from itertools import combinations
 
-import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
@@ -14,10 +12,8 @@ from focalgradient.dataset.stimuli import read_manifest
 from focalgradient.errors import InputError
 from focalgradient.report.analysed import Ratings
 from focalgradient.report.exclusions import headlines
-from focalgradient.statistics import ComparisonResult, DepthRatingResult, Effect, NotComputed, OrdinalResult
-from focalgradient.statistics.cells import cells
+from focalgradient.statistics import Effect, NotComputed
 from focalgradient.statistics.questions import HERE
-from focalgradient.statistics.slope_questions import own_slopes
 
 __all__ = ["SCENE_EFFECTS", "scene_effects", "scene_effects_file"]
 
@@ -40,40 +36,23 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
     result = part.main
     if isinstance(result, NotComputed):
         return pd.DataFrame(columns=COLUMNS)
-    names = [each.headline for each in headlines(result)]
     rows: list[tuple[object, ...]] = []
     for each in headlines(result):
         test = result.answers.to(each.name + HERE).get(each.level)
         if isinstance(test, Effect):
             rows.append((each.headline, "", "", test.estimate, test.standard_error))
     digests = {} if part.data is None else _digests(part.data)
-    for what, effects in zip(names, _by_scene(part, result), strict=False):
-        rows += [(what, scene, digests.get(str(scene), ""), effect, None) for scene, effect in effects.items()]
+    scenes = sorted(set(part.kept[~part.kept["catch"]]["scene"].astype(str)))
+    for each in headlines(result):
+        means = pd.Series(dtype=float) if each.values is None else each.values.mean()
+        for scene, effect in means.reindex(scenes).items():
+            rows.append((each.headline, scene, digests.get(str(scene), ""), effect, None))
     return pd.DataFrame(rows, columns=COLUMNS)
 
 
 def scene_effects_file(part: Ratings) -> bytes:
     """Return the content of `SCENE_EFFECTS`."""
     return json.dumps({"effects": json.loads(scene_effects(part).to_json(orient="records"))}).encode()
-
-
-def _by_scene(part: Ratings, result: DepthRatingResult | ComparisonResult) -> list[pd.Series[float]]:
-    """Return the effects by scene in the order of `headlines`, means over subjects."""
-    rows = part.kept[~part.kept["catch"]]
-    scenes = pd.Index(sorted(set(rows["scene"].astype(str))))
-    ratings = rows["rating"].to_numpy(float)
-    rows = rows.assign(answer=np.log(ratings) if part.analysis.ratios else ratings)
-    tables: list[pd.DataFrame] = []
-    ordinal = isinstance(result, DepthRatingResult) and isinstance(result.ordinal, OrdinalResult)
-    named = result.fixations if isinstance(result, ComparisonResult) else [one.fixation for one in result.fixations]
-    for fixation in named:
-        own = cells(rows[rows["fixation"] == fixation])
-        effect = own_slopes(own) if isinstance(result, ComparisonResult) else own.against_smallest(-1)
-        if ordinal or isinstance(effect, NotComputed) or effect.shape[1] != len(own.scenes):
-            tables.append(pd.DataFrame(columns=scenes, dtype=float))  # there are none by scene
-        else:
-            tables.append(pd.DataFrame(effect, list(own.subjects), list(own.scenes)).reindex(columns=scenes))
-    return [table.mean() for table in [*tables, *(one - other for one, other in combinations(tables, 2))]]
 
 
 def _digests(data: DataSet) -> dict[str, str]:

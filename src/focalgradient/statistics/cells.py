@@ -10,9 +10,12 @@ from numpy.typing import NDArray
 
 from focalgradient.statistics.records import NotComputed
 
-__all__ = ["Cells", "cells", "paired_differences", "slope_weights"]
+__all__ = ["ALL_SCENES", "Cells", "cells", "paired_differences", "slope_weights"]
 
 FloatArray = NDArray[np.float64]
+
+ALL_SCENES = "all scenes"
+"""Scene of values that are averaged over scenes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,6 +47,11 @@ class Cells:
         """Return the difference between an aperture and the smallest one (subjects x scenes)."""
         return self.values[:, :, aperture] - self.values[:, :, 0]
 
+    def table(self, values: FloatArray) -> pd.DataFrame:
+        """Label values of subjects x scenes, or of subjects x 1."""
+        scenes = list(self.scenes) if values.shape[1] == len(self.scenes) else [ALL_SCENES]
+        return pd.DataFrame(values, list(self.subjects), scenes)
+
 
 def cells(rows: pd.DataFrame) -> Cells:
     """Average the column `answer` of a table of trials with one fixation.
@@ -69,30 +77,17 @@ def cells(rows: pd.DataFrame) -> Cells:
     return Cells(values, tuple(map(str, subjects)), tuple(map(str, scenes)), np.asarray(amounts, dtype=float))
 
 
-def paired_differences(one: Cells, values: FloatArray, other: Cells, others: FloatArray) -> FloatArray:
-    """Return differences of two contrasts within subject and scene; of the means over scenes if no scene has both.
+def paired_differences(first: pd.DataFrame, second: pd.DataFrame) -> pd.DataFrame:
+    """Return differences of two tables within subject and scene; of the means over scenes if no scene has both.
 
-    Parameters
-    ----------
-    one, other
-        Cells of two fixations.
-    values, others
-        Contrasts of their apertures (subjects x scenes, or subjects x 1).
-
-    Examples
-    --------
-    >>> near = Cells(np.zeros((2, 1, 2)), ("a", "b"), ("room",), np.array([0.0, 4.0]))
-    >>> paired_differences(near, np.array([[0.5], [0.2]]), near, np.array([[0.1], [0.1]])).round(3).tolist()
-    [[0.4], [0.1]]
+    >>> first, second = (pd.DataFrame({"room": values}, ["a", "b"]) for values in ([0.5, 0.2], [0.1, 0.1]))
+    >>> paired_differences(first, second)["room"].round(3).tolist()
+    [0.4, 0.1]
     """
-    first, second = (
-        pd.DataFrame(of, list(own.subjects), list(own.scenes) if of.shape[1] == len(own.scenes) else [""])
-        for own, of in ((one, values), (other, others))
-    )
-    differences = (first - second).to_numpy(dtype=float)
-    if not np.isfinite(differences).any():
-        differences = (first.mean(axis=1) - second.mean(axis=1)).to_frame().to_numpy(dtype=float)
-    return differences
+    differences = first - second
+    if np.isfinite(differences.to_numpy(dtype=float)).any():
+        return differences
+    return (first.mean(axis=1) - second.mean(axis=1)).to_frame(ALL_SCENES)
 
 
 def slope_weights(amounts: FloatArray) -> FloatArray | NotComputed:

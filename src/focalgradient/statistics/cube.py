@@ -35,7 +35,9 @@ __all__ = [
     "PeopleDominance",
     "PerceptShare",
     "SubjectShare",
+    "cube_questions",
     "necker",
+    "own_odds",
 ]
 
 READINGS = ("rigid", "nonrigid")
@@ -255,20 +257,15 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
         raise InputError("All trials are catch trials: there are no reports to analyse.")
     brief = (table["percept"] == "both") & (table["duration"] < shortest_both)
     table["percept"] = table["percept"].mask(brief, "none")
-    trials = _trials(table)
     reported = table[table["percept"].isin(READINGS)]
-    conditions = sorted(
-        set(zip(trials["gradient"], trials["strength"], strict=True)), key=lambda key: (GRADIENTS.index(key[0]), key[1])
-    )
-    weight = half_report(reported["duration"])
-    own = {condition: _own(trials, condition, weight) for condition in conditions}
+    own = own_odds(table)
+    conditions = list(own)
     remarks: list[str] = []
-    odds = Question(ODDS, lambda own: _effects(own, remarks), "primary", "log odds ratio", ODDS, HEADLINE, True)
-    tests = Analysis([odds]).answers(own)
+    tests = cube_questions(remarks).answers(own)
     shares = tuple(share for condition, rows in own.items() for share in _shares(condition, rows))
     return NeckerResult(
         participants=tuple(sorted(set(table["participant_id"]))),
-        trials=len(trials),
+        trials=int(sum(rows["trials"].sum() for rows in own.values())),
         reports=len(reported),
         subject_shares=tuple(
             SubjectShare(
@@ -326,31 +323,47 @@ def _described(shares: tuple[PerceptShare, ...], subjects: Mapping[tuple[str, fl
             yield stated(name, level, getattr(share, field), "description", n=subjects[condition])
 
 
+def cube_questions(remarks: list[str]) -> Analysis:
+    """Return the question about the cube, asked of `own_odds`; notes on the data are appended to `remarks`."""
+    return Analysis(
+        [Question(ODDS, lambda own: _effects(own, remarks), "primary", "log odds ratio", ODDS, HEADLINE, True)]
+    )
+
+
+def own_odds(table: pd.DataFrame) -> dict[tuple[str, float], pd.DataFrame]:
+    """Return each subject's times, reports and log odds of the nonrigid reading, for each gradient and strength.
+
+    Parameters
+    ----------
+    table
+        Valid reports without catch trials.
+    """
+    summed = _trials(table).groupby(["gradient", "strength", "participant_id"]).sum(numeric_only=True)
+    nonrigid, rigid = summed["nonrigid_time"], summed["rigid_time"]
+    whole = (nonrigid + rigid).where(nonrigid + rigid > 0)  # NaN without either report
+    weight = half_report(table["duration"][table["percept"].isin(READINGS)])
+    odds = np.where(whole.notna(), log_odds(nonrigid, rigid, weight), np.nan)
+    summed = summed.assign(nonrigid=nonrigid / whole, log_odds=odds)
+    conditions = {(str(gradient), float(strength)) for gradient, strength, _ in summed.index}
+    order = sorted(conditions, key=lambda key: (GRADIENTS.index(key[0]), key[1]))
+    return {condition: pd.DataFrame(summed.xs(condition, level=(0, 1))) for condition in order}
+
+
 def _trials(table: pd.DataFrame) -> pd.DataFrame:
     """Return one row per trial: time and number of reports of each percept; time without a report is "none"."""
     keys = [name for name in ("participant_id", "session", "trial", "gradient", "strength") if name in table]
-    trials = table.groupby(keys, sort=False).agg(lasted=("trial_duration", "first")).assign(trials=1)
-    for percept in PERCEPTS:
-        rows = table[table["percept"] == percept].groupby(keys)["duration"].agg(["sum", "size"])
-        trials[f"{percept}_time"], trials[f"{percept}_reports"] = rows["sum"], rows["size"]
-    trials = trials.fillna(0.0)
-    reported = trials[[f"{percept}_time" for percept in PERCEPTS]].sum(axis=1)
-    trials["none_time"] += (trials["lasted"] - reported).clip(lower=0.0)
-    return trials.reset_index()
+    summed = table.groupby([*keys, "percept"])["duration"].agg(time="sum", reports="size").unstack()
+    times, reports = (
+        pd.DataFrame(summed[what]).reindex(columns=list(PERCEPTS)).fillna(0.0).add_suffix(f"_{what}")
+        for what in ("time", "reports")
+    )
+    lasted = table.groupby(keys)["trial_duration"].first()
+    times["none_time"] += (lasted - times.sum(axis=1)).clip(lower=0.0)
+    return pd.concat([times, reports], axis=1).assign(lasted=lasted, trials=1).reset_index()
 
 
 def _of(rows: pd.DataFrame, condition: tuple[str, float]) -> pd.Series[bool]:
     return (rows["gradient"] == condition[0]) & (rows["strength"] == condition[1])
-
-
-def _own(trials: pd.DataFrame, condition: tuple[str, float], weight: float) -> pd.DataFrame:
-    """Return one row per subject: sums over the trials of a condition, nonrigid proportion and log odds of time."""
-    rows = trials[_of(trials, condition)].groupby("participant_id").sum(numeric_only=True)
-    nonrigid, rigid = rows["nonrigid_time"], rows["rigid_time"]
-    whole = (nonrigid + rigid).where(nonrigid + rigid > 0)  # NaN without either report
-    return rows.assign(
-        nonrigid=nonrigid / whole, log_odds=np.where(whole.notna(), log_odds(nonrigid, rigid, weight), np.nan)
-    )
 
 
 def _shares(condition: tuple[str, float], own: pd.DataFrame) -> list[PerceptShare]:

@@ -8,9 +8,8 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, Protocol
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike
 
 from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.hypotheses import Equivalence
@@ -30,6 +29,7 @@ __all__ = [
     "Outcome",
     "Question",
     "Test",
+    "Tested",
     "corrections",
     "less",
     "stated",
@@ -58,13 +58,21 @@ def less(one: object, other: object) -> str:
     return f"{one} less {other}"
 
 
-Test = Callable[[NDArray[np.float64]], Effect | NotComputed]
+Test = Callable[[ArrayLike], Effect | NotComputed]
 """Test of values of subjects x scenes."""
 
 
-def tested(values: NDArray[np.float64] | NotComputed, test: Test) -> Effect | NotComputed:
+@dataclass(frozen=True, slots=True, eq=False)
+class Tested:
+    """Outcome of a test with the values that it was made of: subjects (rows) x scenes (columns)."""
+
+    outcome: Effect | NotComputed
+    values: pd.DataFrame
+
+
+def tested(values: pd.DataFrame | NotComputed, test: Test) -> Tested | NotComputed:
     """Return the test of values, or the reason why there are none."""
-    return values if isinstance(values, NotComputed) else test(values)
+    return values if isinstance(values, NotComputed) else Tested(test(values), values)
 
 
 class Estimate(Protocol):
@@ -91,8 +99,8 @@ class Question:
     name
         Quantity in question.
     fit
-        Function of the data that returns uncorrected outcomes by level: a condition, a pair of conditions, or "" if
-        there is one.
+        Function of the data that returns uncorrected outcomes by level, with the values tested where it has them: a
+        condition, a pair of conditions, or "" if there is one.
     role
         "primary" (of which the first level is the primary outcome, the others are secondary), "main" (tests of equal
         rank), "secondary", "check" or "description".
@@ -116,7 +124,7 @@ class Question:
     """
 
     name: str
-    fit: Callable[[Any], Mapping[str, Outcome]] = field(compare=False)
+    fit: Callable[[Any], Mapping[str, Outcome | Tested]] = field(compare=False)
     role: Role = "secondary"
     unit: str = ""
     family: str = ""
@@ -146,6 +154,8 @@ class Answer:
         Role of the question, or the name of the variant of the analysis, as "without exclusions".
     n
         Number of subjects, if the outcome does not state it.
+    values
+        Values that were tested, subjects (rows) x scenes (columns); None for other outcomes.
     """
 
     question: Question
@@ -153,6 +163,7 @@ class Answer:
     outcome: Outcome
     role: str
     n: int | None = None
+    values: pd.DataFrame | None = field(default=None, compare=False)
 
     @property
     def name(self) -> str:
@@ -189,6 +200,12 @@ class Answer:
             case BootstrapT():
                 row["method"] = "bootstrap-t over subjects"
         return row
+
+
+def _answer(question: Question, level: str, found: Outcome | Tested, role: str) -> Answer:
+    if isinstance(found, Tested):
+        return Answer(question, level, found.outcome, role, values=found.values)
+    return Answer(question, level, found, role)
 
 
 def stated(
@@ -326,9 +343,9 @@ class Analysis:
         """Return the answers, corrected within families; `data` is a table, or what was computed from it for all."""
         asked = self.questions
         rows = [
-            Answer(one, level, outcome, "secondary" if one.role == "primary" and place else one.role)
+            _answer(one, level, found, "secondary" if one.role == "primary" and place else one.role)
             for one in asked
-            for place, (level, outcome) in enumerate(one.fit(data).items())
+            for place, (level, found) in enumerate(one.fit(data).items())
         ]
         for name in dict.fromkeys(one.family for one in asked if one.family):
             places = [n for n, row in enumerate(rows) if row.question.family == name and row.role != "primary"]

@@ -24,6 +24,7 @@ from focalgradient.statistics.questions import (
     Outcome,
     Question,
     Test,
+    Tested,
     corrections,
     less,
     tested,
@@ -66,6 +67,9 @@ SLOPE, EQUIVALENT, BOOTSTRAP = "slope on aperture", "equivalence to zero", "dept
 """Names of the questions about ratios."""
 
 
+Tests = dict[str, Tested | NotComputed]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class LogRatios:
     """Log ratings of each fixation in cells, and the depth effects over them.
@@ -82,7 +86,7 @@ class LogRatios:
 
     cells: Mapping[str, Cells]
     apertures: Mapping[float, str]
-    effects: dict[str, Effect | NotComputed] = field(default_factory=dict)
+    effects: dict[str, Tested | NotComputed] = field(default_factory=dict)
 
     @classmethod
     def of(cls, table: pd.DataFrame) -> LogRatios:
@@ -99,25 +103,25 @@ class LogRatios:
         unique = list(self.apertures.values()).count(name) == 1
         return f"{fixation}, {name}" if unique else f"{fixation}, {name} ({mm:g} mm)"
 
-    def rises(self, fixation: str, aperture: int = -1) -> FloatArray | NotComputed:
+    def rises(self, fixation: str, aperture: int = -1) -> pd.DataFrame | NotComputed:
         """Return log ratios of an aperture to the pinhole (subjects x scenes)."""
-        missing = no_ratio(self.cells[fixation], fixation)
-        return missing if missing.reason else self.cells[fixation].against_smallest(aperture)
+        own, missing = self.cells[fixation], no_ratio(self.cells[fixation], fixation)
+        return missing if missing.reason else own.table(own.against_smallest(aperture))
 
-    def effect(self, fixation: str) -> Effect | NotComputed:
+    def effect(self, fixation: str) -> Tested | NotComputed:
         """Return the depth effect over subjects and scenes."""
         if fixation not in self.effects:
             self.effects[fixation] = tested(self.rises(fixation), crossed_effect)
         return self.effects[fixation]
 
-    def difference(self, one: str, other: str) -> FloatArray | NotComputed:
+    def difference(self, one: str, other: str) -> pd.DataFrame | NotComputed:
         """Return differences of two depth effects within subject and scene; of the means if no scene has both."""
         first, second = self.rises(one), self.rises(other)
         if isinstance(first, NotComputed):
             return first
         if isinstance(second, NotComputed):
             return second
-        return paired_differences(self.cells[one], first, self.cells[other], second)
+        return paired_differences(first, second)
 
 
 def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Analysis:
@@ -140,19 +144,19 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
     first, *others = fixations
     pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
 
-    def effects(data: LogRatios) -> dict[str, Outcome]:
+    def effects(data: LogRatios) -> Tests:
         return {name: data.effect(name) for name in fixations}
 
-    def against(data: LogRatios, test: Test) -> dict[str, Outcome]:
-        found: dict[str, Outcome] = {}
+    def against(data: LogRatios, test: Test) -> Tests:
+        found: Tests = {}
         for fixation in fixations:
             amounts = data.cells[fixation].amounts
             for number in range(1, len(amounts) - 1):
                 if not isinstance(rises := data.rises(fixation, number), NotComputed):
-                    found[data.level(fixation, float(amounts[number]))] = test(rises)
+                    found[data.level(fixation, float(amounts[number]))] = Tested(test(rises), rises)
         return found
 
-    def differences(data: LogRatios, test: Test) -> dict[str, Outcome]:
+    def differences(data: LogRatios, test: Test) -> Tests:
         return {name: tested(data.difference(*pair), test) for name, pair in pairs.items()}
 
     def slopes(data: LogRatios) -> dict[str, Outcome]:
@@ -163,7 +167,7 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
         }
 
     def equal(data: LogRatios) -> dict[str, Outcome]:
-        tests = {name: data.effect(name) for name in fixations}
+        tests = {name: test.outcome if isinstance(test, Tested) else test for name, test in effects(data).items()}
         return {
             name: equivalence(test, math.log(bound)) if isinstance(test, Effect) else test
             for name, test in tests.items()
@@ -171,10 +175,9 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
 
     def resampled(data: LogRatios) -> dict[str, Outcome]:
         rises = data.rises(first)
-        fixed = tested(rises, over_subjects)
-        if isinstance(fixed, NotComputed) or isinstance(rises, NotComputed):
-            return {first: fixed}
-        return {first: bootstrap_t(own_means(rises))}
+        if isinstance(rises, NotComputed) or isinstance(fixed := over_subjects(rises), NotComputed):
+            return {first: rises if isinstance(rises, NotComputed) else fixed}
+        return {first: bootstrap_t(own_means(rises.to_numpy()))}
 
     def effect_sentence(level: str, answers: Answers) -> str:
         effect = answers.to(EFFECT)[level]

@@ -22,6 +22,7 @@ from focalgradient.statistics.questions import (
     Answers,
     Question,
     Test,
+    Tested,
     corrections,
     less,
     tested,
@@ -60,8 +61,8 @@ LARGEST_R = """show("largest aperture, over subjects and scenes:", largest, cros
 show("largest aperture, over subjects:", largest, here)
 """
 
-Tests = dict[str, Effect | NotComputed]
-Values = FloatArray | NotComputed
+Tests = dict[str, Tested | NotComputed]
+Values = pd.DataFrame | NotComputed
 
 
 def slope_questions(
@@ -102,13 +103,13 @@ def slope_questions(
     )
 
     def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
-        return {name: own_slopes(of[name]) for name in fixations}
+        return {name: _slope_table(of[name]) for name in fixations}
 
     def apart(one: Cells, another: Cells) -> Values:
-        both = own_slopes(one), own_slopes(another)
-        if isinstance(both[0], NotComputed):
-            return both[0]
-        return both[1] if isinstance(both[1], NotComputed) else paired_differences(one, both[0], another, both[1])
+        first, second = _slope_table(one), _slope_table(another)
+        if isinstance(first, NotComputed):
+            return first
+        return second if isinstance(second, NotComputed) else paired_differences(first, second)
 
     def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
         compared = analysis.compares_slopes
@@ -116,7 +117,9 @@ def slope_questions(
 
     def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
         alike = analysis.alike
-        return {name: UNLIKE if alike is None else of[name].values[:, :, -1] - alike for name in fixations}
+        if alike is None:
+            return dict.fromkeys(fixations, UNLIKE)
+        return {name: of[name].table(of[name].values[:, :, -1] - alike) for name in fixations}
 
     def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
         return lambda of: {name: tested(found, test) for name, found in values(of).items()}
@@ -289,7 +292,7 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
     of = {name: cells(rows[rows["fixation"] == name]) for name in fixations_of(rows)}
 
     def slopes(of: Mapping[str, Cells]) -> Tests:
-        return {name: tested(own_slopes(own), crossed_effect) for name, own in of.items()}
+        return {name: tested(_slope_table(own), crossed_effect) for name, own in of.items()}
 
     def sentence(level: str, answers: Answers) -> str:
         slope = answers.to(CONFIDENCE_SLOPE)[level]
@@ -298,6 +301,11 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
     unit = "confidence per millimetre"
     asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, sentence=sentence, method=CONFIDENCE_METHOD)
     return Analysis([asked] if len(rows) else []).answers(of)
+
+
+def _slope_table(own: Cells) -> Values:
+    slopes = own_slopes(own)
+    return slopes if isinstance(slopes, NotComputed) else own.table(slopes)
 
 
 def own_slopes(own: Cells) -> FloatArray | NotComputed:
