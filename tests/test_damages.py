@@ -34,6 +34,7 @@ from killing import DESIGNS, answer_of
 from recorded import edit
 
 from focalgradient.dataset import Apparatus, Press, Rated, Session, Watched, read_dataset, repair, validate
+from focalgradient.dataset.alike import REMEDY
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole
 from focalgradient.errors import InputError
 
@@ -409,6 +410,15 @@ def own(tmp_path_factory) -> Path:
 @pytest.mark.parametrize("name", OWN)
 def test_no_damage_of_an_own_task_passes(own, tmp_path, name):
     is_seen(Path(shutil.copytree(own, tmp_path / "data")), *OWN[name])
+
+
+def test_wording_of_another_version_may_differ_but_not_values(data):
+    forged(lambda events: events[0]["versions"].update(focalgradient="0.0.1"))(data)
+    retold(lambda told: told["rating"].update(Description="How deep it looked."))(data)
+    assert validate(data).problems == ()
+    retold(lambda told: told["rating"].update(Maximum=9.0))(data)
+    (problem,) = validate(data).problems
+    assert problem.endswith("rating differs from the journal: " + REMEDY)
 
 
 def test_all_damages_of_one_data_set_are_listed_at_once(data):
