@@ -34,9 +34,14 @@ SIDE_TOLERANCE = 0.1
 """Relative difference of vergence below which a target may lie on either side of a marked focus."""
 
 
+MARK_DF = 4.0
+"""Degrees of freedom of the prior of focus marks, Student's t: a mark that the target confirms is known to its standard
+deviation, and one that the target contradicts hardly counts. Chosen by hand."""
+
+
 @dataclass(frozen=True, slots=True)
 class Priors:
-    """Prior knowledge of a camera: means and standard deviations of normal priors.
+    """Prior knowledge of a camera: means and standard deviations of priors, normal but for focus marks.
 
     Parameters
     ----------
@@ -51,7 +56,7 @@ class Priors:
     f_number_sd
         Relative standard deviation of effective f-numbers around the marked ones.
     focus_sd
-        Relative standard deviation of the true focus vergence around a marked one.
+        Relative scale of the true focus vergence around a marked one, with the tails of Student's t.
     telecentric
         True for lenses telecentric on the image side.
     distance_sd
@@ -66,7 +71,7 @@ class Priors:
     offset: float = 0.0
     offset_sd: float = 0.1
     f_number_sd: float = 0.07
-    focus_sd: float = 0.3
+    focus_sd: float = 0.1
     distance_sd: float = 0.005
     model_error: float = 0.015
     model_weight: float = 4.0
@@ -181,11 +186,14 @@ class _Fit:
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
         # edges in focus may have width 0, for which the SD of the squared width is that of its SD squared
         error = 2 * np.maximum(self.width, self.width_sd) * np.hypot(self.width_sd, model_error * self.width)
-        marked = [
-            (v * (mark + (theta[2] if priors.focus_offset is None else priors.focus_offset)) - 1) / priors.focus_sd
-            for v, mark in zip(vergence_focus, self.marks, strict=True)
-            if mark is not None and math.isfinite(mark)
-        ]
+        marked = np.array(
+            [
+                (v * (mark + (theta[2] if priors.focus_offset is None else priors.focus_offset)) - 1) / priors.focus_sd
+                for v, mark in zip(vergence_focus, self.marks, strict=True)
+                if mark is not None and math.isfinite(mark)
+            ]
+        )
+        marked = np.sign(marked) * np.sqrt((MARK_DF + 1) * np.log1p(marked**2 / MARK_DF))
         return np.concatenate(
             [
                 (square - self.width**2) / error,
