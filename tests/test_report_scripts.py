@@ -441,10 +441,12 @@ def test_exported_trials_have_every_column_of_the_data_set_with_its_description(
     assert about["effort"] == "How hard it was."
 
 
-def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path) -> None:
+@pytest.mark.parametrize("scale", ["ratio", "bipolar", "visual-analogue"])
+def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale: str) -> None:
     chance = np.random.default_rng(1)
     for who in range(1, 5):
-        with Session.begin(tmp_path / "data", design_of(confidence=True), f"{who:02}", apparatus=APPARATUS) as session:
+        design = design_of(scale=scale, confidence=True)
+        with Session.begin(tmp_path / "data", design, f"{who:02}", apparatus=APPARATUS) as session:
             for at, trial in enumerate(session.remaining()):
                 confidence = 0.3 + 0.04 * trial.aperture_mm + chance.uniform(0, 0.05)
                 rating = honest(session.design, trial, chance)

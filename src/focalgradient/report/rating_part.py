@@ -133,11 +133,11 @@ class RatingPart(Part):
             yield from map(Paragraph, [*cautions, *skewed(result)])
         yield Paragraph(counts(part.quality))
         yield from with_and_without(part.quality, self.both)
-        folded: list[Block] = []
+        folded: list[Block] = [Paragraph(sentence) for sentence in checks if sentence not in cautions]
         if result is not None:
             figure, *further = self._figures(result, output)
             yield figure
-            folded += [*(Paragraph(sentence) for sentence in checks if sentence not in cautions), *further]
+            folded += further
         yield from answer_tables(answers, self._caption)
         checked = rating_residuals(part.kept, part.analysis)
         if not part.kept.empty and checked:
