@@ -661,6 +661,7 @@ def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
         assert (tmp_path / "notes").read_bytes() == content
 
 
-def test_what_cannot_be_run_in_a_browser_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="run it in the laboratory"):
+def test_pictures_of_a_design_must_be_given(tmp_path: Path) -> None:
+    study(tmp_path, 'task = "pinhole"\nforms = ["real"]\n').close()
+    with pytest.raises(InputError, match="stimuli is missing: pinhole shows pictures"):
         study(tmp_path, 'task = "pinhole"\n')
