@@ -128,7 +128,7 @@ ROOMS["__main__"] = {"cli"}
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"dataset", "design", "lab", "observers", "power", "report", "statistics", "stimuli"},
+    "tasks": {"dataset", "design", "observers", "statistics", "stimuli"},
     "power": {"observers"},
     "published": {"statistics"},
 }

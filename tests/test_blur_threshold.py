@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 import shutil
@@ -17,7 +18,8 @@ from focalgradient.cli import main
 from focalgradient.dataset import Apparatus, Chosen, Session, export, read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, choose, known_threshold
+from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
+from focalgradient.report.thresholds import analyse_thresholds
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -256,6 +258,7 @@ def test_known_thresholds_are_recovered_without_bias_and_covered():
     assert covered >= 53
 
 
+@pytest.mark.slow
 def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     ran("simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d")
     table = read_dataset(tmp_path / "d").blur_threshold
@@ -267,3 +270,24 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(few, NotComputed)
     assert "but must be 20" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
+    root = Path(shutil.copytree(simulated, tmp_path / "data"))
+    shutil.rmtree(root / "sourcedata")
+    for label in ("02", "03", "04"):
+        shutil.move(root / f"sub-{label}", tmp_path)
+    assert [one.participant for one in analyse_thresholds(root).result.subjects] == ["sub-01"]
+    shutil.move(tmp_path / "sub-02", root)
+    (sidecar,) = root.glob("sub-02/**/*_beh.json")
+    settings = json.loads(sidecar.read_text())
+    settings["Design"]["most_level"] = 1.5
+    sidecar.write_text(json.dumps(settings))
+    with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
+        analyse_thresholds(root)
+
+
+def test_the_share_of_right_answers_goes_from_half_to_all_but_lapses():
+    assert right_share(1e-6, 0.2, lapses=0.02) == pytest.approx(0.5)
+    assert right_share(0.2, 0.2, lapses=0.02) == pytest.approx(0.74)
+    assert right_share(9.0, 0.2, lapses=0.02) == pytest.approx(0.98)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import time
@@ -12,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
-from focalgradient.lab.boxes import Gamepad, keys_of, open_boxes, xid_presses
+from focalgradient.lab.boxes import Gamepad, check_keys, keys_of, open_boxes, xid_presses
 
 PRESSES = st.lists(st.tuples(st.integers(0, 7), st.booleans(), st.integers(0, 2**32 - 1)), max_size=8)
 
@@ -89,3 +90,10 @@ def test_a_box_that_is_not_there_is_refused(given: str, message: str) -> None:
     with pytest.raises(InputError) as error:
         open_boxes([given], {})
     assert message in str(error.value)
+
+
+def test_buttons_must_stand_for_keys() -> None:
+    with pytest.raises(InputError, match="must assign a key to each button"):
+        keys_of("1:left")
+    with pytest.raises(InputError, match="'lefft', but must name keys of a keyboard"):
+        check_keys(argparse.Namespace(box_keys="1=lefft"), {"left"})

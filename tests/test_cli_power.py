@@ -32,9 +32,8 @@ from focalgradient.power import (
     simulated_reports,
     study_of_ratings,
 )
-from focalgradient.power.cube import _changes
 from focalgradient.power.thresholds import _quantiles
-from focalgradient.statistics import depth_rating, necker, quality
+from focalgradient.statistics import depth_rating, quality
 
 SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
 
@@ -184,15 +183,6 @@ def test_on_a_full_disk_the_experiments_are_kept_and_nothing_else_is_said(tmp_pa
     assert result.exit_code == 2
     assert "(No space left on device): none of these results was written" in result.stderr
     assert [path.name for path in tmp_path.iterdir()] == ["experiments.jsonl"]
-
-
-def test_the_cube_s_changes_are_those_of_the_analysis():
-    table = simulated_reports(NeckerDesign(), 6, CubeModel(), np.random.default_rng(5))
-    effects = {(one.gradient, one.strength): one.odds_of_time for one in necker(table).effects}
-    changes = _changes(table)
-    assert set(changes) == set(effects) == {(g, s) for g in ("rigid", "nonrigid") for s in (2.0, 4.0)}
-    for condition, values in changes.items():
-        assert values.mean() == pytest.approx(effects[condition].estimate, abs=1e-12)
 
 
 def test_shares_of_time_are_those_of_the_model():

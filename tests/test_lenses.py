@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
-from focalgradient.lab.lenses import Optotune, SimulatedLens, crc16, open_lens
+from focalgradient.lab.lenses import Optotune, Planes, SimulatedLens, crc16, open_lens
 
 EXAMPLE = bytes([0x50, 0x77, 0x44, 0x41, 0x07, 0xD0, 0x00, 0x00, 0x31, 0xFD])
 """The published example of the manual: 5 dioptres, with its CRC."""
@@ -116,3 +116,11 @@ def test_a_lens_that_is_none_is_refused(given: str, message: str) -> None:
     with pytest.raises(InputError) as error:
         open_lens(given)
     assert message in str(error.value)
+
+
+@given(st.lists(st.floats(0, 5), min_size=1, max_size=6), st.floats(0, 1))
+def test_of_several_planes_the_nearest_is_chosen(vergences: list[float], share: float) -> None:
+    planes = Planes(vergences)
+    focus = min(max(vergences), min(vergences) + share * (max(vergences) - min(vergences)))
+    planes.set_focus(focus)
+    assert abs(planes.vergences[planes.plane] - focus) == min(abs(one - focus) for one in vergences)

@@ -13,7 +13,7 @@ import focalgradient as fg
 from focalgradient import InputError
 from focalgradient.display import Display
 from focalgradient.stimuli import frames, slanted_plane
-from focalgradient.video import Source, read_movie, save_movie
+from focalgradient.video import Source, read_movie, save_movie, write_light
 
 
 def noise(kind: str, shape: tuple[int, ...], count: int) -> list[np.ndarray]:
@@ -128,3 +128,12 @@ def test_a_movie_that_is_cut_off_is_refused_where_it_ends(tmp_path: Path) -> Non
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(InputError, match=r"frame \d+ of .*a.avi could not be decoded"):
         list(read_movie(path))
+
+
+def test_light_is_written_with_its_brightest_as_white(tmp_path: Path) -> None:
+    ramp = np.tile(np.linspace(0, 50, 32), (24, 1))
+    write_light(tmp_path / "light.avi", [ramp, ramp[:, ::-1]], 4, repeated=3)
+    shown = [frame[:96, :128].astype(float).mean(axis=(0, 2)) for frame in read_movie(tmp_path / "light.avi")]
+    assert len(shown) == 6
+    assert all(frame[120] > 1.5 * frame[8] for frame in shown[::2])
+    assert all(frame[8] > 1.5 * frame[120] for frame in shown[1::2])

@@ -23,7 +23,7 @@ from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.exclusions import both_results, exclusions_table, main_results
-from focalgradient.report.export import trial_files
+from focalgradient.report.export import r_script, trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import CHECKS, EFFECTS, Sheet, answer_tables
@@ -36,7 +36,8 @@ from focalgradient.statistics import (
     compare_pictures,
     depth_rating,
 )
-from focalgradient.statistics.questions import COLUMNS, stated
+from focalgradient.statistics.means import paired_effect
+from focalgradient.statistics.questions import COLUMNS, Analysis, Caution, Question, stated
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.wording import interval, probability
 
@@ -462,3 +463,25 @@ def test_normal_quantiles_and_residuals_are_drawn(ratings):
         assert one.residual.mean() == pytest.approx(0, abs=1e-9)
     quantiles = residual_figure(found, simulated=True).axes[0]
     np.testing.assert_array_equal(quantiles.lines[-1].get_ydata(), np.sort(found[0].subjects))
+
+
+def test_a_question_states_its_hypothesis_method_sentence_and_r_code() -> None:
+    """All that documents say of a question is stated with it, so that a new one is added in one place."""
+    asked = Question(
+        "growth",
+        lambda table: {"all": paired_effect(table["late"] - table["early"], "paired t")},
+        "primary",
+        sentence=lambda level, answers: f"It grew by {answers.to('growth')[level].estimate:.1f}.",
+        hypothesis=("The effect grows.",),
+        method="Halves were compared.",
+        r_code="growth(d)\n",
+    )
+    doubted = Question("check", asked.fit, "check", sentence=lambda level, answers: Caution("Look again."))
+    analysis = Analysis([asked, doubted], before="Answers were numbers.")
+    assert analysis.hypotheses == ["H1 (primary). The effect grows."]
+    assert analysis.method == "Answers were numbers. Halves were compared."
+    answers = analysis.answers(pd.DataFrame({"early": [1.0, 2.0, 3.0], "late": [2.0, 2.5, 3.6]}))
+    assert answers.sentences(*EFFECTS) == ["Primary outcome. It grew by 0.7."]
+    assert [type(sentence) for sentence in answers.sentences(*CHECKS)] == [Caution]
+    assert answers.r_code == "growth(d)\n"
+    assert r_script("headline", answers).endswith(b"growth(d)\n")

@@ -223,6 +223,7 @@ def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
         make_report(path, bound=1.2)
 
 
+@pytest.mark.slow
 def test_choices_of_intervals_are_ratings_of_0_and_1(tmp_path: Path) -> None:
     random = np.random.default_rng(2)
     lines = ["subject,aperture,focus,scene,interval,chosen"]

@@ -18,6 +18,7 @@ from focalgradient.eye import read_zernike
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
+from focalgradient.report.reading import explained_table
 from focalgradient.statistics import read_ratings, read_thresholds
 from focalgradient.statistics.own_tables import of_one_data_set
 
@@ -416,3 +417,10 @@ def test_times_of_a_thousandth_of_the_usual_are_not_used(tmp_path: Path) -> None
     own = read_ratings(saved(tmp_path, "\n".join([f"{HEAD},rt_ms", *rows])))
     assert "response_time" not in own.table
     assert any("rt_ms was not used: the median of response_time is 0.0011" in notice for notice in own.notices)
+
+
+def test_how_each_column_is_read_is_explained(tmp_path: Path) -> None:
+    lines = explained_table(saved(tmp_path, "\n".join([f"{HEAD},rt (ms)", *(f"{row},800" for row in BODY)])))
+    assert "taken for 32 depth ratings" in lines[0]
+    assert "  rt (ms) -> response_time, times 0.001: 800" in lines
+    assert "  scene -> scene: garden, hall" in lines

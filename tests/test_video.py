@@ -15,6 +15,7 @@ from focalgradient.video import (
     Scale,
     Skipped,
     Source,
+    ValuesFile,
     VideoFile,
     ahead,
     alternation,
@@ -227,3 +228,15 @@ def test_a_stream_that_contradicts_its_optics_is_refused(f_numbers, limits, sent
     lenses = [Lens(0.025, number, 1.0) for number in f_numbers] or None
     with pytest.raises(InputError, match=sentence):
         DepthStream(boards([40, 20, 40]), lenses, 3e-4 if lenses else None, encoding="linear", **limits)
+
+
+def test_numbers_grow_frame_by_frame(tmp_path: Path) -> None:
+    path = tmp_path / "values.npy"
+    file = ValuesFile(path, (3, 4))
+    for number in range(1000):
+        file.write(np.full((3, 4), number))
+    file.close()
+    values = np.load(path, mmap_mode="r")
+    assert values.shape == (1000, 3, 4)
+    assert values.dtype == np.float32
+    np.testing.assert_array_equal(values[:, 0, 0], np.arange(1000))

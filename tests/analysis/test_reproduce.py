@@ -66,6 +66,7 @@ def test_report_is_one_page_that_needs_nothing_else(results):
     assert "<td>0.08</td>" in text
 
 
+@pytest.mark.slow
 def test_the_same_run_gives_the_same_files(results, tmp_path, monkeypatch):
     monkeypatch.setattr(reproduce, "FIGURES", QUICK)
     reproduce.reproduce(tmp_path, quiet=True)

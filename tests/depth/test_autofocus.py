@@ -94,6 +94,7 @@ def test_needs_no_model_of_blur(psf: str) -> None:
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.4, rel=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_what_lies_beyond_the_stack_is_rejected() -> None:
     lenses = stack(0.6, 0.8, 1.0, 1.2)

@@ -58,7 +58,7 @@ def test_in_focus_and_just_off_it_depth_is_right_as_often_as_stated(distance: fl
     assert np.median(error) < (0.9 if distance == 3 else 0.25) * np.median(sd)
 
 
-@pytest.mark.fast_cases(6)
+@pytest.mark.fast_cases(4)
 @pytest.mark.parametrize("psf", ["disc", "gaussian"])
 @pytest.mark.parametrize(
     ("lenses", "limits", "distance"),

@@ -11,6 +11,9 @@ import pytest
 from headless import Running, headless, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
+from focalgradient.design.form import check_about
+from focalgradient.design.words import words_text
+from focalgradient.errors import InputError
 from focalgradient.lab import preparation
 from focalgradient.lab.forms import missing_glyphs
 from focalgradient.lab.preparation import import_screen
@@ -100,3 +103,32 @@ def test_a_missing_library_of_the_keyboard_is_named_with_its_package(monkeypatch
     monkeypatch.setattr(sys, "meta_path", [Finder(), *sys.meta_path])
     with pytest.raises(Exception, match=r"keyboard needs libjack: apt-get install libjack-jackd2-0\.$"):
         import_screen()
+
+
+@pytest.mark.slow
+def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> None:
+    more = "practice_trials = 1\npractice_s = 1.0\npractice_rounds = 2\npractice_required = true\n"
+    (tmp_path / "mine.toml").write_text('language = "zh.toml"\n' + WATCHING.replace("practice_trials = 0\n", more))
+    thanks = "Finished\\n\\nThank you for taking part."
+    assert thanks in words_text("en")
+    (tmp_path / "zh.toml").write_text(words_text("en").replace(thanks, "谢谢参与"), encoding="utf-8")
+    data = tmp_path / "data"
+    given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    with headless(tmp_path / "x") as screen:
+        running = Running(screen, "from-file", "necker", *given)
+        answered(running, ("end", 99))
+        assert running.end() == 1
+        assert "the screen's font cannot show 与, 参, 谢 of the language 'zh.toml', but shows boxes" in running.errors
+        assert "Stopped: practice was not passed (0 of 1 trials right in round 2)" in running.errors
+        assert not [event for event in read_journal(running.journal()).of("trial") if event["phase"] == "main"]
+        assert "necker" in (data / "participants.tsv").read_text()
+        assert any("practice was not passed: 0 of 1 trials right in round 2" in note for note in validate(data).notes)
+        again = Running(screen, "from-file", "necker", *given, "--resume")
+        assert again.end() == 2
+        assert "ended with its practice, which was not passed" in again.errors
+
+
+def test_an_impossible_age_is_refused() -> None:
+    for age in ("-3", "thirty", "nan", "131"):
+        with pytest.raises(InputError, match=f"age is '{age}', but must be a number of years from 0 to 130"):
+            check_about({"age": age}, ["age"])

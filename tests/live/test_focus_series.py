@@ -98,6 +98,7 @@ class Counted:
         return blur_picture(light, *rest, **named)
 
 
+@pytest.mark.slow
 def test_what_is_kept_is_not_made_again_and_what_was_cut_off_goes_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, made: FocusSeries
 ) -> None:

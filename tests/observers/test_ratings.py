@@ -55,6 +55,7 @@ def test_ratings_by_looking_are_those_of_the_experiment(stimuli, encoded):
     assert near == pytest.approx(depths[0] / depths[1], rel=0.05)
 
 
+@pytest.mark.slow
 def test_ratings_have_the_observers_scale_and_scatter():
     sharp, blurred = halves(1, 1), halves(1, 4)
     plain = DEFAULT.look(blurred, DISPLAY, DepthRating(sharp))

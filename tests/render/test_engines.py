@@ -236,6 +236,7 @@ def test_a_crash_of_mitsuba_harms_the_probe_alone(monkeypatch: pytest.MonkeyPatc
     assert variant.__wrapped__() is None
 
 
+@pytest.mark.slow
 def test_mitsuba_is_loaded_only_when_it_renders() -> None:
     program = (
         "import sys; from focalgradient.render import render; from focalgradient.scenes import plane; "

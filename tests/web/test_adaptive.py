@@ -74,6 +74,7 @@ steps = true
 """
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     ("changed", "sentence"),
     [

@@ -659,3 +659,8 @@ def test_a_file_that_holds_no_links_is_left_as_it_is(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=r"notes.* line \d"):
             People(tmp_path / "notes")
         assert (tmp_path / "notes").read_bytes() == content
+
+
+def test_what_cannot_be_run_in_a_browser_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="run it in the laboratory"):
+        study(tmp_path, 'task = "pinhole"\n')

@@ -199,12 +199,11 @@ def _shares(shares: Mapping[int, float], experiments: int) -> str:
 def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:
     """Return the power study of a task, given its design and options."""
     from focalgradient.design import design_of
-    from focalgradient.power import TaskStudy
+    from focalgradient.power import study_of
     from focalgradient.tasks import task_named
 
     task = task_named(name)
     shown = design_of(task.name, design)
     options = {name: f"--{name.replace('_', '-')}" for name in given}
     with options_named({f"{name} {verb}": f"{options[name]} {verb}" for name in given for verb in ("cannot", "is")}):
-        study: AnyStudy = task.study(shown, given, seed) or TaskStudy.of(task, shown, given, seed)
-    return study
+        return study_of(task, shown, given, seed)

@@ -76,14 +76,15 @@ def simulate(
     from focalgradient.design import design_of
     from focalgradient.observers import observer_named
     from focalgradient.observers import simulate as simulated
+    from focalgradient.observers.seen import seen
 
     observer_named(observer)
     chosen = with_trials(design_of(task.name, design), trials)
     with resumable(LEFT) as say, warnings_given(), workers.shared(task.observer_s * observers) as executor:
         # The pictures are in a folder of this machine, which a scheduler's workers may not see.
-        seen = task.seen(chosen, stimuli, executor if workers.scheduler is None else None, say)
+        stimuli_seen = seen(task, chosen, stimuli, executor if workers.scheduler is None else None, say)
         who: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer}
-        new = simulated(chosen, out, **who, **seen, executor=executor, progress=say)
+        new = simulated(chosen, out, **who, **stimuli_seen, executor=executor, progress=say)
     kept = f"; {observers - new} existed already" if new < observers else ""
     show(
         {"observer": observer, "new": new, "kept": observers - new, "written": printable(out)},

@@ -44,9 +44,7 @@ class _Experiments(Mapping[str, Experiment]):
     """Mapping from names to the experiments of all registered tasks, each constructed on access."""
 
     def __getitem__(self, name: str) -> Experiment:
-        task = task_named(name)
-        own: Experiment | None = task.experiment()
-        return own or described_experiment(task)
+        return described_experiment(task_named(name))
 
     def __iter__(self) -> Iterator[str]:
         return (task_named(name).called for name in task_names())

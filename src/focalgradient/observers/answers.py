@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, replace
-from typing import Any
 
 import numpy as np
 
@@ -17,9 +15,8 @@ from focalgradient.observers.encoding import EncodedStimulus
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import relief
 from focalgradient.observers.rotation import EncodedCubes, log_odds
-from focalgradient.tasks import Task
 
-__all__ = ["EncodedPictures", "PictureKey", "observe", "rate", "watch"]
+__all__ = ["EncodedPictures", "PictureKey", "rate", "watch"]
 
 PictureKey = tuple[str, str, str]
 """Identifier of a picture: scene, aperture and fixation."""
@@ -50,23 +47,6 @@ SHORTEST = 0.3
 def random_stream(seed: int, task: str, participant: str, *what: int) -> np.random.Generator:
     """Return a random generator for one cell, such as a participant and trial, independent of all other cells."""
     return np.random.default_rng(np.random.SeedSequence([seed, digest(task, participant), *what]))
-
-
-def observe(
-    task: Task, design: Any, observer: Observer, participant: str, seed: int, encoded: Any = None
-) -> tuple[Any, ...]:
-    """Return a simulated observer's answers to all trials of a participant, in chronological order."""
-    if type(task).observe is not Task.observe:
-        return task.observe(design, observer, participant, seed, encoded)
-    person = observer.person(random_stream(seed, task.name, participant))
-    clock, answers, recorded = 0.0, [], list[dict[str, Any]]()
-    for number, trial in enumerate(design.trials(participant), start=1):
-        shown = task.adapted(design, trial, recorded)
-        answer = task.simulated(design, shown, person, random_stream(seed, task.name, participant, number))
-        answers.append(replace(answer, onset=round(clock, 4)))
-        recorded.append({**asdict(trial), **asdict(answers[-1])})
-        clock += design.least_s(trial) + answer.response_time + PAUSE
-    return tuple(answers)
 
 
 def rate(

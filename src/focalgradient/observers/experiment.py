@@ -16,9 +16,10 @@ from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTr
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.design.plan import Plan
 from focalgradient.errors import InputError
-from focalgradient.observers.answers import EncodedPictures, observe
+from focalgradient.observers.answers import EncodedPictures
 from focalgradient.observers.observer import Observer, observer_named
 from focalgradient.observers.rotation import EncodedCubes
+from focalgradient.observers.sessions import observe
 from focalgradient.observers.thresholds import known_threshold, seen_threshold
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress

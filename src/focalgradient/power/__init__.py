@@ -16,6 +16,7 @@ from focalgradient.power.own_tasks import TaskStudy
 from focalgradient.power.ratings import TESTS, Model, Study, quick_power, rise_power, simulated_ratings
 from focalgradient.power.running import Power, power, run, run_here, share_interval, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
+from focalgradient.power.studies import study_of
 from focalgradient.power.study import AnyStudy
 from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
 
@@ -45,6 +46,7 @@ __all__ = [
     "simulated_answers",
     "simulated_ratings",
     "simulated_reports",
+    "study_of",
     "study_of_ratings",
     "subjects_needed",
 ]

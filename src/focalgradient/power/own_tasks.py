@@ -77,8 +77,8 @@ class TaskStudy(AnyStudy):
         return first, others[0] if others else ""
 
     def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        from focalgradient.observers.answers import observe
         from focalgradient.observers.observer import observer_named
+        from focalgradient.observers.sessions import observe
 
         observer, seed = observer_named("default"), int(rng.integers(2**31))
         names = [f"{number:02}" for number in range(1, subjects + 1)]

@@ -12,8 +12,8 @@ import numpy as np
 from focalgradient.dataset.percepts import percepts
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import Observer, seen_pictures
-from focalgradient.observers.answers import observe
 from focalgradient.observers.rotation import encoded_cubes
+from focalgradient.observers.sessions import observe
 from focalgradient.published.record import Prediction, mean_of, ratio_of
 from focalgradient.tasks import task_named
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -36,6 +36,7 @@ from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.reading import CUBE, LEVELS, RATINGS, SIGNALS, content_of
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.thresholds import analyse_thresholds
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
@@ -296,6 +297,14 @@ def _is_ours(path: Path) -> bool:
     return sidecar.is_file() and b"focalgradient" in sidecar.read_bytes().lower()
 
 
+REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
+    "depthrating": RatingPart.of_dataset,
+    "necker": CubePart.of_dataset,
+    "blurthreshold": lambda root, asked: analyse_thresholds(root),
+}
+"""Parts of the built-in tasks, in place of `Task.reported`."""
+
+
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:
     """Analyse every task of a data set that has sessions."""
     title = str(read_description(root).get("Name", root.name))
@@ -306,7 +315,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
                 task = task_named(name)
-                parts.append(task.reported(root, asked) or analyse_own_task(root, task))
+                custom: Callable[..., Part | None] = task.reported
+                parts.append(REPORTED.get(name, custom)(root, asked) or analyse_own_task(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

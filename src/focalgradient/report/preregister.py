@@ -3,19 +3,31 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from focalgradient.design import load_design
 from focalgradient.errors import InputError
 from focalgradient.power import Model
 from focalgradient.report.document import as_html, as_markdown
 from focalgradient.report.own_tasks import preregister_own_task
-from focalgradient.report.preregistered import Planned
+from focalgradient.report.preregister_cube import preregister_cube
+from focalgradient.report.preregister_ratings import preregister_ratings
+from focalgradient.report.preregister_thresholds import preregister_thresholds
+from focalgradient.report.preregistered import Planned, Preregistered
 from focalgradient.report.rules import Stated
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.tasks import task_named
 
 __all__ = ["preregistration"]
+
+PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
+    "depthrating": preregister_ratings,
+    "necker": preregister_cube,
+    "blurthreshold": preregister_thresholds,
+}
+"""Preregistrations of the built-in tasks, in place of `Task.preregistered`."""
 
 
 def preregistration(
@@ -64,7 +76,8 @@ def preregistration(
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
-    text = task.preregistered(design, asked) or preregister_own_task(task, design, asked)
+    custom: Callable[..., Preregistered | None] = task.preregistered
+    text = PREREGISTERED.get(task.name, custom)(design, asked) or preregister_own_task(task, design, asked)
     blocks = text.blocks()
     files = {
         "preregistration.html": as_html(text.title, blocks).encode(),

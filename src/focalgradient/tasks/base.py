@@ -6,7 +6,7 @@ import typing
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,10 +20,6 @@ from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, add
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
 from focalgradient.tasks.steps import Interval, Step, steps_of
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-    from pathlib import Path
 
 __all__ = ["Response", "Task", "paper_settings"]
 
@@ -58,6 +54,8 @@ class Task(ABC):
     """Preregistration settings that apply to this task: "bound", "ordinal", "far_effect"."""
     observer_s: ClassVar[float] = 0.1
     """Approximate processor time in seconds (one core) of one simulated observer's session."""
+    modelled: ClassVar[bool] = False
+    """True if `focalgradient.observers` answers a whole session, instead of `simulated` trial by trial."""
     no_pictures: ClassVar[str] = "whose observers look at none"
     """Reason why simulated observers need no picture folder; empty if they look at pictures."""
 
@@ -279,41 +277,14 @@ class Task(ABC):
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
-    def experiment(self) -> Any:
-        """Return the experiment that the laboratory runs; None: `focalgradient.lab.described_experiment(self)`."""
-        return None
-
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
         """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""
-        raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
-
-    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
-        """Return the stimuli of simulated observers: `encoded` and `stimuli` of `focalgradient.observers.simulate`.
-
-        Parameters
-        ----------
-        design
-            Design of the experiment.
-        folder
-            Folder of the pictures; None: small pictures are rendered, if the task uses any.
-        executor
-            Executor that encodes the pictures; None: this process.
-        progress
-            Function called with the completed fraction and a description of the work.
-        """
-        return {}
-
-    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        """Return a simulated observer's answers to all trials, in chronological order.
-
-        A task that does not override it answers trial by trial, by `simulated` (`focalgradient.observers.answers`).
-        """
         raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
 
     @property
     def simulates(self) -> bool:
         """True if the task has simulated observers."""
-        return type(self).observe is not Task.observe or type(self).simulated is not Task.simulated
+        return self.modelled or type(self).simulated is not Task.simulated
 
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
         """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""

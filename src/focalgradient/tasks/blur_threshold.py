@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,10 +14,6 @@ from focalgradient.scales import Control, Ways
 from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL
 from focalgradient.tasks.steps import Step
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-    from pathlib import Path
 
 __all__ = ["BlurThreshold"]
 
@@ -54,6 +50,7 @@ class BlurThreshold(Task):
     name: ClassVar[str] = "blurthreshold"
     title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
     command: ClassVar[str] = "blur-threshold"
+    modelled: ClassVar[bool] = True
     observer_s: ClassVar[float] = 1.5
 
     @property
@@ -111,16 +108,6 @@ class BlurThreshold(Task):
     def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
         return bool(answer.correct)
 
-    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
-        from focalgradient.observers.intervals import seen_intervals
-
-        return seen_intervals(design, folder, executor, progress)
-
-    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        from focalgradient.observers.thresholds import choose
-
-        return choose(design, observer, participant, seed, seen=encoded)
-
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
         if not design.is_level(answer.level):
             raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
@@ -134,18 +121,3 @@ class BlurThreshold(Task):
         self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
     ) -> str | None:
         return pictures.get((shown["scene"], "pinhole", design.fixation))
-
-    def reported(self, root: Any, asked: Any) -> Any:
-        from focalgradient.report.thresholds import analyse_thresholds
-
-        return analyse_thresholds(root)
-
-    def preregistered(self, design: Any, asked: Any) -> Any:
-        from focalgradient.report.preregister_thresholds import preregister_thresholds
-
-        return preregister_thresholds(design, asked)
-
-    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
-        from focalgradient.power.thresholds import ThresholdStudy
-
-        return ThresholdStudy.of(design, assumed, seed)

@@ -165,7 +165,7 @@ class _Checked:
     def simulated(self, participant: str, trials: Sequence[Any]) -> None:
         """Check the answers of a simulated observer, given by `simulated` alone, to a participant's trials."""
         own = type(self.task)
-        if own.observe is not Task.observe or own.simulated is Task.simulated:
+        if self.task.modelled or own.simulated is Task.simulated:
             return
         from focalgradient.observers.observer import observer_named
 

@@ -6,7 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +18,6 @@ from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
 from focalgradient.tasks.response import check_rating
 from focalgradient.tasks.steps import Step
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-    from pathlib import Path
 
 __all__ = ["DepthRating"]
 
@@ -107,6 +103,7 @@ class DepthRating(Task):
     name: ClassVar[str] = "depthrating"
     title: ClassVar[str] = "Three-dimensionality of pictures by aperture and fixation"
     command: ClassVar[str] = "depth-rating"
+    modelled: ClassVar[bool] = True
     observer_s: ClassVar[float] = 0.5
     no_pictures: ClassVar[str] = ""
     settings_of_report: ClassVar[frozenset[str]] = frozenset({"bound", "ordinal", "far_effect"})
@@ -210,16 +207,6 @@ class DepthRating(Task):
     def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
         return self.answer(rating=design.response_scale.answer_in(value, trial.interval), **times)
 
-    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
-        from focalgradient.observers import seen_pictures
-
-        return seen_pictures(design, folder, executor, progress)
-
-    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        from focalgradient.observers.answers import rate
-
-        return rate(design, observer, participant, seed, encoded)
-
     def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
         check_rating(design, answer)
 
@@ -229,18 +216,3 @@ class DepthRating(Task):
         levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
         key = (shown["scene"], shown["aperture"], shown["fixation"])
         return pictures.get((*key, *(f"{name}={shown['factors'][name]}" for name in levels)))
-
-    def reported(self, root: Any, asked: Any) -> Any:
-        from focalgradient.report.rating_part import RatingPart
-
-        return RatingPart.of_dataset(root, asked)
-
-    def preregistered(self, design: Any, asked: Any) -> Any:
-        from focalgradient.report.preregister_ratings import preregister_ratings
-
-        return preregister_ratings(design, asked)
-
-    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
-        from focalgradient.power.latent import study_of_ratings
-
-        return study_of_ratings(design, assumed, seed)

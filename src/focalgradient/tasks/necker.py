@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from focalgradient.display import Display
 from focalgradient.files.columns import Column
@@ -13,10 +13,6 @@ from focalgradient.scales import Held
 from focalgradient.tasks.base import Task, paper_settings
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
 from focalgradient.tasks.steps import Step
-
-if TYPE_CHECKING:
-    from concurrent.futures import Executor
-    from pathlib import Path
 
 __all__ = ["NeckerRotation"]
 
@@ -84,6 +80,7 @@ class NeckerRotation(Task):
     onset: ClassVar[str] = "trial_onset"
     background: ClassVar[float] = -1.0
     percepts: ClassVar[bool] = True
+    modelled: ClassVar[bool] = True
     observer_s: ClassVar[float] = 0.05
     no_pictures: ClassVar[str] = "whose cube is drawn as its design says"
 
@@ -137,29 +134,3 @@ class NeckerRotation(Task):
 
     def right(self, design: Any, trial: Any, answer: Any, *, participant: str = "01") -> float | None:
         return None if trial.is_ambiguous else answer.share_held(design.keys_of(participant), trial.shape)
-
-    def seen(self, design: Any, folder: Path | None, executor: Executor | None, progress: Any) -> dict[str, Any]:
-        from focalgradient.observers import encoded_cubes
-
-        progress(0.0, "encoding the cube")
-        return {"encoded": encoded_cubes(design, executor)}
-
-    def observe(self, design: Any, observer: Any, participant: str, seed: int, encoded: Any = None) -> tuple[Any, ...]:
-        from focalgradient.observers.answers import watch
-
-        return watch(design, observer, participant, seed, encoded)
-
-    def reported(self, root: Any, asked: Any) -> Any:
-        from focalgradient.report.cube_part import CubePart
-
-        return CubePart.of_dataset(root, asked)
-
-    def preregistered(self, design: Any, asked: Any) -> Any:
-        from focalgradient.report.preregister_cube import preregister_cube
-
-        return preregister_cube(design, asked)
-
-    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
-        from focalgradient.power.cube import CubeStudy
-
-        return CubeStudy.of(design, assumed, seed)
