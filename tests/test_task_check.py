@@ -14,8 +14,8 @@ from pydantic import Field
 from focalgradient.design import Plan, Trial
 from focalgradient.errors import InputError
 from focalgradient.observers import simulate
-from focalgradient.scales import Scale, Steps, Ways
-from focalgradient.tasks import Noted, Response, Task, check_task, register
+from focalgradient.scales import Held, Scale, Steps, Ways
+from focalgradient.tasks import Noted, Response, Step, Task, check_task, register
 from focalgradient.tasks.registry import load_file
 from focalgradient.web import Lists
 
@@ -194,3 +194,38 @@ def test_a_task_file_that_ends_the_program_is_refused(tmp_path: Path) -> None:
     (tmp_path / "ending_task.py").write_text("import sys\nsys.exit(0)\n")
     with pytest.raises(InputError, match=r"ending_task.py cannot be run \(SystemExit\(0\)\): correct it"):
         load_file(tmp_path / "ending_task.py")
+
+
+class HeldDesign(SideDesign):
+    task: str = "heldsides"
+
+
+@register
+class HeldSides(Sides):
+    """Hold the key of the side that is brighter, while a film is shown."""
+
+    name = "heldsides"
+    design = HeldDesign
+    keys: ClassVar = ("f", "j")
+
+    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Any:
+        return Step((np.full((8, 16), grey, np.uint8) for grey in (90, 120)), 2.0, "film")
+
+    def control(self, words: Any, trial: Any) -> Any:
+        return Held(self.keys, ("left", "right"))
+
+    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
+        held = max(("left", "right"), key=lambda side: sum(press.key == "fj"[side == "right"] for press in value))
+        return SideAnswer(chosen=held, **times)
+
+
+def test_a_film_with_held_keys_is_checked_and_left_to_the_laboratory(monkeypatch: pytest.MonkeyPatch) -> None:
+    design = HeldDesign()
+    check_task(design)
+    with pytest.raises(InputError, match="answered by held keys, which a browser offers for the turning cube only"):
+        Lists(design)
+    with pytest.raises(InputError, match="have 16 x 8 pixels, but the window has only 40 x 7"):
+        check_task(design, room=(40, 8))  # the labels of the keys need room, too
+    monkeypatch.setattr(HeldSides, "keys", ("f", "f"))
+    with pytest.raises(InputError, match="must name different ones, each with a label"):
+        check_task(design)
