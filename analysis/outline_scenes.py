@@ -198,7 +198,18 @@ THINGS = (
 SEVERAL = {count: tuple(lens(8, 1 / v) for v in np.linspace(0.55, 1.55, count)) for count in (2, 3, 5)}
 """Numbers of foci of one aperture that share a range of vergence."""
 
-DARK_BAR = either(*(bar(0.3, 9, offset) for offset in (-110, -40, 30, 100)))
+SLIGHT = (lens(16, 3.0), lens(8, 3.0))  # two apertures of little blur, focus beyond the scene
+DARK = {"bars of 5 px": (5, 45), "bars of 9 px": (9, 45), "bars of 14 px": (14, 60), "fence of 3 px": (3, 22)}
+"""Width and spacing of dark bars, in pixels."""
+
+
+def dark_bars(width: int, pitch: int) -> tuple[Layer, Layer]:
+    """Return blank dark bars before a textured wall."""
+    everywhere = [float(pitch * number) for number in range(-8, 9)]
+    shape = either(*(bar(0.3, width, offset) for offset in everywhere))
+    return Layer(1.0, shape, mean=0.0), Layer(0.6, slope=(2e-4, 0))
+
+
 FINE_RAYS = 2048  # whose own noise is below that of the views
 UNCERTAINTY = {
     "control, two foci": Case(SEVERAL[2], (Layer(1.05, slope=(1e-3, 5e-4)),), 41, 0.0022, rays=FINE_RAYS),
@@ -207,9 +218,10 @@ UNCERTAINTY = {
     **{f"three things, {n} foci": Case(SEVERAL[n], THINGS, 43, 0.0022, rays=FINE_RAYS) for n in SEVERAL},
     "lamps, apertures": Case(FRONT, THINGS, 43, 0.0022, FRONT_LIMIT, lamps=12, rays=FINE_RAYS),
     "slant, apertures": Case(FRONT, (Layer(1.1, slope=(2.5e-3, 1e-3)),), 44, 0.005, FRONT_LIMIT, rays=FINE_RAYS),
-    "dark bars, apertures": Case(
-        BACK, (Layer(1.5, DARK_BAR, mean=0.0), Layer(0.8, slope=(2e-4, 0))), 45, 0.0022, BACK_LIMIT, rays=FINE_RAYS
-    ),
+    **{
+        f"{name}, apertures": Case(SLIGHT, dark_bars(*size), 45, 0.0022, BACK_LIMIT, rays=FINE_RAYS)
+        for name, size in DARK.items()
+    },
 }
 """Scenes on which the stated standard deviation is compared with the error (`z` of `score`)."""
 

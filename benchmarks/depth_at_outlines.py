@@ -1,6 +1,6 @@
 """Accuracy of `recover_depth` near occlusion boundaries, on synthetic scenes with known depth.
 
-    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--uncertainty] [--drawn FIRST LAST]
+    python benchmarks/depth_at_outlines.py [--held-back] [--controls] [--drawn FIRST LAST]
                                            [--only NAME ...] [--cache DIR] [--out FILE.json]
 
 Each scene (`analysis/outline_scenes.py`) is processed with and without the boundary treatment (``outlines=False``).
@@ -8,11 +8,10 @@ Printed are, within 10 pixels of true boundaries (where distance changes by 5 % 
 frame, in percent: valid pixels, and of these those off by more than 10 %, by more than 5 stated SDs, and those within
 2; z (1.48 times the median error in stated SDs: 1 is honest, less is too wide an SD); then the median and the 90th
 percentile of the error of distance, and processor seconds. The scenes of `--held-back` were not used during
-development. Those of `--uncertainty` have more foci, lamps and dark bars: there the stated SD is compared with errors.
-The scenes of `--controls` have no boundaries: depth and validity should not change, and the changes are printed; the SD
-may grow where noise distorts depth. The scenes of `--drawn` are random, selected by number; printed are, for each kind
-of views, the number of refused scenes (less than 5 % of the frame valid), and the mean over scenes of the scores of
-whole frames.
+development. The scenes of `--controls` have no boundaries: depth and validity should not change, and the changes are
+printed; the SD may grow where noise distorts depth. The scenes of `--drawn` are random, selected by number; printed
+are, for each kind of views, the number of refused scenes (less than 5 % of the frame valid), and the mean over scenes
+of the scores of whole frames.
 """
 
 from __future__ import annotations
@@ -30,7 +29,6 @@ from outline_scenes import (
     CONTROLS,
     HELD_BACK,
     MADE_WITH,
-    UNCERTAINTY,
     Case,
     drawn,
     near_outlines,
@@ -94,7 +92,6 @@ def show_drawn(found: dict[str, list[dict[str, float]]]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description="depth near occlusion boundaries, with and without their treatment")
     parser.add_argument("--held-back", action="store_true", help="the scenes not looked at while the method was made")
-    parser.add_argument("--uncertainty", action="store_true", help="compare the stated SD with errors")
     parser.add_argument("--controls", action="store_true", help="scenes without outlines")
     parser.add_argument("--drawn", nargs=2, type=int, metavar=("FIRST", "LAST"), help="scenes drawn by chance")
     parser.add_argument("--only", nargs="*", help="names of scenes")
@@ -102,7 +99,6 @@ def main() -> None:
     parser.add_argument("--out", type=Path, help="also write the figures here, as JSON")
     options = parser.parse_args()
     cases = CONTROLS if options.controls else HELD_BACK if options.held_back else MADE_WITH
-    cases = UNCERTAINTY if options.uncertainty else cases
     cases = {name: case for name, case in cases.items() if not options.only or name in options.only}
     results: dict[str, object] = {}
     if options.drawn:

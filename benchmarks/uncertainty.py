@@ -1,0 +1,137 @@
+"""Whether the stated standard deviation of depth is that of its errors: scenes, fields, a sheet and rooms in one table.
+
+    python benchmarks/uncertainty.py [DATA] [--only WORD ...] [--cache DIR] [--figure FILE.png]
+
+A row gives the share of valid pixels and, of these, z (1.48 times the median error in stated standard deviations: 1 is
+honest, less is too wide), the shares within two and beyond five of them, and the medians of error and standard
+deviation in dioptres. The ray-traced scenes are `UNCERTAINTY` of `analysis/outline_scenes.py`. A field of focus that is
+curved or tilted by so much in the corner, and a sheet of which only that it is flat is known, follow; a curved field is
+scored twice, by what pixels state each (``vergence_sd``) and with what the frame shares (``total_sd``). Of a scene that
+reaches nearer than the search, also given are the shares of its nearer part that are claimed, and reported as nearer.
+
+DATA is a folder with any of ``canon_rf50_flat`` and ``indoor_pairs``: rooms are scored by ``vergence_sd``, each and
+pooled, with what is left after the best focus and the best smooth field (`rooms.py`), and six are drawn in `--figure`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
+
+import rooms
+from outline_scenes import (
+    FRONT,
+    PIXEL,
+    SEVERAL,
+    SHAPE,
+    UNCERTAINTY,
+    Array,
+    recovered,
+    score,
+    texture,
+    views_and_truth,
+)
+from photographs import photographed
+
+from focalgradient import DepthMap, Lens, View, blur, recover_depth
+from focalgradient.render import noisy
+
+COLUMNS = {"valid": 1, "z": 2, "within_2_sd": 1, "beyond_5_sd": 2, "error_D": 4, "sd_D": 4}
+"""Scores printed, with their decimals."""
+
+FIELDS = {"curved by 0.06 D": (0.06, 0.0), "tilted by 0.06 D": (0.0, 0.06), "curved by 0.15 D": (0.15, 0.0)}
+"""Change of focus at the corner: curvature and tilt (D)."""
+
+NOISE = 0.0022
+WALL = 1.0  # D
+
+
+def row(name: str, depth: DepthMap, vergence: Array) -> None:
+    """Print one row over the whole frame."""
+    found = score(depth, vergence, np.ones(vergence.shape, bool))
+    print(f"{name:36}" + "".join(f"{found.get(c, np.nan):9.{places}f}" for c, places in COLUMNS.items()), flush=True)
+
+
+def walls(vergence: Array, lenses: Sequence[Lens], gains: Sequence[float] = (), seed: int = 1) -> list[View]:
+    """Views of a textured surface of `vergence` (H x W), each exposed by its gain (1 if not given)."""
+    edge = [(n - size) // 2 for n, size in zip(texture(seed, 1.0, SHAPE).shape, SHAPE, strict=True)]
+    sharp = texture(seed, 1.0, SHAPE)[edge[0] : edge[0] + SHAPE[0], edge[1] : edge[1] + SHAPE[1]]
+    views = [blur(sharp, 1 / vergence, lens, pixel_angle=PIXEL) for lens in lenses]
+    gained = [replace(v, image=gain * v.image) for v, gain in zip(views, gains or [1.0] * len(views), strict=True)]
+    return [noisy(view, NOISE, seed + number) for number, view in enumerate(gained)]
+
+
+def fields() -> Iterator[tuple[str, list[View], Array]]:
+    """A wall through lenses whose focus differs over the field: name, views, and the wall."""
+    height, width = SHAPE
+    y, x = np.meshgrid(*(np.arange(n) - (n - 1) / 2 for n in SHAPE), indexing="ij")
+    corner = float(np.hypot(height - 1, width - 1)) / 2
+    for kind, lenses in (("apertures", FRONT), ("three foci", SEVERAL[3])):
+        for name, (curvature, tilt) in FIELDS.items():
+            moved = WALL - curvature * (x**2 + y**2) / corner**2 - tilt * x * 2 / (width - 1)
+            yield f"field {name}, {kind}", walls(moved, lenses), np.full(SHAPE, WALL)
+
+
+def nearer(name: str, lenses: Sequence[Lens], near: float) -> None:
+    """Print a wall of which the left half lies nearer than the search."""
+    vergence = np.full(SHAPE, WALL)
+    vergence[:, : SHAPE[1] // 2] = 1.25 / near
+    depth = recover_depth(walls(vergence, lenses), near=near)
+    row(name, depth, vergence)
+    left = np.s_[20:-20, 20 : SHAPE[1] // 2 - 40]
+    reported = np.zeros(SHAPE, bool) if depth.beyond is None else depth.beyond == 1
+    print(f"{'':4}nearer part: {depth.valid[left].mean():.1%} claimed, {reported[left].mean():.1%} reported as nearer")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description="stated standard deviation against errors of depth")
+    parser.add_argument("data", type=Path, nargs="?", help="folder with photographs")
+    parser.add_argument("--only", nargs="*", default=[""], help="words of which a row's name contains one")
+    parser.add_argument("--cache", type=Path, help="keep traced views here")
+    parser.add_argument("--figure", type=Path, help="draw the first six rooms here")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+
+    def is_asked(name: str) -> bool:
+        return any(word in name for word in options.only)
+
+    print(f"{'':36}" + "".join(f"{name:>9}" for name in ("valid %", "z", "< 2 sd %", "> 5 sd %", "error D", "sd D")))
+    for name, case in UNCERTAINTY.items():
+        if is_asked(name):
+            views, vergence = views_and_truth(name, case, options.cache)
+            row(name, recovered(case, views, outlines=True)[0], vergence)
+    if is_asked("bracketing"):
+        flat = np.full(SHAPE, WALL)
+        row("bracketing, 3 exposures", recover_depth(walls(flat, SEVERAL[3], (1.0, 0.5, 0.25))), flat)
+    for name, views, vergence in fields():
+        if is_asked(name):
+            depth = recover_depth(views, near=None if "foci" in name else FRONT[0].focus_distance)
+            row(name, depth, vergence)
+            row(f"    {'with the common part':32}", replace(depth, vergence_sd=depth.total_sd), vergence)
+    for name, lenses in (("near, two foci", SEVERAL[2]), ("near, apertures", FRONT)):
+        if is_asked(name):
+            nearer(name, lenses, 0.8)
+    if options.data is None:
+        return
+    if is_asked("sheet") and (folder := options.data / "canon_rf50_flat").is_dir():
+        pair = [Lens(0.0496, number, 0.945) for number in (20, 4)]
+        views = photographed([folder / "f20.png", folder / "f4.png"], pair, 46.9e-6, "srgb")
+        depth = recover_depth(views, near=0.3, far=0.945, align=True)
+        middle = np.median(depth.vergence[depth.valid])
+        row("sheet (about its median)", depth, np.full(depth.shape, middle))
+    if is_asked("rooms") and (folder := options.data / "indoor_pairs").is_dir():
+        found = rooms.rooms(sorted(one for one in folder.iterdir() if one.is_dir()), 1.57, 1.6, 8.0)
+        if options.figure:
+            rooms.draw(found, options.figure)
+
+
+if __name__ == "__main__":
+    main()
