@@ -68,8 +68,8 @@ def target_of(
 def innermost(region: NDArray[np.bool_]) -> tuple[float, float]:
     """Return the centre of the pixel of a region that is farthest from its border, in pixels, right and down.
 
-    >>> innermost(np.ones((5, 3), bool))
-    (1.5, 2.5)
+    >>> innermost(np.ones((5, 5), bool))
+    (2.5, 2.5)
     """
     inside = distance_transform_edt(np.pad(region, 1))[1:-1, 1:-1]
     row, column = np.unravel_index(int(np.argmax(inside)), region.shape)
