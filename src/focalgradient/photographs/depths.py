@@ -298,7 +298,7 @@ def _read_table(
     """Read a settings file, and the photographs that it names."""
     if len(files) > 1:
         raise InputError(f"{table} is a settings file, which names its images itself: give it alone.")
-    if given := [name for name, value in optics.items() if value not in (None, False, ())]:
+    if given := [name for name, value in optics.items() if not (value is None or value is False or value == ())]:
         raise InputError(f"{given[0]} cannot go with {table}, which gives the optics itself: set it there.")
     settings = load_settings(table, calibrated)
     images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
