@@ -54,6 +54,7 @@ def test_unequal_variances_are_recovered_from_expected_counts():
     assert found.equal_p < 1e-6
 
 
+@pytest.mark.slow
 def test_standard_errors_of_ratings_are_those_of_repeated_experiments():
     """The half-widths of the intervals, over the standard deviation of the estimates in 300 drawn experiments."""
     rng = np.random.default_rng(5)
