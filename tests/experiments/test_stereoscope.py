@@ -132,10 +132,10 @@ def test_each_eye_has_its_picture_its_gamma_and_its_place_to_the_pixel(tmp_path:
     assert Display(gamma=2.2).encode(np.array(0.25)) != Display(gamma=1.6).encode(np.array(0.25))
 
 
-def lit(screen: Headless, eye: int) -> np.ndarray:
-    """Rows and columns of an eye's half near its middle that are lit, as far as the nonius lines reach."""
+def drawn(screen: Headless, eye: int) -> np.ndarray:
+    """Rows and columns of an eye's half near its middle that are black, as far as the nonius lines reach."""
     half = screen.pixels()[384 - 92 : 384 + 92, 512 * eye + 256 - 92 : 512 * eye + 256 + 92, 0]
-    return np.argwhere(half > 150) - 92
+    return np.argwhere(half < 60) - 92
 
 
 @psychopy_here
@@ -154,10 +154,10 @@ def test_alignment_by_keys_is_stored_and_recorded(tmp_path: Path) -> None:
             events.append(event)
             keep(screen, f"stereo-{event.strip('?')}-{events.count(event)}")
             if event == "align":
-                before = [lit(screen, eye).mean(0) for eye in (0, 1)]
+                before = [drawn(screen, eye).mean(0) for eye in (0, 1)]
                 screen.keys("Left", "Left", "Left", "Up", "Up", "Up", "Down")
                 screen.xdotool("sleep", "0.3")
-                after = [lit(screen, eye).mean(0) for eye in (0, 1)]
+                after = [drawn(screen, eye).mean(0) for eye in (0, 1)]
                 assert np.all(after[0] == before[0])
                 assert np.allclose(after[1] - before[1], [-2, -3], atol=0.01)  # up, left
                 screen.keys("Return")
