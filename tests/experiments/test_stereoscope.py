@@ -170,7 +170,11 @@ def test_alignment_by_keys_is_stored_and_recorded(tmp_path: Path) -> None:
                 assert min(pixels[:, :512].std(), pixels[:, 512:].std()) > 10
                 assert np.all(pixels[..., 0] == pixels[..., 1]), "grey to each eye, no anaglyph"
                 assert not np.array_equal(pixels[:, :512], pixels[:, 512:])
-            elif event in ("instructions", "ready", "break", "thanks", "debriefing"):
+            elif event == "instructions":
+                between = screen.pixels()[100:600, 504:520]  # where the halves meet
+                assert np.ptp(between) == 0, "text reaches over the border of an eye's half"
+                screen.keys("space")
+            elif event in ("ready", "break", "thanks", "debriefing"):
                 screen.keys("space")
         assert running.end() == 0, running.errors
     assert events.count("picture") == 3

@@ -404,8 +404,8 @@ class Screen:
     def text(self, text: str, *, height: float = 0.03, x: float = 0.0, y: float = 0.0, **how: Any) -> Any:
         """Return a text centred at a position; `height`, `x` and `y` are fractions of the screen's height."""
         unit = self.size[1]
-        wrap = min(1.3 * unit, 0.92 * self.size[0])
-        how = {"color": self.ink, "wrapWidth": wrap, **how}
+        how = {"color": self.ink, "wrapWidth": 1.3 * unit, **how}
+        how["wrapWidth"] = min(how["wrapWidth"], 0.92 * self.size[0])
         how |= {"pos": (x * unit, y * unit), "height": height * unit, "autoLog": False}
         return self.both(visual.TextStim(self.window, text, **how))
 
