@@ -5,7 +5,7 @@ tries to focus on the letter, and reports whether it is clear. `focalgradient ru
 --pilot` runs it with a simulated lens; `lens = "optotune:/dev/ttyACM0"` in the design selects a real one.
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Any, ClassVar
 
@@ -13,8 +13,7 @@ from pydantic import Field
 
 from focalgradient.dataset import Response
 from focalgradient.design import Plan, Trial
-from focalgradient.lab.described import described_experiment
-from focalgradient.lab.experiment import Experiment, Sitting
+from focalgradient.lab.experiment import Sitting
 from focalgradient.lab.lenses import open_lens
 from focalgradient.lab.questions import ask_which
 from focalgradient.tasks import Task, register
@@ -77,9 +76,11 @@ class Accommodation(Task):
         },
     }
 
-    def experiment(self) -> Experiment:
-        """Check before the window opens that the lens responds."""
-        return replace(described_experiment(self), check=lambda design, display, room: check(design))
+    def check_devices(self, design: FocusDesign) -> None:
+        """Open the lens, and raise `InputError` for vergences beyond its range."""
+        lens = lens_of(design.lens)
+        for demand in (*design.demands_d, design.demands_d[0]):
+            lens.set_focus(demand)
 
     def run(self, sitting: Sitting, trial: FocusTrial) -> FocusAnswer:
         """Set the lens, wait until it has settled, show the letter, and ask."""
@@ -103,10 +104,3 @@ class Accommodation(Task):
 
 
 lens_of = cache(open_lens)
-
-
-def check(design: FocusDesign) -> None:
-    """Open the lens, and raise `InputError` for vergences beyond its range."""
-    lens = lens_of(design.lens)
-    for demand in (*design.demands_d, design.demands_d[0]):
-        lens.set_focus(demand)

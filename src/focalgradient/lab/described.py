@@ -37,7 +37,7 @@ def described_experiment(task: Task) -> Experiment:
         about=cleandoc(type(task).__doc__ or task.title),
         trial=trial,
         pictures=task.needed,
-        check=_check_keys,
+        check=partial(_check, task),
         background=task.background,
         before=partial(_warm_up, task),
         standard=partial(_lead, task),
@@ -45,10 +45,11 @@ def described_experiment(task: Task) -> Experiment:
     )
 
 
-def _check_keys(design: Any, display: Display, room: tuple[int, int]) -> None:
-    """Raise `InputError` if a key of the design is unknown."""
+def _check(task: Task, design: Any, display: Display, room: tuple[int, int]) -> None:
+    """Raise `InputError` if a key of the design is unknown, or a device does not respond."""
     from focalgradient.lab.screen import key_names
 
+    task.check_devices(design)
     for key in getattr(design, "keys", ()):
         if key not in key_names():
             raise InputError(f"keys has {key!r}, but must name keys of a keyboard, such as 'f', 'left' or 'space'.")

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -146,7 +146,8 @@ def add_axes_mm(figure: Figure, left: float, bottom: float, width: float, height
 
 def log_ticks(axis: Axis) -> None:
     """Label a logarithmic axis at 1, 2 and 5 of each decade."""
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    # A LogLocator would turn to other steps where less than a decade is shown.
+    axis.set_major_locator(FixedLocator([step * 10.0**decade for decade in range(-9, 10) for step in (1, 2, 5)]))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
 

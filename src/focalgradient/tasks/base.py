@@ -277,6 +277,9 @@ class Task(ABC):
         """
         raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
+    def check_devices(self, design: Any) -> None:  # noqa: B027 - most tasks have none
+        """Raise `InputError` before the window opens if a device of the design does not respond; none by default."""
+
     def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
         """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""
         raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
