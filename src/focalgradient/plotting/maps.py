@@ -17,6 +17,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_list
@@ -242,7 +243,8 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
     with np.errstate(divide="ignore", invalid="ignore"):
         percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
     low, high = _robust(percent[depth.valid], 0, 98)
-    _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
+    bar = _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
+    bar.locator = MaxNLocator(4, steps=[1, 2, 5, 10])  # few digits, so that the bar's label has room
     if title is None:
         title = _summary("Uncertainty: median sd", percent[depth.valid])
         if len(depth.common_errors) and depth.valid.any():
