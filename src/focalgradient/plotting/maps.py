@@ -244,7 +244,7 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
         percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
     low, high = _robust(percent[depth.valid], 0, 98)
     bar = _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
-    bar.locator = MaxNLocator(4, steps=[1, 2, 5, 10])  # few digits, so that the bar's label has room
+    bar.locator = MaxNLocator("auto", steps=[1, 2, 5, 10])  # no 2.5, which takes a digit more
     if title is None:
         title = _summary("Uncertainty: median sd", percent[depth.valid])
         if len(depth.common_errors) and depth.valid.any():
