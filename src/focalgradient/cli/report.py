@@ -248,6 +248,7 @@ def report(
                 "bayes is": "--bayes is",
                 "guess_rate is": "--guess-rate is",
                 "guess is": "--guess-rate is",
+                "guess rate is not known: give it": "guess rate is not known: give --guess-rate",
             }
         ),
         workers.shared(seconds) as executor,

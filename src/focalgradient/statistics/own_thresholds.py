@@ -188,8 +188,8 @@ def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
         level, right, shown = below
         raise InputError(
             f"{own.name}: {at} level {level:g} {right} of {shown} answers are right, fewer than guessing among "
-            "two gives, so the guess rate is not known: give it, like 0.25 for four alternatives and 0 for yes and no, "
-            "or a column alternatives."
+            "two gives, so the guess rate is not known: give it, 0.5 for a staircase with two alternatives, 0.25 for "
+            "four and 0 for yes and no, or a column alternatives."
         )
     own.notes.append("The guess rate was taken to be one half, as of two alternatives.")
     return 0.5
