@@ -11,7 +11,7 @@ from focalgradient.plotting import depth_figure
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import spheres
 
-LENSES = tuple(Lens(focal_length=0.025, f_number=8, focus_distance=distance) for distance in (0.8, 1.6))
+LENSES = tuple(Lens(0.025, 8, focus_distance=distance, field_tolerance=0) for distance in (0.8, 1.6))
 WIDTH = 320 * 8e-6  # m, of the sensor
 NOISE = 0.01  # relative to the mean radiance
 SEED = 5

@@ -16,7 +16,8 @@ from focalgradient.plotting import draw_depth, draw_uncertainty, draw_view
 from focalgradient.render import noisy
 from focalgradient.scenes import spheres
 
-lenses = [Lens(focal_length=0.025, f_number=f_number, focus_distance=0.8) for f_number in (16, 5.6)]
+# An ideal lens: what it has in focus is a plane.
+lenses = [Lens(0.025, f_number, focus_distance=0.8, field_tolerance=0) for f_number in (16, 5.6)]
 pixel = 8e-6 / lenses[0].sensor_distance  # radians
 rendered = [cast(spheres(seed=5), lens, (240, 320), pixel) for lens in lenses]
 views = [noisy(one.view, 0.01 * float(one.view.image.mean()), seed) for seed, one in enumerate(rendered)]
