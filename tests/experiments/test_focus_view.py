@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
 from headless import headless, psychopy_here
 
 PROGRAM = """
@@ -70,6 +71,7 @@ print(json.dumps(found))
 
 
 @psychopy_here
+@pytest.mark.slow
 def test_the_shader_shows_the_mixture_to_the_8_bit_step(tmp_path: Path) -> None:
     with headless(tmp_path / "x") as screen:
         done = subprocess.run([sys.executable, "-c", PROGRAM], env=screen.environment, capture_output=True, text=True)

@@ -106,6 +106,7 @@ print(json.dumps(found))
 
 
 @psychopy_here
+@pytest.mark.slow
 def test_each_eye_has_its_picture_its_gamma_and_its_place_to_the_pixel(tmp_path: Path) -> None:
     setups = {
         "straight": {"mirrored": False, "offset_px": [0, 0]},

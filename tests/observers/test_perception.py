@@ -77,7 +77,8 @@ def picture(size, aperture, end):
     return blurred[low, row] * (1 - share) + blurred[low + 1, row] * share, np.tile(1 / vergence[:, None], size)
 
 
-@pytest.mark.parametrize("size", [256, pytest.param(512, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [256, 512])
 def test_depth_rises_with_the_aperture_of_pictures_at_every_distance_and_for_every_pupil(size):
     """Through the pixels and the encoding; flat with the far end in focus."""
     display = Display(pixel_pitch=0.5e-3 * 256 / size)
