@@ -19,7 +19,7 @@ STUDIES: Mapping[str, Callable[[Any, Mapping[str, float], int], AnyStudy]] = {
     "necker": CubeStudy.of,
     "blurthreshold": ThresholdStudy.of,
 }
-"""Studies of the built-in tasks, in place of `Task.study`."""
+"""Studies of the built-in tasks, used instead of `Task.study`."""
 
 
 def study_of(task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> AnyStudy:

@@ -302,7 +302,7 @@ REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
     "necker": CubePart.of_dataset,
     "blurthreshold": lambda root, asked: analyse_thresholds(root),
 }
-"""Parts of the built-in tasks, in place of `Task.reported`."""
+"""Parts of the built-in tasks, used instead of `Task.reported`."""
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:

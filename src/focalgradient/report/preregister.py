@@ -27,7 +27,7 @@ PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
     "necker": preregister_cube,
     "blurthreshold": preregister_thresholds,
 }
-"""Preregistrations of the built-in tasks, in place of `Task.preregistered`."""
+"""Preregistrations of the built-in tasks, used instead of `Task.preregistered`."""
 
 
 def preregistration(

@@ -92,15 +92,9 @@ def slope_questions(
         pairs = {}
     what = f"the {analysis.mean}"
     # Choices are tested over subjects, as the test over subjects and scenes finds fewer effects of few of both.
-    deciding, other, end = (
-        (over_subjects, crossed_effect, RANDOM)
-        if analysis.binary
-        else (
-            crossed_effect,
-            over_subjects,
-            HERE,
-        )
-    )
+    deciding, other, end = crossed_effect, over_subjects, HERE
+    if analysis.binary:
+        deciding, other, end = over_subjects, crossed_effect, RANDOM
 
     def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
         return {name: _slope_table(of[name]) for name in fixations}

@@ -42,7 +42,7 @@ Interval = tuple[NDArray[np.uint8], float]
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """Look at the real world, in place of a picture; a tone and a white screen end it.
+    """Look at the real world, instead of a picture; a tone and a white screen end it.
 
     Parameters
     ----------
