@@ -20,6 +20,7 @@ from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.common_error import field_modes, spread_over
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.settings import used_blur
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.view import View
@@ -248,8 +249,6 @@ def _radius(camera: Calibration, f_number: float, focus: float) -> float:
 
 def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
     """Return the SDs in dioptres due to the split-band test and due to noise (H x W each)."""
-    from focalgradient.depth.model_error import LEAST_BLUR  # deferred import: needed only with a map
-
     tau = float(depth.details.get("split_band", {}).get("tau", 0.0))
     pixel_angle = views[0].pixel_angle
     slopes = [view.optics.aperture_diameter / 2 / pixel_angle for view in views]

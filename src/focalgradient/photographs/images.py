@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
+from scipy.ndimage import distance_transform_edt
 
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
@@ -413,8 +414,6 @@ def _ceiling(pixels: NDArray[Any]) -> int:
 
 def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
     """Return `pixels` with each pixel outside the mask replaced by the nearest one inside."""
-    from scipy.ndimage import distance_transform_edt
-
     row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
     return pixels[row, column]
 

@@ -22,6 +22,7 @@ from focalgradient.calibration import (
     fit_scenes,
     score_scene,
 )
+from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
@@ -123,8 +124,6 @@ class KnownScenes(Table):
 
     def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene:
         """Read one scene, and estimate its depth with the lens's marks."""
-        from focalgradient.depth.recover import recover_depth
-
         camera = self.camera
         photographs = read_photographs(
             [shot.image for shot in shots], camera.encoding, [shot.flat for shot in shots], crop=True

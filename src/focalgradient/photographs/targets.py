@@ -12,6 +12,7 @@ from pydantic import Field
 
 from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur, shape_k
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
@@ -157,8 +158,6 @@ class Targets(Table):
 
     def map_pair(self, pair: tuple[TargetShot, TargetShot], camera: Calibration) -> tuple[list[View], DepthMap] | None:
         """Return views and depth map of a pair by the default method with a calibrated `camera`; None if it fails."""
-        from focalgradient.depth.recover import recover_depth
-
         views = []
         for shot in reversed(pair):  # sharper view first
             photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)

@@ -25,6 +25,7 @@ from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_fram
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.sets import display_json, png
+from focalgradient.video import save_movie
 
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
@@ -240,8 +241,6 @@ def _make_loop(
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
     """Return a whole rotation as an MP4 file."""
-    from focalgradient.video import save_movie
-
     with staged(folder) as hidden:  # OpenCV only writes to a path
         path = save_movie([*pictures] * LOOPS_PER_TURN, hidden / "video.mp4", rate=frame_rate, lossless=False)
         return read_bytes(path, "a video")

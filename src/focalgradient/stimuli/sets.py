@@ -18,7 +18,9 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.optics import Optics
+from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.manifest import Manifest, StoredDisplay
 from focalgradient.tables import check_table
@@ -220,20 +222,14 @@ class StimulusSet:
 
     def drawing(self, scene: str) -> NDArray[np.uint8] | None:
         """Return the named drawing, H x W, in the size of the set's pictures; None for a scene of the set."""
-        from focalgradient.stimuli.drawings import DRAWINGS, example_picture
-
         return example_picture(scene, self.pixels(self.pictures[0]).shape[:2]) if scene in DRAWINGS else None
 
     def blurred(self, design: Any, scene: str, amount: float) -> NDArray[np.uint8]:
         """Return a scene's pinhole picture with the blur of a threshold's trial (`blurred_scene`)."""
-        from focalgradient.stimuli.blurred_scene import blurred_scene
-
         return blurred_scene(self, design, scene, amount)
 
     def mask(self, seed: tuple[int, ...]) -> NDArray[np.uint8]:
         """Return a mask of noise, H x W, in the size of the set's pictures."""
-        from focalgradient.stimuli.drawings import noise_mask
-
         return noise_mask(self.pixels(self.pictures[0]).shape[:2], self.display.pixels_per_degree, seed)
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
