@@ -18,7 +18,7 @@ from focalgradient.files import plain_name
 from focalgradient.optics import Aperture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress, part_of, silent
-from focalgradient.render.blurred import blur_picture, check_radius
+from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, named_apertures, stem_of
@@ -134,18 +134,10 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
     first: tuple[int, int] | None = None
     for name, (light, distance) in photographs.items():
         plain_name(name, "the name of a scene")
-        if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or light.shape[:2] != distance.shape:
-            raise InputError(
-                f"{name} has a picture of shape {light.shape} and a depth of {distance.shape}, but must have H x W or "
-                "H x W x 3 and H x W: give the depth of every pixel."
-            )
+        checked_picture(light, distance, (f"the picture of {name}", f"the depth of {name}"), channels=3)
         first = check_size(name, distance.shape, display, first)
-        if not (np.isfinite(light).all() and light.min() >= 0 and light.max() > 0):
-            raise InputError(
-                f"{name} contains radiance that is negative, not finite or zero everywhere: correct the picture."
-            )
-        if not (distance > 0).all():
-            raise InputError(f"{name} contains distances that are not positive: fill the holes of its depth.")
+        if light.min() < 0 or light.max() <= 0:
+            raise InputError(f"{name} contains radiance that is negative or zero everywhere: correct the picture.")
         stored_distance(distance, name)
     assert first is not None
     return first
