@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field
 
@@ -28,8 +28,6 @@ class _Target(_Entry):
 
 
 class _Scene(_Entry):
-    tables: ClassVar[dict[str, type[Table]]] = {"nearest": _Target, "farthest": _Target, "targets": _Target}
-
     seed: int | None = Field(description="a whole number, or null")
     depth: str | None = Field(description="the name of a file, or null")
     nearest: _Target | None = Field(None, description="a table of what is fixated")
@@ -64,8 +62,6 @@ class StoredDisplay(_Entry):
 class Manifest(_Entry):
     """Manifest of a depth-rating set."""
 
-    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "scenes": _Scene, "pictures": _Picture}
-
     set: Literal["depth-rating"] = Field(description='"depth-rating"')
     display: StoredDisplay = Field(description="a table of the display")
     scenes: dict[str, _Scene] = Field(description="a table of scenes, by their names")
@@ -84,8 +80,6 @@ class _Controlled(Table):
 
 class StimulusRecord(_Entry):
     """Record of a drawn stimulus, stored beside its arrays."""
-
-    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "controlled": _Controlled}
 
     name: str = Field(description="the name of the function that drew it")
     source: list[str] = Field(description="a list of keys of the bibliography")
