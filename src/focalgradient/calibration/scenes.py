@@ -285,7 +285,7 @@ def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, f
     lenses = [camera.lens(*mark) for mark in marks]
     share = lenses[0].aperture_diameter / scene.views[0].optics.aperture_diameter
     vergence = lenses[0].focus_vergence + (scene.depth.vergence - marked) / share
-    views = [replace_optics(view, lens) for view, lens in zip(scene.views, lenses, strict=True)]
+    views = [replace(view, optics=lens) for view, lens in zip(scene.views, lenses, strict=True)]
     moved = replace(scene.depth, vergence=vergence, vergence_sd=scene.depth.vergence_sd / share)
     found = apply_calibration(moved, views, camera, marks)
     true = 1 / (scene.distance + camera.offset)
@@ -305,8 +305,3 @@ def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, f
         float(np.mean(np.minimum(relative, 1.0))),
         float((np.abs(off) < 2 * sd).mean()),
     )
-
-
-def replace_optics(view: View, optics: object) -> View:
-    """Return a view with other optics."""
-    return View(view.image, optics, view.pixel_angle, mask=view.mask)  # type: ignore[arg-type]
