@@ -56,7 +56,8 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
     >>> stated_encoding(file.getvalue(), "view.png")
     'linear'
     """
-    profile, gamma, said, exif = of_header(data, _statements, (None,) * 4)
+    nothing: tuple[Any, ...] = (None,) * 4
+    profile, gamma, said, exif = of_header(data, _statements, nothing)
     values = np.arange(256) / 255
     if profile and (curve := _curve(profile)) is not None:
         return _closest_encoding(curve, f"the colour profile {profile_name(profile)}", name)

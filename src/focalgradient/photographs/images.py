@@ -188,7 +188,9 @@ def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], En
 
 def _name_page(path: Path, data: bytes) -> None:
     """Warn that the first page of a TIFF file with several pages is used; smaller previews do not count."""
-    sizes = of_header(data, lambda image: [page.size for page in ImageSequence.Iterator(image)], [])
+    sizes: list[tuple[int, int]] = of_header(
+        data, lambda image: [page.size for page in ImageSequence.Iterator(image)], []
+    )
     pages = sum(size[0] * size[1] >= sizes[0][0] * sizes[0][1] for size in sizes)
     if pages > 1:
         warnings.warn(

@@ -222,7 +222,8 @@ def png_of(values: NDArray[np.uint8]) -> bytes:
 
 def _check_colours(path: Path, encoding: Encoding) -> None:
     """Raise `InputError` for a partly transparent picture; warn of a colour profile that is not applied."""
-    hidden, profile = of_header(path, _transparency_and_profile, (False, None))
+    nothing: tuple[bool, bytes | None] = False, None
+    hidden, profile = of_header(path, _transparency_and_profile, nothing)
     if hidden:
         raise _transparent(path)
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():

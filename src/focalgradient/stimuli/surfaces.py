@@ -380,9 +380,8 @@ def miniature(
         sharp, relative = draw_town(frame.shape, tangent, seed)
         metres = true_distance_m * relative / relative[frame.shape[0] // 2, frame.shape[1] // 2]
     else:
-        sharp, metres = checked_picture(
-            check_finite("picture", picture, "shares of white"), depth_m, ("picture", "depth_m")
-        )
+        sharp = check_finite("picture", picture, "shares of white")
+        _, metres = checked_picture(sharp, depth_m, ("picture", "depth_m"))
         if sharp.ndim != 2 or sharp.shape[0] % 2 or sharp.shape[1] % 2 or sharp.min() < 0 or sharp.max() > 1:
             raise InputError(
                 f"picture has shape {sharp.shape} and values from {sharp.min():g} to {sharp.max():g}, but must be "
