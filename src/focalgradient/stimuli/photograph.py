@@ -31,14 +31,12 @@ from focalgradient.stimuli.sets import (
     begin_set,
     check_size,
     disc_ends,
-    judge_set,
+    finish_set,
     npy,
     png,
-    read_set,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
-from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["make_from_photographs"]
 
@@ -115,16 +113,7 @@ def make_from_photographs(
         for number, (name, pair) in enumerate(photographs.items()):
             share = part_of(say, number, len(photographs))
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
-        judge_set(folder)
-        light = folder.content["controls"]["mean_luminance_percent"]["worst"]
-        note = (
-            f"Rings: point in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
-            f"Maximum difference in mean luminance between conditions of a scene: {light:.2g} %."
-        )
-        folder.put({"sheet.png": sheet_png(out, folder.content, note)})
-        folder.finish()
-    say(1.0, "finished")
-    return read_set(out)
+    return finish_set(folder, say, display)
 
 
 def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:
@@ -194,9 +183,6 @@ def _scene(
     jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
     known: dict[str, Any] = {}
     for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):
-        if stem != "pinhole":
-            ratio = measured["mean_luminance"] / known["pinhole"]["mean_luminance"]
-            measured["mean_luminance_percent"] = 100 * (ratio - 1)
         known[stem] = measured
         folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")

@@ -18,11 +18,13 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.optics import Optics
+from focalgradient.progress import Progress
 from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.manifest import Manifest, StoredDisplay
+from focalgradient.stimuli.sheet import sheet_note, sheet_png
 from focalgradient.tables import check_table
 
 __all__ = [
@@ -36,7 +38,7 @@ __all__ = [
     "check_size",
     "disc_ends",
     "display_json",
-    "judge_set",
+    "finish_set",
     "npy",
     "png",
     "read_set",
@@ -400,12 +402,34 @@ def add_picture(
     )
 
 
-def judge_set(folder: Folder) -> None:
-    """Judge the measured controls of all blurred pictures; refuse a picture sharper than its blur allows."""
-    controls = folder.content["controls"]
-    refuse_seams(controls["scenes"])
-    pictures = [scene["pictures"] for scene in controls["scenes"].values()]
-    controls |= judged([one for stems in pictures for stem, one in stems.items() if stem != "pinhole"])
+def finish_set(folder: Folder, say: Progress, display: Display | None = None) -> StimulusSet:
+    """Finish a set whose pictures are made and listed, unless it is finished, and return it.
+
+    Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
+    blurred pictures, and draws the contact sheet for a `display`, if given.
+
+    Raises
+    ------
+    InputError
+        If a picture is sharper than its blur allows.
+    """
+    if not folder.complete:
+        controls = folder.content["controls"]
+        measured = [scene["pictures"] for scene in controls["scenes"].values()]
+        for stems in measured:
+            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), None)
+            for one in stems.values() if sharp and sharp["mean_luminance"] > 0 else ():
+                if one is not sharp:
+                    one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
+        refuse_seams(controls["scenes"])
+        controls |= judged([one for stems in measured for stem, one in stems.items() if stem != "pinhole"])
+        if display is not None:
+            say(1.0, "sheet")
+            width = folder.settings["parameters"]["picture_px"][0]
+            folder.put({"sheet.png": sheet_png(folder.path, folder.content, sheet_note(controls, display, width))})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(folder.path)
 
 
 def display_json(display: Display) -> dict[str, Any]:
