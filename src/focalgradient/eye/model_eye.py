@@ -8,7 +8,7 @@ for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two mo
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Protocol
 
 import numpy as np
@@ -19,7 +19,7 @@ from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
 from focalgradient.eye.measured import resized_zernike, zernike_terms
 from focalgradient.eye.prescription import prescribed
-from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
+from focalgradient.eye.ranges import check_pupil, check_wavelength, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
 from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
@@ -167,22 +167,15 @@ class Eye:
                 field_deg=field_deg,
                 aberrations=aberrations,
             )
-        kept = object.__setattr__
-        kept(self, "pupil_diameter", pupil_diameter)
-        kept(self, "accommodation", accommodation)
-        kept(self, "wavelength_nm", wavelength_nm)
-        kept(self, "chromatic_scale", chromatic_scale)
-        kept(self, "aberrations", aberrations)
-        kept(self, "stiles_crawford", stiles_crawford)
-        kept(self, "pupil_offset", pupil_offset)
-        kept(self, "lens", lens)
+        given = dict(locals())
+        for field in fields(Eye):
+            object.__setattr__(self, field.name, given[field.name])
         self._check()
 
     def _check(self) -> None:
         check_pupil(self.pupil_diameter)
         check_number("accommodation", self.accommodation, "dioptres")
-        check_number("wavelength_nm", self.wavelength_nm, "nanometres")
-        wavelengths(self.wavelength_nm)
+        check_wavelength(self.wavelength_nm)
         check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
         check_aberrations(self.aberrations)
         check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)

@@ -417,8 +417,8 @@ def finish_set(folder: Folder, say: Progress, display: Display | None = None) ->
         controls = folder.content["controls"]
         measured = [scene["pictures"] for scene in controls["scenes"].values()]
         for stems in measured:
-            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), None)
-            for one in stems.values() if sharp and sharp["mean_luminance"] > 0 else ():
+            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), {"mean_luminance": 0.0})
+            for one in stems.values() if sharp["mean_luminance"] > 0 else ():
                 if one is not sharp:
                     one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
         refuse_seams(controls["scenes"])
