@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import io
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,7 @@ from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
-from focalgradient.stimuli.manifest import Manifest, StoredDisplay
+from focalgradient.stimuli.manifest import Fixation, Manifest, Picture, StoredDisplay, Target
 from focalgradient.stimuli.sheet import sheet_note, sheet_png
 from focalgradient.tables import check_table
 
@@ -48,28 +47,6 @@ __all__ = [
 
 LARGEST_PICTURE = 256 << 20
 """Maximum size of a picture file in bytes: an 8-bit PNG of the largest display has some 100 MB."""
-
-Fixation = str
-"""Fixated object, which is in focus: "nearest", "farthest", or another name from the set's table."""
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A fixated object.
-
-    Parameters
-    ----------
-    name
-        ``"nearest"``, ``"farthest"``, or a name from the table of the pictures.
-    distance_m
-        Distance along the camera's axis; NaN if unknown, as in imported sets.
-    position_px
-        Position in pixels from the picture's upper left corner, to the right and down.
-    """
-
-    name: str
-    distance_m: float
-    position_px: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,40 +76,6 @@ class ShownScene:
                 "these."
             )
         return self.targets[fixation]
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture of the set.
-
-    Parameters
-    ----------
-    scene, aperture, fixation
-        Name of the scene, aperture ("pinhole" or an f-number such as "f/11"), and object in focus.
-    png, linear
-        Paths of its files relative to the set's folder: 8-bit values for the display, and linear radiance (white = 1).
-    focus_m, aperture_mm
-        Focus distance; aperture diameter, 0 for the pinhole.
-    blur_px, blur_arcmin
-        Smallest and largest diameter of the blur disc in the picture: in pixels, and on the display. Values unknown for
-        imported pictures are NaN.
-    """
-
-    scene: str
-    aperture: str
-    fixation: Fixation
-    png: str
-    linear: str
-    focus_m: float
-    aperture_mm: float
-    blur_px: tuple[float, float]
-    blur_arcmin: tuple[float, float]
-    others: Mapping[str, str] = field(default_factory=dict)
-    """Other columns of the table from which it was imported."""
-
-    def agrees(self, levels: Mapping[str, str]) -> bool:
-        """Return whether no column of the picture contradicts the given factor levels."""
-        return all(self.others.get(name, level) == level for name, level in levels.items())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -178,9 +121,7 @@ class StimulusSet:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
         entry = known[name]
         ends = {end: entry[end] for end in ("nearest", "farthest") if entry.get(end)} | entry.get("targets", {})
-        targets = {
-            end: Target(one["name"], _number(one["distance_m"]), tuple(one["position_px"])) for end, one in ends.items()
-        }
+        targets = {end: Target.model_validate(one) for end, one in ends.items()}
         return ShownScene(name, entry["seed"], entry["depth"], targets)
 
     def picture(self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None) -> Picture:
@@ -298,24 +239,9 @@ def read_set(folder: str | Path) -> StimulusSet:
     if not isinstance(manifest, dict) or manifest.get("set") != "depth-rating":
         raise InputError(f"{path} is not the manifest of a depth-rating set: {remedy}.")
     checked = check_table(str(path), manifest, Manifest)
-    display = stored_display(checked.display)
-    where = f"{path}: a file's name"
-    pictures = tuple(
-        Picture(
-            scene=one.scene,
-            aperture=one.aperture,
-            fixation=one.fixation,
-            png=inner_name(one.png, where),
-            linear=inner_name(one.linear, where),
-            focus_m=_number(one.focus_m),
-            aperture_mm=_number(one.aperture_mm),
-            blur_px=_pair(one.blur_px),
-            blur_arcmin=_pair(one.blur_arcmin),
-            others=one.further,
-        )
-        for one in checked.pictures
-    )
-    return StimulusSet(folder, manifest, display, pictures)
+    for name in (name for one in checked.pictures for name in (one.png, one.linear)):
+        inner_name(name, f"{path}: a file's name")
+    return StimulusSet(folder, manifest, stored_display(checked.display), tuple(checked.pictures))
 
 
 def begin_set(
@@ -494,15 +420,6 @@ def stored_display(shown: StoredDisplay) -> Display:
         shown.white_cd_m2,
         shown.dither,
     )
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def _pair(values: Sequence[float | None]) -> tuple[float, float]:
-    low, high = values
-    return _number(low), _number(high)
 
 
 def _lost(path: Path) -> InputError:
