@@ -187,9 +187,8 @@ def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> Non
 
 def test_a_column_of_repetitions_is_no_part_of_a_trial():
     """Three answers to one condition in turn are three trials, where a column numbers them as repetitions."""
-    rows = [
-        f"{who},{blur},{rep},{blur + rep / 10 + who}" for who in (1, 2, 3) for blur in (1, 2, 4) for rep in (1, 2, 3)
-    ]
+    trials = itertools.product((1, 2, 3), (1, 2, 4), (1, 2, 3))
+    rows = [f"{who},{blur},{rep},{blur + rep / 10 + who}" for who, blur, rep in trials]
     own = read_conditions(text_table("\n".join(["vp,blur,rep,depth_rating", *rows])), by=["blur"])
     assert len(own.table) == len(rows)
     assert own.notices == ()
