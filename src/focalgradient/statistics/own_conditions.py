@@ -33,7 +33,10 @@ from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
 
-KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "response_time", "dropped_frames")
+KEPT = (
+    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
+    *("response_time", "dropped_frames"),
+)
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50

@@ -49,7 +49,8 @@ NO = {"": False, "n/a": False}
 PARTICIPANT = (
     *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
     *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id"),
-    *("responseid", "response id", "result"),
+    *("responseid", "response id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
+    *("versuchsperson", "vp", "vpn", "proband", "sujet"),
 )
 """Recognised names of the participant column."""
 
