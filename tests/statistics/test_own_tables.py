@@ -261,8 +261,8 @@ BAD = {
     ),
     "no rating": ("subject,focus\n1,near\n", "no columns for aperture, rating "),
     "no names": (
-        "Name,Blende,Urteil\n1,0,1\n",
-        r"participant, aperture, fixation, rating \(its columns are Name, Blende, Urteil\): name them with columns="
+        "Name,Stop,Mark\n1,0,1\n",
+        r"participant, aperture, fixation, rating \(its columns are Name, Stop, Mark\): name them with columns="
         r'\{"participant": "NAME", "aperture": "NAME", "fixation": "NAME", "rating": "NAME"\}, or give each',
     ),
     "no aperture and fixation": (
