@@ -259,6 +259,10 @@ def test_times_in_milliseconds_are_refused_or_converted(tmp_path: Path) -> None:
     found = read(tmp_path, own, [*HEAD, "rt_ms"])
     assert found.table["response_time"].max() == pytest.approx(1.43)
     assert "rt_ms was multiplied by 0.001, for the unit" in found.notices[0]
+    jspsych = [[*row, "html-slider-response", "12"] for row in own]
+    found = read(tmp_path, jspsych, [*HEAD, "rt", "trial_type", "time_elapsed"])
+    assert found.table["response_time"].max() == pytest.approx(1.43)
+    assert "rt was multiplied by 0.001, for the unit that jsPsych writes" in found.notices[0]
 
 
 def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) -> None:
@@ -350,7 +354,7 @@ def test_any_delimiter_gives_the_same_notices(tmp_path: Path, write: Callable[[s
     own[3][0], own[5][4] = "p01 ", "999"
     path = tmp_path / "own.csv"
     path.write_text(write("\n".join(",".join(row) for row in [HEAD, *own])))
-    assert len(read_ratings(path).notices) == 2
+    assert len(read_ratings(path).notices) == 3
 
 
 def test_names_that_are_one_are_so_both_ways() -> None:
@@ -381,7 +385,7 @@ def test_a_workbook_passes_the_same_checks(tmp_path: Path) -> None:
     found = read_ratings(path)
     as_csv = read(tmp_path, [*own, ["Mean", *own[0][1:]]])
     assert found.notices == as_csv.notices
-    assert len(found.notices) == 3
+    assert len(found.notices) == 4
     assert found.table["rating"].tolist() == as_csv.table["rating"].tolist()
     path.write_bytes(workbook([HEAD, *own], 2))
     with pytest.raises(InputError, match=r"has 2 sheets with cells \(practice & x, main\), but must have one"):
