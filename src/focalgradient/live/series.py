@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.files import printable, read_array, read_json, write_whole
-from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
+from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name, save_array
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
@@ -250,11 +250,11 @@ class FocusSeries:
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)
         for vergence, plane in zip(self.vergences, self.planes, strict=True):
-            write_whole(where / plane_name(vergence), partial(_save, plane))
+            write_whole(where / plane_name(vergence), partial(save_array, plane))
         self._finish(where)
 
     def _finish(self, where: Path) -> None:
-        write_whole(where / DISTANCE, partial(_save, self.distance))
+        write_whole(where / DISTANCE, partial(save_array, self.distance))
         summary = {
             "written_by": MARK,
             "focus_dioptre": self.vergences,
@@ -464,7 +464,3 @@ def _expected(
             halvings += 1
         density.append(2**halvings)
     return 1 + max(density)
-
-
-def _save(array: NDArray[Any], path: Path) -> None:
-    np.save(path, array)
