@@ -9,10 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import check_seed
+from focalgradient.errors import checked
+from focalgradient.quantities import Seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.materials import ramp
-from focalgradient.scenes.objects import Mark, Mesh, Point, Scene, Sky, check_field
+from focalgradient.scenes.objects import Field, Mark, Mesh, Point, Scene, Sky
 from focalgradient.scenes.shapes import sheet
 
 __all__ = ["GROUNDS", "Land", "clouded_sky", "terrain"]
@@ -172,7 +173,8 @@ def sunlight(random: np.random.Generator) -> tuple[Point, Point, float]:
     return sun, (1.08, 1.0 - 0.14 * warmth, 0.90 - 0.38 * warmth), warmth
 
 
-def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
+@checked
+def terrain(seed: Seed = 0, *, field: Field = 0.35) -> Scene:
     """Return a fractal landscape, from the ground at the camera's feet to mountains hundreds of metres away.
 
     Parameters
@@ -187,8 +189,6 @@ def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
     >>> [mark.distance > 30 for mark in terrain(seed=2).marks]
     [False, True]
     """
-    check_field(field)
-    check_seed(seed)
     random = np.random.default_rng([seed, 4])
     grounds = list(GROUNDS)
     land = Land(
