@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import boxcox, inv_boxcox
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite, checked
 from focalgradient.eye.quadrature import panels
-from focalgradient.eye.ranges import check_pupil, ordered_times
+from focalgradient.eye.ranges import Pupil, ordered_times
 from focalgradient.quantities import Range, Seed
 
 __all__ = ["Microfluctuations", "Oscillation", "growth"]
@@ -162,11 +162,12 @@ class Microfluctuations:
             )
 
     @classmethod
+    @checked
     def of(
         cls,
-        pupil_diameter: float,
-        luminance: float = 100.0,
-        response: float = 1.0,
+        pupil_diameter: Pupil,
+        luminance: Annotated[float, Range("cd/m^2", positive=True)] = 100.0,
+        response: Annotated[float, Range("dioptres", 0)] = 1.0,
         *,
         drift: float = 0.1,
         seed: int = 0,
@@ -190,9 +191,6 @@ class Microfluctuations:
         >>> round(wide.rms, 3), round(pinhole.rms, 3)
         (0.203, 0.42)
         """
-        check_pupil(pupil_diameter)
-        check_number("luminance", luminance, "cd/m^2", positive=True)
-        check_number("response", response, "dioptres", least=0)
         power = (RESTING + PER_DIOPTRE * response) ** 2
         low = (1 - HIGH_SHARE) * power
         low *= (1 + (SMALL_PUPIL / pupil_diameter) ** 2) * (1 + DIM / luminance)

@@ -253,11 +253,13 @@ def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
 @cache
 def _parts(mi: Any, dr: Any, variant: str) -> dict[str, Any]:
     """Return the package's sensor, texture and integrator, as classes of Mitsuba's current variant."""
-    mi.register_sensor("dioptres", _sensor_class(mi, dr))
-    return {"Skin": _texture_class(mi, dr), "Light": _integrator_class(mi, dr, variant)}
+    mi.register_sensor("dioptres", _sensor_class(dr))
+    return {"Skin": _texture_class(dr), "Light": _integrator_class(dr, variant)}
 
 
-def _sensor_class(mi: Any, dr: Any) -> Any:
+def _sensor_class(dr: Any) -> Any:
+    import mitsuba as mi
+
     class Dioptres(mi.Sensor):
         """A thin lens focused at any vergence."""
 
@@ -289,7 +291,9 @@ def _sensor_class(mi: Any, dr: Any) -> Any:
     return Dioptres
 
 
-def _texture_class(mi: Any, dr: Any) -> Any:
+def _texture_class(dr: Any) -> Any:
+    import mitsuba as mi
+
     class Skin(mi.Texture):
         """The texture of a plane or sphere, mapped exactly as by the ray caster."""
 
@@ -330,7 +334,9 @@ def _texture_class(mi: Any, dr: Any) -> Any:
     return Skin
 
 
-def _integrator_class(mi: Any, dr: Any, variant: str) -> Any:
+def _integrator_class(dr: Any, variant: str) -> Any:
+    import mitsuba as mi
+
     class Light(mi.SamplingIntegrator):
         """Integrator that returns the radiance along a ray, shaded or path traced."""
 
