@@ -33,7 +33,7 @@ from focalgradient.stimuli.sets import (
     disc_ends,
     finish_set,
     npy,
-    png,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -184,7 +184,7 @@ def _scene(
     known: dict[str, Any] = {}
     for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):
         known[stem] = measured
-        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
+        folder.put({f"{name}/{stem}.png": png_of(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
         blur = disc_ends(optics, distance, pixel_angle)
