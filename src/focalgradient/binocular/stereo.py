@@ -75,7 +75,10 @@ class _Eyes:
             )
         found = []
         for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
-            aside = {"place": side * self.interocular, "ahead": -side * self.interocular * self.vergence}
+            aside: dict[str, Any] = {
+                "place": side * self.interocular,
+                "ahead": -side * self.interocular * self.vergence,
+            }
             own = own_blur(optics)
             by_rays = self.blur and self.blur_distance is None and (own is None or not own.forms_views)
             seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(self.say, number, 2))
