@@ -255,6 +255,11 @@ class Answers:
         ]
 
     @property
+    def primary(self) -> tuple[Answer, ...]:
+        """Answers to the primary question, the primary outcome first."""
+        return tuple(row for row in self.rows if row.question.role == "primary")
+
+    @property
     def headlines(self) -> tuple[Answer, ...]:
         """Main results."""
         return tuple(row for row in self.rows if row.headline)
