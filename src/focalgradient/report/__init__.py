@@ -30,13 +30,12 @@ from focalgradient.report.export import safe_csv
 from focalgradient.report.own_conditions import ConditionPart
 from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.own_tasks import analyse_own_task
-from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.reading import CUBE, LEVELS, RATINGS, SIGNALS, content_of
 from focalgradient.report.rules import Stated, as_toml, load_rules
-from focalgradient.report.thresholds import analyse_thresholds
+from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.statistics.bayes import NEEDED
@@ -287,7 +286,7 @@ def _of_table(
         detected = DetectionPart.of(found)
         return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])
     own = read_thresholds(path, columns, conditions, guess, where)
-    part = OwnThresholdPart.of(own)
+    part = ThresholdPart.of(own)
     return _Analysed(title, [part], notes=[*own.notes], notices=[*own.notices])
 
 
@@ -300,7 +299,7 @@ def _is_ours(path: Path) -> bool:
 REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
     "depthrating": RatingPart.of_dataset,
     "necker": CubePart.of_dataset,
-    "blurthreshold": lambda root, asked: analyse_thresholds(root),
+    "blurthreshold": ThresholdPart.of_dataset,
 }
 """Parts of the built-in tasks, used instead of `Task.reported`."""
 
