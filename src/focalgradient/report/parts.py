@@ -93,6 +93,16 @@ class Part(ABC):
     def name(self) -> str:
         """Prefix of the section's file names."""
 
+    @property
+    @abstractmethod
+    def choices(self) -> tuple[str, ...]:
+        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
+        return ()
+
     @abstractmethod
     def findings(self, output: Output) -> Iterator[Block]:
         """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
@@ -112,20 +122,10 @@ class Part(ABC):
         """Yield the methods for a paper."""
 
     @property
-    @abstractmethod
-    def choices(self) -> tuple[str, ...]:
-        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
-
-    @property
     def both(self) -> list[tuple[str, Answer]]:
         """Main results with and without exclusions."""
         answers = [*self.answers()]
         return both_results(answers, excludes=bool(self.rules) or any(one.role == WITHOUT for one in answers))
-
-    @property
-    def rules(self) -> tuple[str, ...]:
-        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
-        return ()
 
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:

@@ -198,7 +198,8 @@ def _ratios(
 
 def _long(rises: pd.DataFrame) -> pd.DataFrame:
     """Return a row for each log ratio."""
-    return rises.stack().dropna().rename_axis(["participant_id", "scene"]).rename("log_ratio").reset_index()
+    cells = pd.Series(rises.stack(), name="log_ratio").dropna()
+    return cells.rename_axis(["participant_id", "scene"]).reset_index()
 
 
 def posteriors_of_steps(

@@ -213,14 +213,22 @@ def _answer(question: Question, level: str, found: Outcome | Tested, role: str) 
 
 
 def stated(
-    name: str, level: str, outcome: Outcome, role: Role, unit: str = "", n: int | None = None, headline: str = ""
+    name: str,
+    level: str,
+    outcome: Outcome,
+    role: Role,
+    unit: str = "",
+    n: int | None = None,
+    headline: str = "",
+    sentence: str = "",
 ) -> Answer:
     """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
 
     >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
     'no answers'
     """
-    return Answer(Question(name, lambda data: {}, role, unit, headline=headline), level, outcome, role, n)
+    asked = Question(name, lambda _: {}, role, unit, headline=headline, sentence=lambda _, answers: sentence)
+    return Answer(asked, level, outcome, role, n)
 
 
 @dataclass(frozen=True, slots=True)

@@ -115,11 +115,11 @@ def _variants(rows: pd.DataFrame, analysis: Analysis, rules: str) -> list[Varian
         Variant(
             row["level"],
             rules,
-            shown[row["level"]].nunique(),
-            len(shown[row["level"]]),
-            *(row.get(name) for name in ("estimate", "low", "high", "p")),
-            True,
-            row.get("reason", ""),
+            subjects=shown[row["level"]].nunique(),
+            trials=len(shown[row["level"]]),
+            **{name: row.get(name) for name in ("estimate", "low", "high", "p")},
+            distinct=True,
+            reason=row.get("reason", ""),
         )
         for row in found
     ]

@@ -18,8 +18,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_installed
-from focalgradient.statistics.means import paired_effect, t_interval
-from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.means import between_levels, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Question, Tested
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.wording import statistic, with_interval
@@ -415,8 +414,9 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
         return {name: Tested(result.mean, n=len(_log_thresholds(result.subjects))) for name, result in results.items()}
 
     def ratios(results: Results) -> dict[str, Effect | NotComputed]:
-        logs = {name: _log_thresholds(result.subjects) for name, result in results.items()}
-        return {level: _difference(*(logs[name] for name in pair)) for level, pair in pairs.items()}
+        logs = {name: pd.Series(_log_thresholds(result.subjects), dtype=float) for name, result in results.items()}
+        method = "paired t over participants"
+        return {level: between_levels(logs[one], logs[other], method=method) for level, (one, other) in pairs.items()}
 
     def mean(level: str, answers: Answers) -> str:
         found = answers.to(MEAN)[level]
@@ -478,13 +478,6 @@ def _sessions(results: Results) -> dict[str, Tested]:
         for name, result in results.items()
         for session in result.subjects
     }
-
-
-def _difference(one: Mapping[str, float], other: Mapping[str, float]) -> Effect | NotComputed:
-    """Compare log thresholds by participant."""
-    if both := [value - other[who] for who, value in one.items() if who in other]:
-        return paired_effect(both, "paired t over participants")
-    return welch(*(np.array([*values.values()]) for values in (one, other)))
 
 
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
