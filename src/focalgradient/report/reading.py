@@ -78,7 +78,8 @@ NEEDS = {
 def refuse_unused(name: str, content: str, given: Mapping[str, object], applied: Collection[str]) -> None:
     """Raise `InputError` for a given setting that does not apply to what a table or data set contains."""
     for setting, value in given.items():
-        if value not in (None, (), False) and setting not in applied:
+        is_given = value is not None and value is not False and value not in ((), {})
+        if is_given and setting not in applied:
             raise InputError(f"{setting} is for {NEEDS[setting]}, but {name} {content}: leave it out.")
 
 

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.statistics.means import between_levels, family, paired_effect
 from focalgradient.statistics.questions import Answer, less, stated
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.wording import many, summary
+from focalgradient.statistics.wording import many, number, statistic
 
 __all__ = [
     "ConditionTest",
@@ -69,15 +69,15 @@ class ConditionTest:
             if self.level is None
             else f"{self.factor} {self.level} instead of {self.against}"
         )
-        size = f"by {effect.estimate:+.3g}".replace("-", "−")
-        if self.log:
-            places = ".3g" if abs(effect.estimate) > 0.02 else ".4f"
-            size = f"by a factor of {math.exp(effect.estimate):{places}}"
+        estimates = (effect.estimate, effect.low, effect.high)
+        size, low, high = (number(math.exp(value), 4) if self.log else number(value) for value in estimates)
+        by = "a factor of " if self.log else "+" if effect.estimate > 0 else ""
         several = self.answer == "rating"
         of = "ratings" if several else f"the effect {self.answer}" if self.answer.startswith("(") else self.answer
         differ = "differ" if several else "differs"
         verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
-        return f"{what[0].upper()}{what[1:]} {verb} {size} ({summary(effect)})."
+        ends = f"(95 % interval {low} to {high}; {statistic(effect)})"
+        return f"{what[0].upper()}{what[1:]} {verb} by {by}{size} {ends}."
 
     @property
     def name(self) -> str:
