@@ -53,7 +53,7 @@ ROOMS = {
     "scales": {"errors", "files"},
     "tasks": {"display", "errors", "files", "scales"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
-    "dataset": {"design", "errors", "files", "parallel", "scales", "tables", "tasks"},
+    "dataset": {"design", "errors", "files", "parallel", "quantities", "scales", "tables", "tasks"},
     "observers": {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
         *("render", "scales", "scenes", "statistics", "stimuli", "tasks"),
