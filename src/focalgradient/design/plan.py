@@ -136,8 +136,6 @@ class Plan(Table):
     ] = ()
     """Minimum size of a browser window, width first; touch is then sufficient. Default: 640 x 480 and a keyboard."""
 
-    tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
-
     closed: ClassVar[tuple[str, ...]] = ()
     """Fields of a trial whose values in a given list must occur in the design's own list."""
 
