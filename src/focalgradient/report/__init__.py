@@ -25,10 +25,10 @@ from focalgradient.report.analysed import analyse_necker, analyse_ratings, analy
 from focalgradient.report.choices import chosen, explained
 from focalgradient.report.conditions import ConditionPart
 from focalgradient.report.cube_part import CubePart
+from focalgradient.report.detection import DetectionPart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown, folded
 from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
-from focalgradient.report.own_detection import DetectionPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
