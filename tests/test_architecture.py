@@ -39,7 +39,7 @@ ROOMS = {
         *("depth", "errors", "files", "optics", "parallel", "plausibility", "progress", "psf", "quantities"),
         *("render", "scenes", "view"),
     },
-    "retina": {"errors", "eye", "files", "progress", "quantities", "render", "view"},
+    "retina": {"binocular", "errors", "eye", "files", "progress", "quantities", "render", "view"},
     "binocular": {"errors", "files", "optics", "progress", "render", "scenes", "view"},
     "srgb": set(),
     "live": {"display", "errors", "eye", "files", "memory", "optics", "progress", "render", "srgb"},
@@ -52,6 +52,7 @@ ROOMS = {
     "tables": {"errors", "files"},
     "scales": {"errors", "files"},
     "tasks": {"display", "errors", "files", "scales"},
+    "experiments": {"dataset", "design", "display", "errors", "files", "scales", "stimuli", "tasks"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
     "dataset": {"design", "errors", "files", "parallel", "scales", "tables", "tasks"},
     "observers": {
@@ -59,8 +60,8 @@ ROOMS = {
         *("render", "scales", "scenes", "statistics", "stimuli", "tasks"),
     },
     "published": {
-        *("dataset", "design", "display", "errors", "eye", "files", "observers", "progress", "scales", "stimuli"),
-        "tasks",
+        *("dataset", "design", "display", "errors", "eye", "files", "observers", "progress", "scales", "statistics"),
+        *("stimuli", "tasks"),
     },
     "calibration": {"depth", "errors", "optics", "psf", "view"},
     "photographs": {
@@ -128,9 +129,8 @@ ROOMS["__main__"] = {"cli"}
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"dataset", "design", "observers", "statistics", "stimuli"},
+    "tasks": {"design", "observers"},
     "power": {"observers"},
-    "published": {"statistics"},
 }
 
 # Libraries that live in one place: a room, or a folder beside src.

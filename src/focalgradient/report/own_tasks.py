@@ -17,6 +17,7 @@ from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.power import TaskStudy, power, run_here
+from focalgradient.power.own_tasks import planned_of, tested_of
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.export import table_files
@@ -158,10 +159,12 @@ def analyse_own_task(root: str | os.PathLike[str], task: Task) -> OwnTask:
         raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
     design = check_design(task.name, next(iter(data.sidecars.values()))["Design"])
     rows = table[~table["catch"]] if "catch" in table else table
-    return OwnTask(task, data, table, data.simulated, called(task, "tested", task.tested, design, rows))
+    return OwnTask(task, data, table, data.simulated, called(task, "tested", tested_of, task, design, rows))
 
 
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
+    if task.findings is None:
+        return []
     found: Any = called(task, "findings", task.findings, rows)
     if isinstance(found, str) or not all(isinstance(one, str) for one in found):
         raise InputError(f"the task {task.name!r} fails: findings is {described(found)}, but must be a list of texts.")
@@ -235,7 +238,7 @@ def preregister_own_task(task: Task, design: Any, asked: Planned) -> Preregister
     """
     if asked.effects:
         raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
-    tests = task.planned(design)
+    tests = planned_of(task, design)
     settings = design.model_dump(mode="json")
     subjects, table = "State the number of subjects and its reason: the task has no simulated observer.", None
     if not tests:
