@@ -16,8 +16,8 @@ from click.testing import CliRunner, Result
 from focalgradient.cli import main
 from focalgradient.cli.generate import Folder, Given, Made, command
 from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
-from focalgradient.cli.shapes import ShapeAsked
 from focalgradient.errors import InputError
+from focalgradient.options.shapes import ShapeAsked
 from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 
