@@ -7,7 +7,7 @@ honest, less is too wide), the shares within two and beyond five of them, and th
 deviation in dioptres. The ray-traced scenes are `UNCERTAINTY` of `analysis/outline_scenes.py`. A field of focus that is
 curved or tilted by so much in the corner, and a sheet of which only that it is flat is known, follow; a curved field is
 scored twice, by what pixels state each (``vergence_sd``) and with what the frame shares (``total_sd``). Of a scene that
-reaches nearer than the search, also given are the shares of its nearer part that are claimed, and reported as nearer.
+reaches beyond the search, also given are the shares of that part that are claimed, and reported as nearer or farther.
 
 DATA is a folder with any of ``canon_rf50_flat`` and ``indoor_pairs``: rooms are scored by ``vergence_sd``, each and
 pooled, with what is left after the best focus and the best smooth field (`rooms.py`), and six are drawn in `--figure`.
@@ -23,6 +23,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from scipy import ndimage
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
 
@@ -52,6 +53,7 @@ FIELDS = {"curved by 0.06 D": (0.06, 0.0), "tilted by 0.06 D": (0.0, 0.06), "cur
 
 NOISE = 0.0022
 WALL = 1.0  # D
+MARGIN = 24  # px about its border that are not scored of a part outside the search
 
 
 def row(name: str, depth: DepthMap, vergence: Array) -> None:
@@ -80,15 +82,20 @@ def fields() -> Iterator[tuple[str, list[View], Array]]:
             yield f"field {name}, {kind}", walls(moved, lenses), np.full(SHAPE, WALL)
 
 
-def nearer(name: str, lenses: Sequence[Lens], near: float) -> None:
-    """Print a wall of which the left half lies nearer than the search."""
-    vergence = np.full(SHAPE, WALL)
-    vergence[:, : SHAPE[1] // 2] = 1.25 / near
-    depth = recover_depth(walls(vergence, lenses), near=near)
+def outside(name: str, views: Sequence[View], vergence: Array, near: float, far: float | None = None) -> None:
+    """Print a scene of which a part lies outside the limits of the search (m)."""
+    depth = recover_depth(views, near=near, far=far)
     row(name, depth, vergence)
-    left = np.s_[20:-20, 20 : SHAPE[1] // 2 - 40]
-    reported = np.zeros(SHAPE, bool) if depth.beyond is None else depth.beyond == 1
-    print(f"{'':4}nearer part: {depth.valid[left].mean():.1%} claimed, {reported[left].mean():.1%} reported as nearer")
+    nearer, farther = vergence > 1 / near, vergence < (1 / far if far else 0.0)
+    reported = np.zeros(SHAPE, np.int8) if depth.beyond is None else depth.beyond
+    for side, part in ((1, nearer), (-1, farther)):
+        if part.any():
+            inner = ndimage.binary_erosion(part, iterations=MARGIN, border_value=1)
+            print(
+                f"{'':4}{'nearer' if side > 0 else 'farther'} part: {depth.valid[inner].mean():.1%} claimed, "
+                f"{(reported[inner] == side).mean():.1%} reported"
+            )
+    print(f"{'':4}part within: {(reported[~nearer & ~farther] != 0).mean():.2%} reported as outside")
 
 
 def main() -> None:
@@ -116,9 +123,15 @@ def main() -> None:
             depth = recover_depth(views, near=None if "foci" in name else FRONT[0].focus_distance)
             row(name, depth, vergence)
             row(f"    {'with the common part':32}", replace(depth, vergence_sd=depth.total_sd), vergence)
-    for name, lenses in (("near, two foci", SEVERAL[2]), ("near, apertures", FRONT)):
-        if is_asked(name):
-            nearer(name, lenses, 0.8)
+    halves = [np.where(np.arange(SHAPE[1]) < SHAPE[1] // 2, v, WALL) for v in (1.5625, 0.35)]
+    for kind, lenses in (("two foci", SEVERAL[2]), ("apertures", FRONT)):
+        for name, half, near, far in (("near", halves[0], 0.8, None), ("far", halves[1], 0.56, 1.5)):
+            if is_asked(f"{name}, {kind}"):
+                vergence = np.broadcast_to(half, SHAPE)
+                outside(f"{name}, {kind}", walls(vergence, lenses), vergence, near, far)
+        if is_asked(f"near, three things, {kind}"):
+            name = f"three things, {kind.replace('two', '2')}"
+            outside(f"near, {name}", *views_and_truth(name, UNCERTAINTY[name], options.cache), 0.76)
     if options.data is None:
         return
     if is_asked("sheet") and (folder := options.data / "canon_rf50_flat").is_dir():

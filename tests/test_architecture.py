@@ -54,7 +54,7 @@ ROOMS = {
     "tasks": {"display", "errors", "files", "scales"},
     "experiments": {"dataset", "design", "display", "errors", "files", "scales", "stimuli", "tasks"},
     "design": {"errors", "files", "scales", "tables", "tasks"},
-    "dataset": {"design", "errors", "files", "parallel", "scales", "tables", "tasks"},
+    "dataset": {"design", "errors", "files", "parallel", "quantities", "scales", "tables", "tasks"},
     "observers": {
         *("dataset", "depth", "design", "display", "errors", "eye", "files", "parallel", "progress"),
         *("render", "scales", "scenes", "statistics", "stimuli", "tasks"),

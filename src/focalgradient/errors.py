@@ -121,7 +121,9 @@ def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> N
     for name, (bounds, matches, expected) in _expectations(function).items():
         value = given[name]
         if bounds is not None and not (value is None and matches(None)):
-            bounds.check(name, value)
+            rows = isinstance(value, tuple | list) and matches(value)
+            for number in value if rows else (value,):
+                bounds.check(name, number)
         elif not matches(value):
             raise InputError(f"{name} is {described(value)}, but must be {expected}.")
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Annotated, Any
 
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.errors import InputError, check_fields
+from focalgradient.quantities import Range
 from focalgradient.tasks import Noted, Response
 from focalgradient.tasks.noted import EXTRA, OpenRecord
 
 __all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event", "fields_of"]
+
+
+GAMMA = Range("exponents of luminance", positive=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,18 +54,21 @@ class Apparatus:
     """
 
     clock: str
-    screen_px: tuple[int, int] | None = None
-    screen_m: tuple[float, float] | None = None
-    screen_sd_m: tuple[float, float] | None = None
-    viewing_distance_m: float | None = None
-    viewing_distance_sd_m: float | None = None
-    refresh_hz: float | None = None
-    gamma: float | None = None
-    gamma_channels: tuple[float, float, float] | None = None
-    gamma_seen: tuple[float, float] | None = None
-    white_cd_m2: float | None = None
+    screen_px: Annotated[tuple[int, int], Range("pixels", positive=True)] | None = None
+    screen_m: Annotated[tuple[float, float], Range("metres", positive=True)] | None = None
+    screen_sd_m: Annotated[tuple[float, float], Range("metres", 0)] | None = None
+    viewing_distance_m: Annotated[float, Range("metres", positive=True)] | None = None
+    viewing_distance_sd_m: Annotated[float, Range("metres", 0)] | None = None
+    refresh_hz: Annotated[float, Range("hertz", positive=True)] | None = None
+    gamma: Annotated[float, GAMMA] | None = None
+    gamma_channels: Annotated[tuple[float, float, float], GAMMA] | None = None
+    gamma_seen: Annotated[tuple[float, float], Range("exponents of luminance", 0)] | None = None
+    white_cd_m2: Annotated[float, Range("cd/m^2", positive=True)] | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
     stereoscope: Mapping[str, Any] | None = None
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -149,6 +149,11 @@ def make_report(
     root = root.paths if isinstance(root, UserTable) else root
     paths = [Path(root)] if isinstance(root, str | os.PathLike) else [Path(path) for path in root]
     root, stated = paths[0], stated or Stated(Rules())
+    if given is None and not root.exists():
+        raise InputError(
+            f"{printable(root)} does not exist: give a table of answers, or the folder that 'run', 'serve' or "
+            "'simulate' wrote."
+        )
     if len(paths) > 1 and not all(path.is_file() for path in paths):
         raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
     if by and not root.is_file():

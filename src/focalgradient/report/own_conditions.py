@@ -20,7 +20,7 @@ from focalgradient.statistics.conditions import answers_of_tests
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
 from focalgradient.statistics.questions import Answer, Answers
-from focalgradient.statistics.wording import many
+from focalgradient.statistics.wording import many, number, statistic
 
 __all__ = ["ConditionPart"]
 
@@ -122,10 +122,10 @@ def _sentence(test: ConditionTest, effect: Effect) -> str:
     what = (
         f"each unit of {test.factor}" if test.level is None else f"{test.factor} {test.level} instead of {test.against}"
     )
-    size = f"by {effect.estimate:+.3g}"
-    if test.log:
-        size = f"by a factor of {math.exp(effect.estimate):{'.3g' if abs(effect.estimate) > 0.02 else '.4f'}}"
+    estimates = (effect.estimate, effect.low, effect.high)
+    size, low, high = (number(math.exp(value), 4) if test.log else number(value) for value in estimates)
+    by = "a factor of " if test.log else "+" if effect.estimate > 0 else ""
     of = "ratings" if test.answer == "rating" else f"the effect {test.answer}"
     differ = "differ" if test.answer == "rating" else "differs"
     verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
-    return f"{what[0].upper()}{what[1:]} {verb} {size} ({effect.summary()})."
+    return f"{what[0].upper()}{what[1:]} {verb} by {by}{size} (95 % interval {low} to {high}; {statistic(effect)})."

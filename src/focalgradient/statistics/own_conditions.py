@@ -33,7 +33,10 @@ from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
 
-KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "response_time", "dropped_frames")
+KEPT = (
+    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
+    *("response_time", "dropped_frames"),
+)
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50
@@ -113,8 +116,7 @@ def read_conditions(
     """
     own = Source.read(path, ROLES, columns, where)
     check_rating(own)
-    if "rating" not in own.columns:
-        raise own.no_column("rating")
+    own.require("participant_id", "rating")
     if not by:
         by = [own.columns[role] for role in ("aperture_mm", "aperture") if role in own.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in own.cells}

@@ -71,6 +71,7 @@ class Frame:
     """Results of the tiles of a frame, H x W each."""
 
     is_consistent: NDArray[np.bool_]  # whether a pixel's views agree
+    beyond: NDArray[np.int8]  # 1 nearer than the search, -1 farther
     texture: OwnTexture
     outlines: Outlines | None = None
     tiles: list[tuple[Tile, Nodes]] = field(default_factory=list)
@@ -80,11 +81,19 @@ class Frame:
     def empty(cls, shape: tuple[int, int]) -> Frame:
         """Allocate a frame of `shape`, to be filled."""
         texture = OwnTexture(np.empty(shape, np.bool_), np.empty(shape, np.float32))
-        return cls(np.empty(shape, np.bool_), texture)
+        return cls(np.empty(shape, np.bool_), np.empty(shape, np.int8), texture)
 
-    def fill(self, tile: Tile, refined: Refined, split: SplitBand, outlines: Outlines | None) -> None:
+    def fill(
+        self,
+        tile: Tile,
+        beyond: NDArray[np.int8],
+        refined: Refined,
+        split: SplitBand,
+        outlines: Outlines | None,
+    ) -> None:
         """Store the results of one tile."""
         self.is_consistent[tile.core] = refined.inliers.is_consistent[tile.within]
+        self.beyond[tile.core] = beyond[tile.within]
         self.texture.is_present[tile.core] = refined.texture.is_present[tile.within]
         self.texture.other_surface[tile.core] = refined.texture.other_surface[tile.within]
         self.tiles.append((tile, refined.nodes))

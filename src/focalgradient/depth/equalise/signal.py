@@ -14,6 +14,8 @@ from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.equalise.wavebands import BandGains
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import Image
+from focalgradient.depth.search import Search, one_focus
+from focalgradient.depth.validity import LEAST_BLUR_SD
 
 __all__ = [
     "AROUND",
@@ -21,6 +23,7 @@ __all__ = [
     "NEARLY_NOTHING",
     "Signal",
     "among_outside",
+    "beyond_ends",
     "beyond_infinity",
     "indicating_nodes",
     "informative_nodes",
@@ -129,15 +132,6 @@ class Signal:
         """Return the median misfit where there is texture, if anywhere."""
         return float(np.median(nodes.misfit[self.is_textured] if self.is_textured.any() else nodes.misfit))
 
-    def beyond(self, nodes: Nodes, levels: int) -> NDArray[np.int8]:
-        """Return (h x w) 1 where a surface lies nearer than the `levels` searched, as the likelihood still rises there.
-
-        -1 where it lies farther; 0 elsewhere, and everywhere if nothing is claimed. Of surfaces beyond the limits,
-        two foci show 79 % and two apertures 30 %; they report 0.04 % of those within.
-        """
-        is_outside = ~nodes.inside & (nodes.support > 0.5) & (self.one_waveband and self.is_trusted)
-        return (is_outside * np.where(nodes.level > (levels - 1) / 2, 1, -1)).astype(np.int8)
-
     def rejection(
         self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
     ) -> dict[str, Any]:
@@ -184,6 +178,19 @@ def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool
         textured &= ~_contradicts(nodes)
     located = nodes.unambiguous & nodes.inside & nodes.curved_by_depth
     return located & textured & (nodes.support >= MIN_SUPPORT) & (nodes.misfit < MISFIT)
+
+
+def beyond_ends(nodes: Nodes, search: Search) -> NDArray[np.int8]:
+    """Return (h x w) 1 where a surface lies nearer than the search, as the likelihood still rises there; -1: farther.
+
+    Of `nodes` over all pixels: where no depth searched explains the views, all are rejected later. Less blur than at an
+    end where there is hardly any is no sign.
+    """
+    ends = search.radius(search.vergences[[0, -1]])
+    told = (ends >= LEAST_BLUR_SD) | (not one_focus(search.focus))
+    last = nodes.level > (search.levels - 1) / 2
+    is_outside = ~nodes.inside & (nodes.support >= MIN_SUPPORT) & told[last.astype(int)]
+    return (is_outside * np.where(last, 1, -1)).astype(np.int8)
 
 
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
