@@ -41,13 +41,6 @@ def test_the_difference_of_what_shows_nothing_is_unknown() -> None:
     assert np.median(sd) > 20
 
 
-def test_images_that_are_not_finite_are_refused() -> None:
-    sharp, wide = blurred(0.0, 2.0)
-    sharp[3, 3] = np.nan
-    with pytest.raises(InputError, match="first contains NaN"):
-        spectral_difference(sharp, wide)
-
-
 # --- the bands --------------------------------------------------------------------------------------------------------
 
 
@@ -102,19 +95,9 @@ def test_exchanging_the_images_changes_the_sign(sigma: float, seed: int) -> None
     assert np.median(np.abs(forth + back)) < 0.02 * np.median(forth)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"second": np.ones((40, 41))}, r"shapes \(40, 40\) and \(40, 41\)"),
-        ({"window": 1.0}, "window is 1.0"),
-        ({"noise": -1.0}, "noise is -1.0"),
-    ],
-)
-def test_bad_input(change: dict, said: str) -> None:
-    arguments = {"first": np.ones((40, 40)), "second": np.ones((40, 40))} | change
-    first, second = arguments.pop("first"), arguments.pop("second")
-    with pytest.raises(InputError, match=said):
-        spectral_difference(first, second, **arguments)
+def test_images_of_two_shapes_are_refused() -> None:
+    with pytest.raises(InputError, match=r"shapes \(40, 40\) and \(40, 41\)"):
+        spectral_difference(np.ones((40, 40)), np.ones((40, 41)))
 
 
 # --- depth ------------------------------------------------------------------------------------------------------------

@@ -54,7 +54,9 @@ def journal(folder: Path) -> Path:
     return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
 
 
-@pytest.mark.parametrize("scale", ["ratio", *(pytest.param(scale, marks=pytest.mark.slow) for scale in [*SCALES][1:])])
+@pytest.mark.parametrize(
+    "scale", ["ratio", *(pytest.param(scale, marks=pytest.mark.slow) for scale in ("steps", "typed"))]
+)
 def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path, scale: str) -> None:
     server = served(tmp_path, DEPTH + SCALES[scale], "--completion", "https://example.org/done")
     wide, high = (1280, 800) if scale == "ratio" else TABLET
@@ -112,20 +114,6 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
         stamps = next(shown["stamps"] for shown in one["shown"] if shown["event"] == "picture")
         assert 280 < stamps[-1] - stamps[0] < 10_000  # 0.3 s, and what a busy machine adds
         assert all(np.diff(stamps) > 0)
-
-
-@pytest.mark.slow
-def test_the_cube_from_its_link_to_a_valid_data_set(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, NECKER)
-    page = browser.new_page(viewport={"width": 1024, "height": 768})
-    page.goto(server.address)
-    seen = take_part(page, name="necker")
-    assert "The turning cube" in "".join(seen)
-    page.close()
-    server.end()
-    assert validate(tmp_path / "data").problems == ()
-
-    assert any(event["presses"] for event in read_journal(journal(tmp_path)).of("trial"))
 
 
 def _values(page: Any, script: str, *given: Any) -> Any:

@@ -461,12 +461,11 @@ def sidecar_of(log: Log) -> dict[str, Any]:
         "Keys": head["keys"],
         "StimuliSHA256": head["stimuli"],
         "Sittings": [{"Apparatus": sitting["apparatus"], "Versions": sitting["versions"]} for sitting in sittings],
+        "Journal": {"Events": len(log.events), "Chain": log.last},
     }
     about = head.get("about")
     if isinstance(about, dict) and (seen := {key: value for key, value in about.items() if key not in ABOUT}):
         content["Participant"] = seen
-    if log.chained:
-        content["Journal"] = {"Events": len(log.events), "Chain": log.last}
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
     if repaired:
         content["Repaired"] = repaired

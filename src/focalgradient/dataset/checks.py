@@ -269,7 +269,7 @@ class _Checked:
             )
         if log.broken and not (log.damaged or log.changed):
             # The chain shows that a resumed session continued directly after the last whole line.
-            safe = log.chained and log.lines[-1] > log.broken[-1]
+            safe = log.lines[-1] > log.broken[-1]
             lines = f"the session was interrupted {len(log.broken)} {'time' if len(log.broken) == 1 else 'times'}"
             self.notes.append(f"{path}: {lines}; {SAFE if safe else UNSURE}")
         for event in log.of("repaired"):

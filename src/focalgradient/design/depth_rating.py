@@ -16,7 +16,6 @@ from focalgradient.design.factors import Factor, between, check_factors, crossed
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
 from focalgradient.scales import ResponseScale, scale_of
-from focalgradient.tables import Table
 
 __all__ = ["EXAMPLES", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
@@ -175,7 +174,6 @@ class DepthRatingDesign(Plan):
         "practice_rounds": 1,
     }
     closed: ClassVar[tuple[str, ...]] = ("scene", "aperture", "fixation")
-    tables: ClassVar[dict[str, type[Table]]] = {**Plan.tables, "factors": Factor}
 
     @model_validator(mode="after")
     def _check(self) -> DepthRatingDesign:
