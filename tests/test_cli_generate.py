@@ -15,7 +15,6 @@ from click.testing import CliRunner, Result
 from focalgradient.cli.generate import Folder, Given, Made, command
 from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
 from focalgradient.errors import InputError
-from focalgradient.options.shapes import ShapeAsked
 from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 
