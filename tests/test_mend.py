@@ -18,6 +18,7 @@ from focalgradient.cli.repair import repair as repair_command
 from focalgradient.cli.validate import validate as validate_command
 from focalgradient.cli.withdraw import withdraw as withdraw_command
 from focalgradient.dataset import (
+    VALIDATOR,
     Apparatus,
     Rated,
     Session,
@@ -29,7 +30,6 @@ from focalgradient.dataset import (
     withdraw,
 )
 from focalgradient.dataset import withdrawal as withdrawal_module
-from focalgradient.dataset.checks import VALIDATOR
 from focalgradient.dataset.journal import whole_lines
 from focalgradient.design import Pinhole
 from focalgradient.errors import InputError

@@ -288,8 +288,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
                 task = task_named(name)
-                custom: Callable[..., Part | None] = task.reported
-                parts.append(REPORTED.get(name, custom)(root, asked) or ConditionPart.of_dataset(root, task))
+                reported: Callable[..., Part | None] | None = REPORTED.get(name, task.reported)
+                parts.append((reported and reported(root, asked)) or ConditionPart.of_dataset(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

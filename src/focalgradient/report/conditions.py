@@ -16,6 +16,7 @@ from focalgradient.design import check_design
 from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
+from focalgradient.power.own_tasks import tested_of
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
@@ -119,7 +120,7 @@ class ConditionPart(Part):
             raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
         settings = next(iter(data.sidecars.values()))["Design"]
         rows = table[~table["catch"]] if "catch" in table else table
-        tests = called(task, "tested", task.tested, check_design(task.name, settings), rows)
+        tests = called(task, "tested", tested_of, task, check_design(task.name, settings), rows)
         method = tuple(methods_of_task(task, settings, tests))
         shown = task.title, task.name, table, rows, tests, tests, method
         return cls(*shown, data.simulated, data, task=task, settings=settings)
@@ -186,6 +187,8 @@ class ConditionPart(Part):
 
 
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
+    if task.findings is None:
+        return []
     found: Any = called(task, "findings", task.findings, rows)
     if isinstance(found, str) or not all(isinstance(one, str) for one in found):
         raise InputError(f"the task {task.name!r} fails: findings is {described(found)}, but must be a list of texts.")

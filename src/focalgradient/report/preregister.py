@@ -76,8 +76,8 @@ def preregistration(
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
-    custom: Callable[..., Preregistered | None] = task.preregistered
-    text = PREREGISTERED.get(task.name, custom)(design, asked) or preregister_task(task, design, asked)
+    preregistered: Callable[..., Preregistered | None] | None = PREREGISTERED.get(task.name, task.preregistered)
+    text = (preregistered and preregistered(design, asked)) or preregister_task(task, design, asked)
     blocks = text.blocks()
     files = {
         "preregistration.html": as_html(text.title, blocks).encode(),

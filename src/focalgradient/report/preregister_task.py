@@ -6,6 +6,7 @@ from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.power import TaskStudy, power, run_here
+from focalgradient.power.own_tasks import planned_of
 from focalgradient.report.conditions import methods_of_task
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.statistics.conditions import level_text
@@ -31,7 +32,7 @@ def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
     """
     if asked.effects:
         raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
-    tests = task.planned(design)
+    tests = planned_of(task, design)
     settings = design.model_dump(mode="json")
     subjects, table = "State the number of subjects and its reason: the task has no simulated observer.", None
     if not tests:
