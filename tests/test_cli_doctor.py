@@ -34,7 +34,7 @@ def test_all_well_is_exit_code_0(tmp_path, monkeypatch):
     assert rows == ["refresh rate", "safe writing", "disk space", "versions"]
     assert "WRONG" not in result.stdout
     assert not (tmp_path / "new").exists()
-    assert asked.read_text() == "--screen 1 --seconds 10.0 --monitor lab --windowed"
+    assert asked.read_text() == "--screen 1 --monitor lab --windowed --seconds 10.0"
 
 
 def test_a_keyboard_without_its_library_is_told_as_keyboard(tmp_path, monkeypatch):

@@ -353,7 +353,7 @@ def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
 
 def test_normal_quantiles_and_residuals_are_drawn(ratings):
     part = ratings
-    found = rating_residuals(part.kept, part.analysis)
+    found = rating_residuals(part.main.answers, part.kept)
     for one, fixation in zip(found, part.result.fixations, strict=True):
         assert one.subjects.mean() == pytest.approx(fixation.rise.estimate)
         assert one.residual.mean() == pytest.approx(0, abs=1e-9)

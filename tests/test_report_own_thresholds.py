@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,8 @@ from focalgradient.plotting.thresholds import draw_functions
 from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.exclusions import main_results
-from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output
+from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -28,7 +29,7 @@ from focalgradient.statistics import (
     read_thresholds,
 )
 from focalgradient.statistics.own_thresholds import holds_thresholds
-from focalgradient.statistics.thresholds import SubjectThreshold, threshold_differences
+from focalgradient.statistics.thresholds import RATIO, SubjectThreshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -118,7 +119,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
     mean = Interval(0.2, 0.1, 0.3)
-    part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, False)
+    part = replace(ThresholdPart.of(own), results={"": ThresholdResult("D", subjects, mean, mean)})
     assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
@@ -127,7 +128,7 @@ def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: 
     path = write(tmp_path, answers(people=3, repeats=6))
     drawn = {}
     monkeypatch.setattr(Output, "figure", lambda _, name, figure, caption: drawn.setdefault(name, figure))
-    part = OwnThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
+    part = ThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
     blocks = [*part.findings(Output())]
     fits = [one.fit for result in part.results.values() for one in result.subjects]
     at = {float(x) for line in drawn["thresholds"].axes[1].lines for x in line.get_xdata()}
@@ -143,7 +144,7 @@ def test_separate_groups_are_compared_by_welchs_test(tmp_path: Path) -> None:
     own = read_thresholds(write(tmp_path, answers(people=4, repeats=6)), columns={"condition": "where"})
     fovea = own.table["condition"] == "fovea"
     own.table.loc[fovea, "participant_id"] = "of fovea " + own.table.loc[fovea, "participant_id"]
-    (test,) = threshold_differences(OwnThresholdPart.of(own).results).values()
+    (test,) = ThresholdPart.of(own).answers().to(RATIO).values()
     assert test.method.startswith("Welch")
     assert test.subjects == 8
 

@@ -16,10 +16,10 @@ from focalgradient.dataset import Apparatus, Session
 from focalgradient.design import NeckerDesign, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.experiments.pinhole import through_tube, whole_field
 from focalgradient.lab import EXPERIMENTS, preparation, run
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import cube_frames, read_set
-from focalgradient.tasks.pinhole import through_tube, whole_field
 
 
 @pytest.fixture
@@ -118,7 +118,7 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
             **dict(zip(("width", "distance", "size_px", "gamma", "channels", "white"), MONITORS[name], strict=True))
         ),
     )
-    options = preparation._arguments(EXPERIMENTS["depth-rating"], given.split())
+    options = preparation._options(EXPERIMENTS["depth-rating"], given.split(), "run")
     return preparation._display(options, screen, read_set(folder / "set"))
 
 
