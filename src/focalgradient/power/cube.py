@@ -11,17 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import ClassVar
 
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
+from scipy import stats
 
-from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, Claim, model_of
+from focalgradient.power.study import AnyStudy, Claim, main_trials, model_of
 from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers
@@ -174,13 +174,6 @@ class CubeStudy(AnyStudy):
         return cube_questions([]).answers(own_odds(kept[~kept["catch"]]))
 
 
-@cache
-def _trials(design_json: str, participant: str) -> tuple[NeckerTrial, ...]:
-    """Return the main trials; cached, because making the list takes longer than simulating it."""
-    design = NeckerDesign.model_validate_json(design_json)
-    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
-
-
 def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng: np.random.Generator) -> pd.DataFrame:
     """Simulate percept reports, one row per report, with the columns of a data set.
 
@@ -209,7 +202,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         shift = rng.normal(math.log(model.effect), model.between)
         dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
         rows: list[tuple[object, ...]] = []
-        for trial in _trials(text, f"{number:02}"):
+        for trial in main_trials(NeckerDesign, text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
                 odds = CATCH_LOG_ODDS
@@ -281,8 +274,6 @@ def quick_cube_power(
     >>> found[10]["nonrigid_longer"] > 0.8
     True
     """
-    from scipy import stats
-
     rng = default_rng(SeedSequence([study.seed, people, experiments]))
     pool = _pool(study, people, rng)
     places = {test: (list(pool).index(claim.levels[0]), claim.sign) for test, claim in study.claims.items()}

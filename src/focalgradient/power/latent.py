@@ -18,6 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
 from numpy.typing import NDArray
+from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
@@ -287,8 +288,6 @@ def _share(
     rng: np.random.Generator,
 ) -> dict[str, float]:
     """Return the proportion of drawn estimates that are significant in each test; several differences by Holm's p."""
-    from scipy import stats
-
     normal = rng.normal(size=(DRAWS, singles)) * np.sqrt(spread[:singles])
     pairs = list(combinations(range(singles), 2)) if len(mean) > singles else []
     apart = [

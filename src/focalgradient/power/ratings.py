@@ -19,10 +19,9 @@ from numpy.random import SeedSequence, default_rng
 from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, Claim
+from focalgradient.power.study import AnyStudy, Claim, main_trials
 from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.crossed import mean_tests
 from focalgradient.statistics.hypotheses import check_bound, one_sided
@@ -160,13 +159,6 @@ class Study(AnyStudy):
         return depth_rating(table, equivalence_bound=self.bound)
 
 
-@cache
-def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
-    """Return the main trials; cached, because making the list takes longer than simulating it."""
-    design = DepthRatingDesign.model_validate_json(design_json)
-    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
-
-
 EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
 """Log ratio answered to a drawing that looks clearly flat or deep (our choice)."""
 
@@ -199,7 +191,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         for fixation in ("nearest", "farthest")
     }
     for number in range(1, subjects + 1):
-        trials = _trials(text, f"{number:02}")
+        trials = main_trials(DepthRatingDesign, text, f"{number:02}")
         own = {
             fixation: rng.normal(math.log(mean), model.between)
             for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
@@ -227,7 +219,10 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
 @cache
 def _columns(design_json: str, participant: str) -> pd.DataFrame:
     names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
-    rows = [tuple(getattr(trial, name) for name in names) for trial in _trials(design_json, participant)]
+    rows = [
+        tuple(getattr(trial, name) for name in names)
+        for trial in main_trials(DepthRatingDesign, design_json, participant)
+    ]
     return pd.DataFrame(rows, columns=list(names)).assign(
         participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
     )

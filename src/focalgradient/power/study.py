@@ -6,6 +6,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -18,7 +19,7 @@ from focalgradient.statistics import Effect, Equivalence, quality
 from focalgradient.statistics.questions import Answers, Outcome
 from focalgradient.tasks import task_named
 
-__all__ = ["AnyStudy", "Claim", "model_of", "supports"]
+__all__ = ["AnyStudy", "Claim", "main_trials", "model_of", "supports"]
 
 Model = TypeVar("Model")
 
@@ -48,6 +49,13 @@ def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: C
             f"{wrong[0]} cannot be set for {task_named(task).called}, whose model does not have it: leave it out."
         )
     return kind(**{name: value for name, value in assumed.items() if name in known})
+
+
+@cache
+def main_trials(kind: type[Any], design_json: str, participant: str) -> tuple[Any, ...]:
+    """Return the main trials of a design; cached, because making the list takes longer than simulating it."""
+    trials = kind.model_validate_json(design_json).trials(participant)
+    return tuple(trial for trial in trials if trial.phase == "main")
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.errors import check_fields
@@ -149,7 +150,5 @@ def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, 
 
 def _quantiles(count: int) -> np.ndarray:
     """Return quantiles of the standard normal distribution, rescaled to a variance of 1."""
-    from scipy import stats
-
     normal = stats.norm.ppf((np.arange(count) + 0.5) / count)
     return np.asarray(normal / normal.std())

@@ -6,6 +6,7 @@ import re
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
@@ -102,8 +103,6 @@ def trial_files(
     data
         Data set whose sidecars describe the columns, if there is one.
     """
-    import numpy as np
-
     out = table.assign(
         log_rating=np.log(table["rating"].where(table["rating"] > 0)),
         included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
