@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -20,8 +20,8 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, Claim, main_trials
+from focalgradient.power.study import LAPSES, SPREAD, AnyStudy, Claim, main_trials
+from focalgradient.quantities import Range
 from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.crossed import mean_tests
 from focalgradient.statistics.hypotheses import check_bound, one_sided
@@ -38,6 +38,9 @@ TESTS = {
     "interaction": "near rises more than far",
 }
 """Tests and their meaning, each at .05 as in the report."""
+
+
+RATIO = Range("ratios, where 1 is no effect,", 0.1, 10)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,22 +69,16 @@ class Model:
         If a value is out of range.
     """
 
-    effect: float = 1.3
-    far_effect: float = 1.0
-    between: float = 0.15
-    between_scenes: float = 0.05
-    scenes: float = 0.1
-    noise: float = 0.3
-    lapses: float = 0.01
+    effect: Annotated[float, RATIO] = 1.3
+    far_effect: Annotated[float, RATIO] = 1.0
+    between: Annotated[float, SPREAD] = 0.15
+    between_scenes: Annotated[float, SPREAD] = 0.05
+    scenes: Annotated[float, SPREAD] = 0.1
+    noise: Annotated[float, SPREAD] = 0.3
+    lapses: Annotated[float, LAPSES] = 0.01
 
     def __post_init__(self) -> None:
         check_fields(self)
-        for name in ("effect", "far_effect"):
-            value = getattr(self, name)
-            if not 0.1 <= value <= 10:
-                raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10, where 1 is no effect.")
-        check_spreads(self, "between", "between_scenes", "scenes", "noise")
-        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)

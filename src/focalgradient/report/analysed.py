@@ -118,10 +118,13 @@ class Reports(Analysed):
 
 
 def _analysed(
-    table: pd.DataFrame, rules: Rules | None, analyse: Callable[[pd.DataFrame, Rules], Any], *scale: Analysis
+    table: pd.DataFrame,
+    rules: Rules | None,
+    analyse: Callable[[pd.DataFrame, Rules], Any],
+    scale: Analysis | str = "ratio",
 ) -> dict[str, Any]:
     """Return the fields of `Analysed`: the same analysis with and without exclusions."""
-    kept, found = quality(table, rules, *scale)
+    kept, found = quality(table, rules, scale)
 
     def done(rows: pd.DataFrame) -> Any:
         if not rows["catch"].all():
