@@ -9,7 +9,7 @@ from blurred import PIXEL, lens, texture, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from focalgradient import FocalGradientWarning, InputError, recover_depth
+from focalgradient import InputError, recover_depth
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.spectra import spectral_difference
@@ -165,10 +165,3 @@ def test_cast_wall_and_bare_wall() -> None:
     field[:, 256:] = np.linspace(0.9, 1.1, field.shape[1])[256:]
     bare = recover_depth(wall(lenses, 1.3, field=field), method="spectra", near=0.85, far=4.0, noise=0.01)
     assert bare.valid[:, 200:].mean() < 0.05
-
-
-def test_side_left_open_is_said() -> None:
-    views = wall([lens(16), lens(5.6)], 1.2)
-    with pytest.warns(FocalGradientWarning, match="share one plane of focus"):
-        depth = recover_depth(views, method="spectra", far=2.0, noise=0.01)
-    assert not depth.side_known.any()
