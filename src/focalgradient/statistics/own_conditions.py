@@ -22,8 +22,7 @@ from focalgradient.statistics.conditions import (
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
-from focalgradient.statistics.means import family, student_effect
-from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.means import family, student_effect, welch
 from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
