@@ -51,6 +51,7 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/web/test_arrival.py",
         "tests/test_damages.py",
     ),
+    "depth": ("tests/depth/test_*.py",),
     "eye": ("tests/eye/test_*.py", "tests/test_cli_eye.py", "tests/test_cli_accommodate.py"),
     "optics": (
         "tests/test_optics.py",

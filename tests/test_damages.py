@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
@@ -139,6 +140,13 @@ DAMAGES = {
     "line without chain": (
         lines(lambda found: found.append(b'{"event": "note", "kind": "break"}\n')),
         "was added or changed after the session: it has no chain",
+    ),
+    "chain removed": (
+        lambda root: (
+            journal(root).write_bytes(re.sub(rb', "chain": \[[^]]*\]\}', b"}", journal(root).read_bytes())),
+            retold(lambda told: told.pop("Journal"))(root),
+        ),
+        "line 1 was added or changed after the session: it has no chain",
     ),
     "end lost": (lines(lambda found: found.pop()), "differs from its journal"),
     "half a character": (

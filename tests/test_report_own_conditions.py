@@ -181,6 +181,7 @@ def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> Non
     assert len(own.table) == 63
     assert [notice.split(":")[0].split(";")[0] for notice in own.notices] == [
         "999 in the column of ratings was taken for a missing value",
+        "1 row was left out, without a rating (participants S1).",
         "Participant S4 appears twice with identical answers",
     ]
 

@@ -1,6 +1,6 @@
 """Every command, as its own options and files describe it, given wrong values: `commands.py 10000 [--seed N]`.
 
-Unlike `doors.py`, which damages the inputs of functions, this reads the options and their types from the command line
+Unlike `doors.py`, which calls functions, this reads the options and their types from the command line
 itself, so that a new option is tried without being named here, and it damages files by their structure: a value of
 another type in the place of any leaf, tables that are wide, long, ragged or in another encoding, and one file in the
 place of another. Prints each case that fails, with the seed to try it alone, then counts.

@@ -23,6 +23,7 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_number,
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import blur_picture, cast
+from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.objects import Scene
 
 __all__ = ["INTEROCULAR", "stereo"]
@@ -168,8 +169,11 @@ def stereo(
             return _cast_pair(scene, eyes, geometry, rays, blur, blur_distance, say)
         middle = cast(scene, PINHOLE, **rays)  # type: ignore[arg-type]
         light, far = middle.view.image.astype(np.float32), middle.distance
+    elif distance is None:
+        raise InputError(f"distance is missing for a picture ({described(scene)}): give metres for every pixel.")
     else:
-        light, far = _checked(scene, distance)
+        picture, far = checked_picture(scene, distance, channels=3)  # type: ignore[arg-type]
+        light = picture.astype(np.float32)
     return _moved_pair(light, far, eyes, geometry, blur, blur_distance, disparity_distance, camera, say)
 
 
@@ -182,23 +186,6 @@ def _eyes(eye: object) -> tuple[Optics, Optics]:
     for one in pair:
         check_optics(one)
     return pair[0], pair[1]
-
-
-def _checked(picture: object, distance: object) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    if distance is None:
-        raise InputError(f"distance is missing for a picture ({described(picture)}): give metres for every pixel.")
-    light, far = np.asarray(picture), np.asarray(distance)
-    if light.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
-        raise InputError(f"picture and distance are of types {light.dtype} and {far.dtype}, but must be real numbers.")
-    if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or 0 in light.shape:
-        raise InputError(f"picture has shape {light.shape}, but must be H x W, or H x W x 3 (red, green, blue).")
-    if far.shape != light.shape[:2]:
-        raise InputError(f"distance has shape {far.shape} but picture {light.shape}: give metres for every pixel.")
-    if not (np.isfinite(light).all() and (far > 0).all()):
-        raise InputError(
-            "picture or distance contains values that are not finite or not positive: repair or crop them."
-        )
-    return light.astype(np.float32), far.astype(float)
 
 
 def _distances(given: Distances | None, true: NDArray[np.float64], name: str) -> NDArray[np.float64]:

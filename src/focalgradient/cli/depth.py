@@ -23,11 +23,11 @@ from focalgradient.cli.program import (
     with_options,
     writable,
 )
-from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.depth.known_points import KnownPoint, checked_points
 from focalgradient.depth.recover import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.options.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
 

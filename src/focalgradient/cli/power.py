@@ -17,6 +17,7 @@ from focalgradient.cli.program import announce, resumable, show, writable, write
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.quantities import POSITIVE
+from focalgradient.tasks import task_named
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -200,7 +201,6 @@ def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> 
     """Return the power study of a task, given its design and options."""
     from focalgradient.design import design_of
     from focalgradient.power import study_of
-    from focalgradient.tasks import task_named
 
     task = task_named(name)
     shown = design_of(task.name, design)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import FocalGradientWarning, check_finite, check_number
 from focalgradient.eye.quadrature import RADIANS, panels
-from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.ranges import check_pupil, check_wavelength, wavelengths
 
 __all__ = ["clear_transfer", "cutoff_cpd", "mean_eye_mtf", "optical_transfer"]
 
@@ -71,8 +71,7 @@ def optical_transfer(
     """
     check_number("defocus", defocus, "dioptres")
     check_pupil(pupil_diameter)
-    check_number("wavelength_nm", wavelength_nm, "nanometres")
-    wavelengths(wavelength_nm)
+    check_wavelength(wavelength_nm)
     frequency = check_finite("frequency_cpd", frequency_cpd, "cycles per degree")
     return clear_transfer(np.degrees(frequency), pupil_diameter, wavelength_nm, defocus)
 

@@ -15,6 +15,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import boxcox, inv_boxcox
 
 from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
 from focalgradient.eye.quadrature import panels
@@ -204,8 +205,6 @@ class Microfluctuations:
 
         That is rms^2 + drift^2.
         """
-        from scipy.special import boxcox  # deferred: slow to import
-
         f = np.asarray(frequency, dtype=float)
         total = np.zeros(f.shape)
         for start, end, slope, variance in self._bands():
@@ -234,8 +233,6 @@ class Microfluctuations:
 
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
         """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all courses."""
-        from scipy.special import boxcox  # deferred: slow to import
-
         delay = check_finite("delay", delay, "seconds")
         longest = float(np.abs(delay).max(initial=0))
         changed = np.zeros(delay.shape)
@@ -255,8 +252,6 @@ def _waves(
     bands: tuple[tuple[float, float, float, float], ...], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the sinusoids' frequencies, and the amplitudes of their cosines and sines."""
-    from scipy.special import boxcox, inv_boxcox  # deferred: slow to import
-
     made = []
     for number in (slice(0, 2), slice(2, 3)):  # drift comes last, for the others to be the same without it
         some = bands[number]

@@ -21,7 +21,7 @@ from scipy.fft import fft, ifft, next_fast_len
 from focalgradient.errors import InputError, check_finite, check_list, check_number
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
-from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.ranges import check_pupil, check_wavelength
 
 if TYPE_CHECKING:
     from focalgradient.eye.zones import ZonedLens
@@ -303,8 +303,7 @@ class Pupil:
         self.clear = not (aberrations or stiles_crawford or lens)
         check_aberrations(aberrations)
         check_number("stiles_crawford", stiles_crawford, "1/mm^2", least=0)
-        check_number("wavelength_nm", wavelength_nm, "nanometres")
-        wavelengths(wavelength_nm)
+        check_wavelength(wavelength_nm)
         check_number("defocus", defocus, "dioptres")
         terms = (*aberrations, (2, 0, defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre

@@ -24,6 +24,7 @@ from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
 from focalgradient.progress import Progress, silent
 from focalgradient.render import blur_picture
+from focalgradient.render.blurred import checked_picture
 
 __all__ = ["HALF_MAX", "FocusSeries"]
 
@@ -370,16 +371,9 @@ def _check(light: NDArray[np.float32], far: NDArray[np.float64], optics: Optics,
     """Validate the inputs of a series, by blurring a part of the picture, and its range."""
     check_optics(optics)
     refocused(optics, max(optics.focus_vergence, 0.0))
-    if light.ndim not in (2, 3) or (light.ndim == 3 and light.shape[2] != 3) or far.shape != light.shape[:2]:
-        raise InputError(
-            f"picture has shape {light.shape} and distance {far.shape}, but must be H x W or H x W x 3, and H x W."
-        )
-    if not (np.isfinite(light).all() and np.abs(light).max(initial=0) <= HALF_MAX):
+    checked_picture(light, far, channels=3)
+    if np.abs(light).max() > HALF_MAX:
         raise InputError(f"picture contains values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
-    if not (far > 0).all():
-        raise InputError(
-            "distance contains values that are not positive, but every pixel needs a distance: give metres."
-        )
     blur_picture(light[:1, :1], far[:1, :1], optics, pixel_angle=pixel_angle)
 
 

@@ -15,7 +15,7 @@ from PIL import Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
-from focalgradient.photographs.encodings import FORMATS, Encoding, profile_name
+from focalgradient.photographs.encodings import Encoding, of_header, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
 from focalgradient.plausibility import named
 from focalgradient.quantities import METRES, POSITIVE
@@ -222,12 +222,8 @@ def png_of(values: NDArray[np.uint8]) -> bytes:
 
 def _check_colours(path: Path, encoding: Encoding) -> None:
     """Raise `InputError` for a partly transparent picture; warn of a colour profile that is not applied."""
-    try:
-        with Image.open(path, formats=FORMATS) as image:
-            hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
-            profile = image.info.get("icc_profile")
-    except (OSError, ValueError, Image.DecompressionBombError):
-        return  # format without transparency or profile
+    nothing: tuple[bool, bytes | None] = False, None
+    hidden, profile = of_header(path, _transparency_and_profile, nothing)
     if hidden:
         raise _transparent(path)
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
@@ -238,6 +234,11 @@ def _check_colours(path: Path, encoding: Encoding) -> None:
             FocalGradientWarning,
             stacklevel=3,
         )
+
+
+def _transparency_and_profile(image: Image.Image) -> tuple[bool, bytes | None]:
+    hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
+    return hidden, image.info.get("icc_profile")
 
 
 def _transparent(path: Path) -> InputError:

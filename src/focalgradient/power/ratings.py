@@ -24,7 +24,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.power.checks import check_lapses, check_spreads
 from focalgradient.power.study import AnyStudy, Claim
 from focalgradient.statistics import DepthRatingResult, depth_rating
-from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.crossed import mean_tests
 from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers, less
@@ -285,7 +285,7 @@ def rise_power(
         for mean in (model.effect, *[model.far_effect] * (len(design.fixations) - 1))
     ]
     pairs = list(combinations(range(len(rises)), 2))
-    found = [_tested(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
+    found = [mean_tests(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
     p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
     shares = {"near_rise": float(((p[:, 0] < ALPHA) & (found[0][0] > 0)).mean())}
     if not pairs:
@@ -298,13 +298,3 @@ def rise_power(
         if first == 0:
             larger &= (apart[:, at] < ALPHA) & (found[len(rises) + at][0] > 0)
     return shares | {"far_equivalent": float(none.mean()), "interaction": float(larger.mean())}
-
-
-def _tested(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mean, standard error and degrees of freedom, as in the analysis."""
-    if cells.shape[-1] >= FEWEST_SCENES:
-        found = moments(cells)
-        return found.mean, found.standard_error, found.df
-    own = cells.mean(axis=-1)
-    error = own.std(axis=-1, ddof=1) / math.sqrt(own.shape[-1])
-    return own.mean(axis=-1), error, np.full(error.shape, own.shape[-1] - 1.0)

@@ -16,6 +16,7 @@ from scipy import constants
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.files import printable
+from focalgradient.files.matlab import read_matlab
 
 __all__ = ["SpectralImage", "read_isetbio", "save_isetbio"]
 
@@ -122,15 +123,7 @@ def read_isetbio(path: str | os.PathLike[str]) -> SpectralImage:
     InputError
         If the file cannot be read, or has neither.
     """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
-        raise InputError(
-            f"{printable(path)} cannot be read as a MATLAB file of version 7 or before: save it with -v7."
-        ) from error
+    content = read_matlab(path)
     kind = next((one for one in KINDS if one in content), None)
     try:
         found = content[str(kind)]

@@ -26,6 +26,7 @@ from focalgradient.progress import Progress, part_of, silent
 from focalgradient.psf import Psf
 from focalgradient.render import blur_picture
 from focalgradient.stimuli.sets import npy
+from focalgradient.video import Frame, Source
 
 __all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]
 
@@ -274,8 +275,6 @@ def with_frames(
     if video is None:
         yield from ((pair, None) for pair in pairs)
         return
-    from focalgradient.video import Frame, Source
-
     files = f"but {printable(pairs[0].depth.parent)} {len(pairs)} files: give one depth file per frame."
     with Source(video, lambda colours: colours) as source:
         frames = source.frames()

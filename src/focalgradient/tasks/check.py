@@ -158,14 +158,18 @@ class _Checked:
 
     def pages(self) -> None:
         """Check that every page has its texts."""
+        if self.task.pages is None:
+            for entry in ("instructions", "debriefing"):
+                if any(entry in texts for texts in self.task.texts.values()):
+                    self.call(entry, self.task.text, self.words, entry)
+            return
         pages = self.call("pages", self.task.pages, self.design, self.words, "01", False)
         for name in ("opening", "again", "closing"):
             self.call(name, getattr(pages, name))
 
     def simulated(self, participant: str, trials: Sequence[Any]) -> None:
         """Check the answers of a simulated observer, given by `simulated` alone, to a participant's trials."""
-        own = type(self.task)
-        if self.task.modelled or own.simulated is Task.simulated:
+        if self.task.modelled or self.task.simulated is None:
             return
         from focalgradient.observers.observer import observer_named
 
@@ -272,7 +276,8 @@ class _Checked:
                 given = getattr(answer, column.name, None)
                 if column.name in {one.name for one in dataclasses.fields(answer)}:
                     self.need(cell_test(column)(given), f"{column.name} is {given!r}, but must be {column.expected}")
-            self.call("check_answer", self.task.check_answer, self.design, trial, answer)
+            if self.task.check_answer is not None:
+                self.call("check_answer", self.task.check_answer, self.design, trial, answer)
         return control
 
     def further(self, trial: Any) -> None:

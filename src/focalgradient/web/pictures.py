@@ -58,6 +58,7 @@ def standard(
     task: Task, design: Any, form: str, words: Words, display: Display, stimuli: StimulusSet | None
 ) -> dict[str, Any]:
     """Return the interval that shows the standard."""
+    assert task.standard is not None
     step = task.standard(design, form, display.pixels_per_degree, stimuli, words)
     return _intervals(step, stimuli, "standard")[0]
 
@@ -152,6 +153,7 @@ def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
     """Return an adjustment trial's knob and focus series; of a view with a fixed focus, that picture alone."""
+    assert task.adjustment is not None
     asked = task.adjustment(design, words, trial, display.pixels_per_degree)
     views = [{CONTENT: _packed(view.series, view.focus), "pos": list(view.pos)} for view in asked.views]
     names = ("least", "most", "question", "ratios")
