@@ -25,6 +25,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
@@ -63,6 +64,7 @@ FIELDS = {"curved by 0.06 D": (0.06, 0.0), "tilted by 0.06 D": (0.0, 0.06), "cur
 
 NOISE = 0.0022
 WALL = 1.0  # D
+Mask = NDArray[np.bool_]
 DRAWS = 2  # of each pair of views
 HOT, SQUARE, SPOILT = (
     5e-4,
@@ -73,7 +75,7 @@ CUT = 0.08  # tolerance of apertures of which so much of the radius may be cut o
 MARGIN = 24  # px about its border that are not scored of a part outside the search
 
 
-def row(name: str, depth: DepthMap, vergence: Array, counted: Array | None = None) -> None:
+def row(name: str, depth: DepthMap, vergence: Array, counted: Mask | None = None) -> None:
     """Print one row over the `counted` pixels, or the whole frame."""
     found = score(depth, vergence, np.ones(vergence.shape, bool) if counted is None else counted)
     print(f"{name:36}" + "".join(f"{found.get(c, np.nan):9.{places}f}" for c, places in COLUMNS.items()), flush=True)
@@ -101,7 +103,8 @@ def fields() -> Iterator[tuple[str, list[View], Array]]:
 
 def validity() -> Iterator[tuple[str, list[Case]]]:
     """Draws of fully textured surfaces, with the share of their pixels that should be valid in the name."""
-    ways = (FOCI, {}), (FRONT, FRONT_LIMIT), (BACK, BACK_LIMIT)
+    ways: list[tuple[tuple[Lens, ...], dict[str, float]]]
+    ways = [(FOCI, {}), (FRONT, FRONT_LIMIT), (BACK, BACK_LIMIT)]
     cases: dict[str, list[Case]] = {}
     for number in range(DRAWS * len(ways)):
         lenses, limits = ways[number % len(ways)]
@@ -123,7 +126,7 @@ def validity() -> Iterator[tuple[str, list[Case]]]:
     yield from cases.items()
 
 
-def corrupted(views: Sequence[View], seed: int) -> tuple[list[View], Array]:
+def corrupted(views: Sequence[View], seed: int) -> tuple[list[View], Mask]:
     """Views of which the last has bright pixels and a square of another scene; and the pixels `SPOILT` px off these."""
     random, image = np.random.default_rng([seed, 62]), views[-1].image.copy()
     bad = random.random(image.shape) < HOT
