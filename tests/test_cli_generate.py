@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import click
-import pytest
 from click.testing import CliRunner, Result
 
-from focalgradient.cli.generate import Folder, Given, Made, command
+from focalgradient.cli.generate import Folder, Made, command
 from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
 from focalgradient.errors import InputError
 from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
@@ -150,29 +148,6 @@ def test_messages_of_the_library_name_options():
     assert message == "--efl is 0, but must be a positive number of millimetres."
     message = str(run(show_lens, "--efl", "1e10").exception)
     assert message == "--efl is 1e+10, but must be a number of millimetres from 1e-06 to 1e+09."
-
-
-def test_a_sequence_is_repeated_or_separated_by_commas():
-    @command("Short.")
-    def repeated(*, values: Annotated[Any, Given(drawn)]) -> None:
-        """Show."""
-        click.echo(repr(values))
-
-    @command("Short.")
-    def separated(*, values: Annotated[Any, Given(drawn, commas=True)]) -> None:
-        """Show."""
-        click.echo(repr(values))
-
-    given = eval(received(repeated, "--width-deg", "2", "--angles", "90", "--angles", "180"))
-    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ()}
-    given = eval(received(repeated, "--width-deg", "2"))
-    assert given["angles"] == pytest.approx((0.5, 1.0))
-    given = eval(received(separated, "--width-deg", "2"))
-    assert given["angles"] == pytest.approx((0.5, 1.0))
-    given = eval(received(separated, "--width-deg", "2", "--angles", "90, 180", "--names", "a,b"))
-    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ("a", "b")}
-    message = str(run(separated, "--width-deg", "2", "--angles", "x").exception)
-    assert message == "--angles is 'x', but must be numbers like 0,2.5."
 
 
 def test_groups_of_the_library_have_its_units_and_bounds():

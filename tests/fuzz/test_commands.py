@@ -1,4 +1,4 @@
-"""A few wrong values for every command: `commands.py` beside this tries as many as one likes."""
+"""A few wrong values for every command: `run.py` beside this tries as many as one likes."""
 
 import sys
 from pathlib import Path
@@ -22,7 +22,7 @@ def test_wrong_values_are_refused_in_a_sentence(command: str, monkeypatch: pytes
     monkeypatch.delenv("DISPLAY", raising=False)
     for seed in range(CASES[command]):
         line, wrong = case(seed, command)
-        assert not wrong, f"python tests/fuzz/commands.py 1 --only {command} --seed {seed}: {line}: {wrong}"
+        assert not wrong, f"python tests/fuzz/run.py 1 --door commands:{command} --seed {seed}: {line}: {wrong}"
 
 
 def test_every_command_is_tried() -> None:
