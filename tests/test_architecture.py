@@ -95,8 +95,8 @@ ROOMS = {
     "web": {
         *("dataset", "design", "display", "errors", "files", "live", "psf", "render", "scales", "stimuli", "tasks"),
     },
-    "statistics": {"errors", "files", "parallel", "progress", "scales"},
-    "power": {"design", "errors", "files", "parallel", "progress", "scales", "statistics", "tasks"},
+    "statistics": {"errors", "files", "parallel", "progress", "quantities", "scales"},
+    "power": {"design", "errors", "files", "parallel", "progress", "quantities", "scales", "statistics", "tasks"},
     "report": {
         "dataset",
         "design",

@@ -42,7 +42,7 @@ def test_rules_survive_their_file(tmp_path: Path) -> None:
     [
         ("catch_pased = 0.5", "catch_pased is not a known rule: use response_time"),
         ("bound = 0.5", "bound is 0.5, but must be a ratio above 1"),
-        ("response_time = 3", "response_time is 3, but must be two times"),
+        ("response_time = 3", "response_time is 3, but must be 2 numbers"),
     ],
 )
 def test_rules_that_are_wrong_are_named(tmp_path: Path, line: str, sentence: str) -> None:

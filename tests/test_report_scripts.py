@@ -415,7 +415,7 @@ def test_exported_trials_have_every_column_of_the_data_set_with_its_description(
     assert set(table["light"]) == {"dim", "bright"}
     about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
     assert list(about.index) == list(table)
-    assert about["effort"] == "How hard it was."
+    assert about["effort"] == "How hard it was (points)."
 
 
 @pytest.mark.fast_cases(1)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, random_scenes
@@ -102,7 +103,6 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     >>> round(alone.standard_error, 3), round(crossed.standard_error, 3), crossed.scenes
     (0.014, 0.032, 12)
     """
-    from scipy import stats
     from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
     y, se = np.asarray(estimates, float), np.asarray(standard_errors, float)
