@@ -273,14 +273,15 @@ def test_a_control_of_a_task_file_is_checked_asked_and_left_to_the_laboratory() 
         Lists(OwnDesign())
     presses = [[Press(0.2, "y", True)], [Press(0.5, "x", True), Press(0.6, "x", False)]]
     noted: list[tuple[str, float]] = []
-    screen = SimpleNamespace(
-        drawn=[],
-        frame=lambda lit=False: 0.1 * len(screen.drawn),
+    drawn: list[str] = []
+    screen: Any = SimpleNamespace(
+        drawn=drawn,
+        frame=lambda lit=False: 0.1 * len(drawn),
         wait_out=lambda: None,
         keys=SimpleNamespace(clear=lambda: None, events=lambda: presses.pop(0)),
         stop_if_asked=lambda found: None,
         on_event=lambda name, at: noted.append((name, at)),
     )
-    given = ask(screen, Lever())  # type: ignore[arg-type]
+    given = ask(screen, Lever())
     assert (given.value, given.seconds) == (2.0, pytest.approx(0.4))
     assert noted == [("question", 0.1)]
