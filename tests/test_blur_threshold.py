@@ -242,16 +242,8 @@ def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
 
 
 @pytest.mark.slow
-def test_known_thresholds_are_recovered():
-    """Six sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
-    found, covered = errors(range(6))
-    assert abs(np.mean(found)) < 0.15
-    assert np.std(found) < 0.3
-    assert covered >= 4
-
-
-@pytest.mark.slow
 def test_known_thresholds_are_recovered_without_bias_and_covered():
+    """Sixty sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
     found, covered = errors(range(100, 160))
     assert abs(np.mean(found)) < 0.07
     assert 0.08 < np.std(found) < 0.22

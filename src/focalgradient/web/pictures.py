@@ -21,7 +21,7 @@ from focalgradient.render.wireframe import WIDTH
 from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
-from focalgradient.stimuli.sets import png
+from focalgradient.stimuli.sets import png_of
 from focalgradient.tasks import Task
 from focalgradient.tasks.steps import Look, Step, control_of, pauses, steps_of
 
@@ -154,10 +154,10 @@ def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
     x, y = step.mark or (0.0, 0.0)
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
     made = isinstance(step.picture, np.ndarray)
-    content = png(step.picture) if made else stimuli.folder / step.picture.png
+    content = png_of(step.picture) if made else stimuli.folder / step.picture.png
     shown = [{CONTENT: content, "seconds": step.seconds, "event": event, **mark}]
     if step.mask is not None and step.mask_s:
-        shown.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
+        shown.append({CONTENT: png_of(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
     return shown
 
 
