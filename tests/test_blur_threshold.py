@@ -195,7 +195,7 @@ def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
         assert low < threshold < high
         assert known == pytest.approx(known_threshold(BlurThresholdDesign(), cells[0][4:], 3), rel=1e-3)
     page = (tmp_path / "report" / "report.md").read_text()
-    for words in ("Geometric mean of all: ", "QUEST+", "psignifit", "Simulated observers, not people"):
+    for words in ("Geometric mean of each person’s threshold: ", "QUEST+", "psignifit", "Simulated observers"):
         assert words in page
     assert (tmp_path / "report" / "blur_thresholds.png").read_bytes().startswith(b"\x89PNG")
 
@@ -242,16 +242,8 @@ def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
 
 
 @pytest.mark.slow
-def test_known_thresholds_are_recovered():
-    """Six sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
-    found, covered = errors(range(6))
-    assert abs(np.mean(found)) < 0.15
-    assert np.std(found) < 0.3
-    assert covered >= 4
-
-
-@pytest.mark.slow
 def test_known_thresholds_are_recovered_without_bias_and_covered():
+    """Sixty sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
     found, covered = errors(range(100, 160))
     assert abs(np.mean(found)) < 0.07
     assert 0.08 < np.std(found) < 0.22

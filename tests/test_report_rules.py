@@ -35,6 +35,7 @@ def test_rules_survive_their_file(tmp_path: Path) -> None:
     stated = load_rules(file)
     assert (stated.rules, stated.bound, stated.file) == (rules, 1.3, "rules.toml")
     assert len(stated.sha256) == 64
+    assert Rules(dropped_frames=0).dropped_frames == 0
 
 
 @pytest.mark.parametrize(

@@ -43,9 +43,9 @@ def named(frame):
 
 @pytest.mark.slow
 def test_the_first_cause_is_right_on_a_grid_of_frames():
-    found = [(frame.cause, named(frame)) for frame in frames([0, 1])]
+    found = [(frame.cause, named(frame)) for frame in frames([0])]
     rejected = [(cause, name) for cause, name in found if name is not None]
-    assert len(rejected) > 50
+    assert len(rejected) > 25
     assert np.mean([cause == name for cause, name in rejected]) > 0.9
 
 

@@ -278,6 +278,13 @@ def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) ->
     assert read(tmp_path, own, conditions=words).notices == ()
 
 
+def test_at_most_twenty_unknown_words_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for words, more in ((20, ""), (23, "; and 3 more")):
+        own = [[f"P{n}", "a", f"word{n}", "near", "1.1"] for n in range(words)]
+        with pytest.raises(InputError, match=rf"aperture is 'word19'{more}, but"):
+            read(tmp_path, own)
+
+
 def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> None:
     own = [[*row[:3], {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()]
     found = read(tmp_path, own, conditions={"vorn": "near", "hinten": "hinten2"})
