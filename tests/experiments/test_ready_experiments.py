@@ -17,6 +17,7 @@ from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import answers_of, check_design
+from focalgradient.design.pages import pages_of
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
 from focalgradient.report import make_report
@@ -50,7 +51,7 @@ def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> 
     for language in ("en", "de"):
         words = load_words(language)
         assert all(task.text(words, entry) for entry in task.texts["en"])
-        pages = task.pages(design, words, "01", browser=False)
+        pages = pages_of(design, words, "01")
         assert len(pages.opening()) == 1
         if task.adjusts:
             assert task.adjustment(design, words, design.trials("01")[0], 20.0).question

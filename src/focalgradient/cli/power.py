@@ -133,8 +133,8 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
-    from focalgradient.power import TaskStudy, run
     from focalgradient.power import power as sum_up
+    from focalgradient.power import run
     from focalgradient.power import sensitivity as power_by_assumption
     from focalgradient.statistics import as_table
 
@@ -155,8 +155,7 @@ def power(
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
-    who = "observers of the task" if isinstance(study, TaskStudy) else "subjects from a statistical model"
-    lines = [f"Simulated {who}: proportion of experiments that find"]
+    lines = [f"Simulated {study.people}: proportion of experiments that find"]
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_finite, check_number, described, is_number
 from focalgradient.plausibility import likely, stated, unit_of
+from focalgradient.quantities import Check, Range
 
 __all__ = [
+    "PixelAngle",
+    "Pupil",
+    "Wavelength",
     "ages",
     "check_age",
     "check_kind",
@@ -111,3 +115,12 @@ def ordered_times(times: ArrayLike) -> NDArray[np.float64]:
 def _shown(values: ArrayLike) -> str:
     text = repr(values) if np.ndim(values) == 0 else np.array2string(np.asarray(values), threshold=6, edgeitems=3)
     return text.replace("\n", "")
+
+
+Pupil = Annotated[float, Check(check_pupil)]
+"""Diameter of a pupil in metres."""
+
+Wavelength = Annotated[float, Check(check_wavelength)]
+"""A visible wavelength in nanometres."""
+
+PixelAngle = Annotated[float, Range("radians", positive=True)]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
@@ -214,10 +214,10 @@ def read_distances(
 
 
 def png_of(values: NDArray[np.uint8]) -> bytes:
-    """Return an 8-bit picture, H x W or H x W x 3 (red, green, blue), as a PNG file in bytes."""
-    is_valid, data = cv2.imencode(".png", values[..., ::-1] if values.ndim == 3 else values)
-    assert is_valid
-    return bytes(data)
+    """Return the PNG file of 8-bit values, H x W or H x W x 3 (red, green, blue)."""
+    buffer = io.BytesIO()
+    Image.fromarray(values).save(buffer, "PNG")
+    return buffer.getvalue()
 
 
 def _check_colours(path: Path, encoding: Encoding) -> None:

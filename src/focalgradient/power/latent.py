@@ -26,7 +26,7 @@ from focalgradient.power.ratings import Model, Study
 from focalgradient.power.study import ODDS_RATIOS, SPREAD, AnyStudy, Claim, model_of
 from focalgradient.scales import Analysis
 from focalgradient.statistics import Effect, NotComputed, analyse
-from focalgradient.statistics.effects import effects, questions_of
+from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers, less
 from focalgradient.statistics.records import ALPHA
@@ -211,7 +211,9 @@ def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotC
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     table = simulated_answers(study, subjects, rng)
     analysis = study.design.response_scale.analysis
-    slopes, pairs = effects(analyse(table, analysis))
+    answers = analyse(table, analysis).answers
+    slopes: list[Any] = [answer.outcome for answer in answers.primary]
+    pairs: list[Any] = [answer.outcome for answer in answers.headlines if answer.question.role != "primary"]
     return [*slopes, *(pairs if len(slopes) > 1 and analysis.compares_slopes else [])]
 
 

@@ -57,6 +57,7 @@ class TaskStudy(AnyStudy):
     seed: int = 1
 
     seconds: ClassVar[float] = 0.01
+    people: ClassVar[str] = "observers of the task"
     width_label: ClassVar[str] = "95 % interval of the effect: width"
 
     @classmethod

@@ -103,6 +103,8 @@ class AnyStudy(ABC):
     """Processor time of one experiment, in s per subject (measured)."""
     logs: ClassVar[bool] = False
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
+    people: ClassVar[str] = "subjects from a statistical model"
+    """Who is simulated."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
     spreads: ClassVar[tuple[str, ...]] = ()

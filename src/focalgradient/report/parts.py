@@ -16,12 +16,10 @@ from focalgradient.report.provenance import listed
 from focalgradient.report.tables import EFFECTS, Sheet
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed, Rules
+from focalgradient.statistics.effects import BOUND
 from focalgradient.statistics.questions import Answer, Answers
 
 __all__ = ["BOUND", "Asked", "Output", "Part"]
-
-BOUND = 1.2
-"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
 
 @dataclass(frozen=True, slots=True)

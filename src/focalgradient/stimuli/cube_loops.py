@@ -25,7 +25,7 @@ from focalgradient.quantities import MILLIMETRES, POSITIVE
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
-from focalgradient.stimuli.sets import display_json, png
+from focalgradient.stimuli.sets import display_json, png_of
 from focalgradient.video import save_movie
 
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
@@ -179,7 +179,7 @@ def _made(
         share = draw(SYMMETRY * number / frames) / white
         values = display.encode(share, number)
         light, shown = float(share.mean(dtype=float)), float(display.decode(values).mean())
-        file = png(values) if number in lacking else None
+        file = png_of(values) if number in lacking else None
         made.append(_Frame(values, file, light, shown, float(np.mean(share > 1))))
     return made
 

@@ -38,7 +38,7 @@ from focalgradient.stimuli.sets import (
     disc_ends,
     finish_set,
     npy,
-    png,
+    png_of,
 )
 from focalgradient.stimuli.sharpness import sharpest
 
@@ -293,7 +293,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             "clipped": float(np.mean(light > 1)),
         }
         png_file, light_file, *depth_file = _files(name, stem)
-        files = {png_file: png(display.encode(light, recipe.seed)), light_file: npy(light)}
+        files = {png_file: png_of(display.encode(light, recipe.seed)), light_file: npy(light)}
         if aperture == "pinhole":
             files[depth_file[0]] = npy(depth.astype(np.float32))
         else:

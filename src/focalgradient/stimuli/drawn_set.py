@@ -24,7 +24,7 @@ from focalgradient.stimuli.sets import (
     check_size,
     finish_set,
     npy,
-    png,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.stimulus import (
@@ -159,7 +159,7 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
         stem = stem_of(shown, FOCUS)
         colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
-        folder.put({f"{name}/{stem}.png": png(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
+        folder.put({f"{name}/{stem}.png": png_of(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
         pictures[stem] = {"mean_luminance": float(light.mean()), "clipped": 0.0}
         add_picture(
             *(folder, f"{name}/{stem}", shown, FOCUS),

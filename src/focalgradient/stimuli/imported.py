@@ -38,7 +38,7 @@ from focalgradient.stimuli.sets import (
     check_size,
     finish_set,
     npy,
-    png,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -357,7 +357,7 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
     values = _values(folder, row)
     light = display.decode(values).astype(np.float32)
     if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
-        made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": npy(light)})
+        made.put({f"{row.stem}.png": png_of(values), f"{row.stem}.npy": npy(light)})
     for end in row.fixations:
         scene = made.content["scenes"][row.scene]
         focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +33,7 @@ from focalgradient.stimuli.sets import (
     disc_ends,
     finish_set,
     npy,
-    png,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -132,27 +132,19 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
     return first
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Condition:
-    """A photograph with known depth, and the lens through which it is to be seen."""
-
-    sharp: NDArray[np.float32]
-    distance: NDArray[np.floating]
-    optics: Aperture
-    pixel_angle: float
-
-
-def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """Return the radiance of the blurred picture, and its measures."""
-    sharp, distance, optics, weights = condition.sharp, condition.distance, condition.optics, np.array(LUMINANCE)
+def _blurred(
+    sharp: NDArray[np.float32], distance: NDArray[np.floating], pixel_angle: float, optics: Aperture
+) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """Return a picture seen through an aperture, and its measures."""
+    weights = np.array(LUMINANCE)
     blurred = sharp
     if optics.aperture_diameter > 0:
-        blurred = blur_picture(sharp, distance, optics, pixel_angle=condition.pixel_angle)
+        blurred = blur_picture(sharp, distance, optics, pixel_angle=pixel_angle)
     light = np.maximum(blurred, 0).astype(np.float32)
     measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
     if optics.aperture_diameter > 0:
-        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, condition.pixel_angle)
-        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], condition.pixel_angle)
+        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, pixel_angle)
+        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], pixel_angle)
     return light, measured
 
 
@@ -180,11 +172,11 @@ def _scene(
                 Aperture(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1]),
             )
     optics_of = dict(shown.values())  # pinhole first
-    jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
+    blurred = partial(_blurred, sharp, distance, pixel_angle)
     known: dict[str, Any] = {}
-    for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):
+    for stem, (light, measured) in zip(optics_of, in_order(executor, blurred, [*optics_of.values()]), strict=True):
         known[stem] = measured
-        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
+        folder.put({f"{name}/{stem}.png": png_of(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
         blur = disc_ends(optics, distance, pixel_angle)

@@ -17,6 +17,7 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.optics import Optics
+from focalgradient.photographs.pictures import png_of
 from focalgradient.progress import Progress
 from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
@@ -39,7 +40,7 @@ __all__ = [
     "display_json",
     "finish_set",
     "npy",
-    "png",
+    "png_of",
     "read_set",
     "stored_display",
     "stored_distance",
@@ -372,13 +373,6 @@ def display_json(display: Display) -> dict[str, Any]:
         "distance_m": display.distance,
         "pixels_per_degree": display.pixels_per_degree,
     }
-
-
-def png(values: NDArray[np.uint8]) -> bytes:
-    """Return 8-bit values, grey or colour, as a PNG file."""
-    buffer = io.BytesIO()
-    Image.fromarray(values).save(buffer, "PNG")
-    return buffer.getvalue()
 
 
 def npy(array: NDArray[Any]) -> bytes:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from focalgradient.design import Design
 from focalgradient.design.given_list import trial_row
-from focalgradient.stimuli.sets import StimulusSet, png
+from focalgradient.stimuli.sets import StimulusSet, png_of
 from focalgradient.tasks import Task, task_named
 from focalgradient.tasks.steps import files_of, steps_of
 
@@ -94,7 +94,7 @@ def trial_list(
                 row[column] = shown
             elif pixels_per_degree is not None:
                 row[column] = f"{trial.phase}-{trial.trial:03}{'' if column == 'picture' else '-' + column}.png"
-                drawn[row[column]] = png(shown)
+                drawn[row[column]] = png_of(shown)
         rows.append(row)
     return TrialList(rows, drawn)
 

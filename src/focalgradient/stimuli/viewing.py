@@ -20,12 +20,11 @@ from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.files import printable
 from focalgradient.optics import Optics
 from focalgradient.photographs.depth_pictures import DepthPair, DepthPicture
-from focalgradient.photographs.pictures import png_of
 from focalgradient.plausibility import named
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.psf import Psf
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.sets import npy
+from focalgradient.stimuli.sets import npy, png_of
 from focalgradient.video import Frame, Source
 
 __all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]

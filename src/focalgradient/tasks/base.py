@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Protocol
 
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
-from focalgradient.scales import Control, Held
+from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
@@ -88,7 +88,7 @@ class Task:
     trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; `stimuli`, the set of
     pictures (`needed`); `words`, the texts of the session; and `display` and `refresh_hz`, those of the screen.
     """
-    control: Callable[..., Control | Held] | None = None
+    control: Callable[..., Control | Held | OwnControl] | None = None
     """Return the description of a trial's response control, from words and trial; it may have the parameters `design`
     and `participant` (a label).
     """

@@ -13,7 +13,7 @@ import numpy as np
 
 from focalgradient.errors import InputError, described
 from focalgradient.files.columns import cell_test
-from focalgradient.scales import Control, Held, Scale, Steps, Ways
+from focalgradient.scales import Control, Held, OwnControl, Scale, Steps, Ways
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import NAME, Noted
@@ -241,9 +241,11 @@ class _Checked:
                 f"only {room[0]} x {room[1]}: use the whole screen or a larger one, or make smaller pictures."
             )
 
-    def control(self, name: str, control: Any) -> Control:
+    def control(self, name: str, control: Any) -> Control | OwnControl:
         """Check the response control of a question."""
-        self.need(isinstance(control, Scale | Steps | Ways), f"{name} is {described(control)}, not a control")
+        self.need(
+            isinstance(control, Scale | Steps | Ways | OwnControl), f"{name} is {described(control)}, not a control"
+        )
         if isinstance(control, Scale | Steps):
             line = f"{name} goes from {control.least:g} to {control.most:g}"
             self.need(control.least < control.most, f"{line}, but its ends must ascend")
@@ -256,7 +258,7 @@ class _Checked:
             self.need(len(control.ways) == 2, f"{name} has {len(control.ways)} ways, but must have 2")
         return control
 
-    def answers(self, trial: Any, participant: str) -> Control | Held:
+    def answers(self, trial: Any, participant: str) -> Control | Held | OwnControl:
         """Check that the control's ends give answers within the limits of their columns; return the control."""
         control = self.call("control", control_of, self.task, self.design, self.words, trial, participant)
         if isinstance(control, Held):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.scales import Control, Held
+from focalgradient.scales import Control, Held, OwnControl
 
 if TYPE_CHECKING:
     from focalgradient.tasks.base import Task
@@ -130,10 +130,10 @@ def steps_of(task: Task, design: Any, trial: Any, pixels_per_degree: float, **kn
     return [one if isinstance(one, Step) else Step(*one) for one in shown]
 
 
-def control_of(task: Task, design: Any, words: Any, trial: Any, participant: str) -> Control | Held:
+def control_of(task: Task, design: Any, words: Any, trial: Any, participant: str) -> Control | Held | OwnControl:
     """Return the control on which a participant answers a trial."""
     assert task.control is not None
-    control: Control | Held = _passing(task.control, words, trial, design=design, participant=participant)
+    control: Control | Held | OwnControl = _passing(task.control, words, trial, design=design, participant=participant)
     return control
 
 
