@@ -323,7 +323,8 @@ class Copy:
         if seconds <= 0:
             return "time", ""
         options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
-        options += ["-o", f"faulthandler_timeout={HANG}"]
+        # A function of the package whose name begins with `test`, as `tested_of`, is no test.
+        options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
         options += [] if self.slow else ["-m", "not slow"]
         paths = os.pathsep.join([str(self.folder / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])
         process = subprocess.Popen(
