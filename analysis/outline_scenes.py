@@ -99,6 +99,7 @@ class Case:
     size: tuple[int, int] = SHAPE  # px
     rays: int = RAYS  # per pixel
     lamps: int = 0  # points on the farthest layer that are too bright for the sensor
+    vignette: float = 0.0  # displacement of a second stop of the pupil's size, in radii, as beside the optical axis
 
 
 FRONT, FRONT_LIMIT = (lens(16, 0.55), lens(5.6, 0.55)), {"near": 0.55}  # two apertures, focus nearer than the scene
@@ -287,6 +288,7 @@ def layered(case: Case) -> tuple[list[View], Array]:
     points = qmc.Sobol(4, rng=np.random.default_rng(case.seed)).random(case.rays)
     radius, angle = np.sqrt(points[:, 0]), 2 * np.pi * points[:, 1]
     rays = np.column_stack([radius * np.cos(angle), radius * np.sin(angle), points[:, 2:] - 0.5])
+    rays = rays[np.hypot(rays[:, 0] - case.vignette, rays[:, 1]) <= 1] if case.vignette else rays
     fine = [(np.arange(FINE * (n + 2 * PAD)) + 0.5) / FINE - PAD - n / 2 for n in case.size]
     y, x = np.meshgrid(*fine, indexing="ij")
     masks = np.stack([np.ones(x.shape, bool) if one.shape is None else one.shape(x, y) for one in case.layers])

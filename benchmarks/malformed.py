@@ -92,8 +92,10 @@ def _constructors() -> str:
 
 def _fuzz() -> str:
     os.environ.pop("DISPLAY", None)
-    counts = import_module("commands").run(CASES)
-    return f"{counts['failed']} of {CASES}"
+    commands = import_module("commands")
+    with import_module("doors").silent():
+        failed = sum(bool(commands.case(seed)[1]) for seed in range(CASES))
+    return f"{failed} of {CASES}"
 
 
 def register_statements(table: Lines) -> None:

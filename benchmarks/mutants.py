@@ -51,6 +51,7 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/web/test_arrival.py",
         "tests/test_damages.py",
     ),
+    "depth": ("tests/depth/test_*.py",),
     "eye": ("tests/eye/test_*.py", "tests/test_cli_eye.py", "tests/test_cli_accommodate.py"),
     "optics": (
         "tests/test_optics.py",
@@ -322,7 +323,8 @@ class Copy:
         if seconds <= 0:
             return "time", ""
         options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
-        options += ["-o", f"faulthandler_timeout={HANG}"]
+        # A function of the package whose name begins with `test`, as `tested_of`, is no test.
+        options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
         options += [] if self.slow else ["-m", "not slow"]
         paths = os.pathsep.join([str(self.folder / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])
         process = subprocess.Popen(

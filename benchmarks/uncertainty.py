@@ -5,9 +5,11 @@
 A row gives the share of valid pixels and, of these, z (1.48 times the median error in stated standard deviations: 1 is
 honest, less is too wide), the shares within two and beyond five of them, and the medians of error and standard
 deviation in dioptres. The ray-traced scenes are `UNCERTAINTY` of `analysis/outline_scenes.py`. A field of focus that is
-curved or tilted by so much in the corner, and a sheet of which only that it is flat is known, follow; a curved field is
-scored twice, by what pixels state each (``vergence_sd``) and with what the frame shares (``total_sd``). Of a scene that
-reaches nearer than the search, also given are the shares of its nearer part that are claimed, and reported as nearer.
+curved or tilted by so much in the corner, and a sheet of which only that it is flat is known, follow; a curved field,
+and a pupil cut as beside the axis of a fast lens, are scored twice, by what pixels state each (``vergence_sd``) and
+with what the frame shares (``total_sd``). Rows with a number in brackets are draws of fully textured surfaces, of which
+that percentage should be valid (of corrupted pairs, of what is not spoilt). Of a scene that reaches beyond the search,
+also given are the shares of that part that are claimed, and reported as nearer or farther.
 
 DATA is a folder with any of ``canon_rf50_flat`` and ``indoor_pairs``: rooms are scored by ``vergence_sd``, each and
 pooled, with what is left after the best focus and the best smooth field (`rooms.py`), and six are drawn in `--figure`.
@@ -23,17 +25,27 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "analysis"))
 
 import rooms
 from outline_scenes import (
+    BACK,
+    BACK_LIMIT,
+    CLIP,
+    FOCI,
     FRONT,
+    FRONT_LIMIT,
     PIXEL,
     SEVERAL,
     SHAPE,
     UNCERTAINTY,
     Array,
+    Case,
+    Layer,
+    half,
     recovered,
     score,
     texture,
@@ -52,11 +64,20 @@ FIELDS = {"curved by 0.06 D": (0.06, 0.0), "tilted by 0.06 D": (0.0, 0.06), "cur
 
 NOISE = 0.0022
 WALL = 1.0  # D
+Mask = NDArray[np.bool_]
+DRAWS = 2  # of each pair of views
+HOT, SQUARE, SPOILT = (
+    5e-4,
+    32,
+    4,
+)  # share of pixels that are too bright; side (px) of what does not belong; px off these
+CUT = 0.08  # tolerance of apertures of which so much of the radius may be cut off
+MARGIN = 24  # px about its border that are not scored of a part outside the search
 
 
-def row(name: str, depth: DepthMap, vergence: Array) -> None:
-    """Print one row over the whole frame."""
-    found = score(depth, vergence, np.ones(vergence.shape, bool))
+def row(name: str, depth: DepthMap, vergence: Array, counted: Mask | None = None) -> None:
+    """Print one row over the `counted` pixels, or the whole frame."""
+    found = score(depth, vergence, np.ones(vergence.shape, bool) if counted is None else counted)
     print(f"{name:36}" + "".join(f"{found.get(c, np.nan):9.{places}f}" for c, places in COLUMNS.items()), flush=True)
 
 
@@ -80,15 +101,75 @@ def fields() -> Iterator[tuple[str, list[View], Array]]:
             yield f"field {name}, {kind}", walls(moved, lenses), np.full(SHAPE, WALL)
 
 
-def nearer(name: str, lenses: Sequence[Lens], near: float) -> None:
-    """Print a wall of which the left half lies nearer than the search."""
-    vergence = np.full(SHAPE, WALL)
-    vergence[:, : SHAPE[1] // 2] = 1.25 / near
-    depth = recover_depth(walls(vergence, lenses), near=near)
+def validity() -> Iterator[tuple[str, list[Case]]]:
+    """Draws of fully textured surfaces, with the share of their pixels that should be valid in the name."""
+    ways: list[tuple[tuple[Lens, ...], dict[str, float]]]
+    ways = [(FOCI, {}), (FRONT, FRONT_LIMIT), (BACK, BACK_LIMIT)]
+    cases: dict[str, list[Case]] = {}
+    for number in range(DRAWS * len(ways)):
+        lenses, limits = ways[number % len(ways)]
+        random = np.random.default_rng([number, 61])
+        angle, steep = random.uniform(0, 2 * np.pi), random.uniform(1e-3, 3e-3)
+        slope = float(steep * np.cos(angle)), float(steep * np.sin(angle))
+        slant = Case(lenses, (Layer(WALL, slope=slope),), 610 + number, 0.005, limits, (192, 256), 1024)
+        step = (Layer(1.4, half(angle, float(random.uniform(-30, 30)))), Layer(0.8))
+        draws = {
+            "slants (97)": slant,
+            "corrupted pairs (96)": slant,
+            "steps (96)": replace(slant, layers=step),
+            "pupils cut to .84": replace(
+                slant, vignette=0.25, lenses=tuple(replace(one, aperture_tolerance=CUT) for one in lenses)
+            ),
+        }
+        for name, case in draws.items():
+            cases.setdefault(name, []).append(case)
+    yield from cases.items()
+
+
+def corrupted(views: Sequence[View], seed: int) -> tuple[list[View], Mask]:
+    """Views of which the last has bright pixels and a square of another scene; and the pixels `SPOILT` px off these."""
+    random, image = np.random.default_rng([seed, 62]), views[-1].image.copy()
+    bad = random.random(image.shape) < HOT
+    image[bad] = CLIP
+    top, left = (int(random.integers(20, n - 20 - SQUARE)) for n in image.shape)
+    place = np.s_[top : top + SQUARE, left : left + SQUARE]
+    image[place] = image[place][::-1, ::-1]
+    bad[place] = True
+    return [*views[:-1], replace(views[-1], image=image)], ndimage.distance_transform_edt(~bad) > SPOILT
+
+
+def valid_row(name: str, cases: Sequence[Case], cache: Path | None) -> None:
+    """Print the scores of several draws, joined."""
+    found, truths, counted = [], [], []
+    for number, case in enumerate(cases):
+        views, vergence = views_and_truth(f"{name.split(' (')[0]} {number}", case, cache)
+        use = np.ones(vergence.shape, bool)
+        if "corrupted" in name:
+            views, use = corrupted(views, number)
+        found.append(recovered(case, views, outlines=True)[0])
+        truths.append(vergence)
+        counted.append(use)
+    for label, sd in ((name, "vergence_sd"), (f"    {'with the common part':32}", "total_sd")):
+        if label == name or any(one.common_errors.any() for one in found):
+            parts = ("vergence", sd, "valid", "side_known")
+            joined = DepthMap(*(np.concatenate([getattr(one, part) for one in found]) for part in parts))
+            row(label, joined, np.concatenate(truths), np.concatenate(counted))
+
+
+def outside(name: str, views: Sequence[View], vergence: Array, near: float, far: float | None = None) -> None:
+    """Print a scene of which a part lies outside the limits of the search (m)."""
+    depth = recover_depth(views, near=near, far=far)
     row(name, depth, vergence)
-    left = np.s_[20:-20, 20 : SHAPE[1] // 2 - 40]
-    reported = np.zeros(SHAPE, bool) if depth.beyond is None else depth.beyond == 1
-    print(f"{'':4}nearer part: {depth.valid[left].mean():.1%} claimed, {reported[left].mean():.1%} reported as nearer")
+    nearer, farther = vergence > 1 / near, vergence < (1 / far if far else 0.0)
+    reported = np.zeros(SHAPE, np.int8) if depth.beyond is None else depth.beyond
+    for side, part in ((1, nearer), (-1, farther)):
+        if part.any():
+            inner = ndimage.binary_erosion(part, iterations=MARGIN, border_value=1)
+            print(
+                f"{'':4}{'nearer' if side > 0 else 'farther'} part: {depth.valid[inner].mean():.1%} claimed, "
+                f"{(reported[inner] == side).mean():.1%} reported"
+            )
+    print(f"{'':4}part within: {(reported[~nearer & ~farther] != 0).mean():.2%} reported as outside")
 
 
 def main() -> None:
@@ -116,9 +197,18 @@ def main() -> None:
             depth = recover_depth(views, near=None if "foci" in name else FRONT[0].focus_distance)
             row(name, depth, vergence)
             row(f"    {'with the common part':32}", replace(depth, vergence_sd=depth.total_sd), vergence)
-    for name, lenses in (("near, two foci", SEVERAL[2]), ("near, apertures", FRONT)):
+    for name, cases in validity():
         if is_asked(name):
-            nearer(name, lenses, 0.8)
+            valid_row(name, cases, options.cache)
+    halves = [np.where(np.arange(SHAPE[1]) < SHAPE[1] // 2, v, WALL) for v in (1.5625, 0.35)]
+    for kind, lenses in (("two foci", SEVERAL[2]), ("apertures", FRONT)):
+        for name, profile, near, far in (("near", halves[0], 0.8, None), ("far", halves[1], 0.56, 1.5)):
+            if is_asked(f"{name}, {kind}"):
+                vergence = np.broadcast_to(profile, SHAPE)
+                outside(f"{name}, {kind}", walls(vergence, lenses), vergence, near, far)
+        if is_asked(f"near, three things, {kind}"):
+            name = f"three things, {kind.replace('two', '2')}"
+            outside(f"near, {name}", *views_and_truth(name, UNCERTAINTY[name], options.cache), 0.76)
     if options.data is None:
         return
     if is_asked("sheet") and (folder := options.data / "canon_rf50_flat").is_dir():

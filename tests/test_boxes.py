@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import os
 import sys
 import time
@@ -96,4 +95,4 @@ def test_buttons_must_stand_for_keys() -> None:
     with pytest.raises(InputError, match="must assign a key to each button"):
         keys_of("1:left")
     with pytest.raises(InputError, match="'lefft', but must name keys of a keyboard"):
-        check_keys(argparse.Namespace(box_keys="1=lefft"), {"left"})
+        check_keys("1=lefft", {"left"})

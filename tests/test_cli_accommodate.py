@@ -3,15 +3,14 @@
 import csv
 import json
 import re
+from functools import partial
 from pathlib import Path
 
+import command_line
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 
-from focalgradient.cli.eye import eye
-from focalgradient.cli.program import Program
 from focalgradient.eye import Course, TargetMotion
 from focalgradient.plotting.eye import accommodation_figure
 
@@ -22,8 +21,7 @@ def place(tmp_path, monkeypatch):
     monkeypatch.setattr("focalgradient.eye.target_motion.DURATION_S", 3.0)
 
 
-def run(*args: str) -> Result:
-    return CliRunner().invoke(Program("focalgradient", commands=[eye]), ["eye", *args])
+run = partial(command_line.run, "eye")
 
 
 def test_a_course_from_a_table():
@@ -58,17 +56,12 @@ def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
     ("args", "said"),
     [
         (["spheres", "--accommodate", "step:1,3"], "SCENE 'spheres' and --accommodate are both given"),
-        (["--accommodate", "jump"], "--accommodate is 'jump', but must be step:FROM,TO"),
         (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
         (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must be above 0 and below 5 Hz"),
-        (["--accommodate", "sine:2,1,50"], "has 50 Hz"),
-        (["--accommodate", "missing.csv"], "missing.csv"),
         (["--accommodate", "long.csv"], "must end by 120 s"),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(args, said):
-    Path("words.csv").write_text("time,dioptres\n0,near\n1,far\n", encoding="utf-8")
-    Path("back.csv").write_text("1,1\n0,1\n", encoding="utf-8")
     Path("long.csv").write_text("0,1\n150,1\n", encoding="utf-8")
     result = run(*args, "--out", "out")
     assert result.exit_code == 2

@@ -8,12 +8,12 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
+from command_line import run, sentence
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens
 from focalgradient.calibration import EDGE_K
-from focalgradient.cli import main
 from focalgradient.errors import InputError
 from focalgradient.photographs import camera_toml, load_camera, load_settings
 from focalgradient.psf import transfer
@@ -58,17 +58,6 @@ def camera(tmp_path_factory) -> tuple[Path, Result]:
     return folder / "camera.toml", result
 
 
-def run(*args: object) -> Result:
-    return CliRunner().invoke(main, [str(arg) for arg in args])
-
-
-def sentence(result: Result) -> str:
-    assert result.exit_code == 2, result.output
-    assert result.stderr.startswith("Error: ")
-    assert result.stderr.count("\n") == 1
-    return result.stderr
-
-
 def test_the_camera_is_told_with_its_uncertainties(camera):
     path, result = camera
     calibration = load_camera(path).calibration
@@ -99,7 +88,7 @@ def test_a_camera_file_that_cannot_be_one_is_refused(camera, tmp_path):
     variance, joint = first[1], first[2]
     doubled = text.replace("f_number = 16", "f_number = 8", 1)
     assert "f_number = 16" in text
-    for changed, sentence in (
+    for changed, said in (
         (text.replace(variance, f"-{variance}", 1), "covariance is not symmetric and positive semidefinite"),
         (text.replace(joint, f"{1 + abs(float(joint))}", 1), "covariance is not symmetric"),
         (text.replace(joint, "1e300").replace(variance, "1e-300"), "covariance is not symmetric"),
@@ -107,7 +96,7 @@ def test_a_camera_file_that_cannot_be_one_is_refused(camera, tmp_path):
     ):
         assert changed != text
         (tmp_path / "camera.toml").write_text(changed)
-        with pytest.raises(InputError, match=sentence):
+        with pytest.raises(InputError, match=said):
             load_camera(tmp_path / "camera.toml")
 
 
@@ -208,8 +197,6 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
     ("line", "said"),
     [
         ("distance_m = -1.0\nf_number = 8", "view 1: distance_m is -1.0, but must be a positive number of metres"),
-        ("f_number = 8", "view 1: distance_m is missing"),
-        ("distance_m = 1.0\nf_number = inf", "view 1: f_number is inf, but must be"),
         ("distance_m = 1.0\nf_number = 8\nfocus_m = 1.0", "did you mean focus_distance_m?"),
         ("f_number = 8\nfocus_distance_m = 1.0", "t.toml states no distance: give each view of a target distance_m"),
         (
@@ -252,16 +239,6 @@ def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
     (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "informed = [", text))
     said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))
     assert "short.toml: uncertainty does not have a row and a column for each of the 6 parameters" in said
-    (tmp_path / "views.toml").write_text(
-        f'[camera]\ncalibration = "{camera[0].as_posix()}"\nfocal_length_mm = 50\n'
-        '[[view]]\nimage = "a.png"\nf_number = 8\n[[view]]\nimage = "b.png"\nf_number = 16\n'
-    )
-    said = sentence(run("depth", tmp_path / "views.toml", "--out", tmp_path / "out"))
-    assert "focal_length_mm is 50, but the camera was calibrated at 25 mm" in said
-    (tmp_path / "views.toml").write_text("[camera]\ncalibration = 3\n")
-    assert "calibration is 3, but must be a path" in sentence(
-        run("depth", tmp_path / "views.toml", "--out", tmp_path / "out")
-    )
     assert not (tmp_path / "out").exists()
 
 
@@ -273,6 +250,3 @@ def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_
     assert [lens.f_number for lens in settings.lenses()] == list(calibration.f_numbers.values())
     assert (settings.offset, settings.given_k("gaussian")) == (calibration.offset, calibration.k)
     assert settings.camera.pixel_pitch_um == 8
-
-
-# --- Real photographs --------------------------------------------------------------------------------------------

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
 from PIL import Image
 
 from focalgradient import stimuli
-from focalgradient.cli import main
 from focalgradient.display import Display
 from focalgradient.stimuli.drawn_files import FILES
 
@@ -27,8 +27,7 @@ SMALL = {
 }
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, ["stimuli", *map(str, arguments)])
+run = partial(command_line.run, "stimuli")
 
 
 @pytest.mark.parametrize("name", SMALL)

@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import click
-import numpy as np
-import pytest
 from click.testing import CliRunner, Result
 
-from focalgradient.cli import main
-from focalgradient.cli.generate import Folder, Given, Made, command
+from focalgradient.cli.generate import Folder, Made, command
 from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
-from focalgradient.cli.shapes import ShapeAsked
 from focalgradient.errors import InputError
 from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
 
@@ -155,72 +150,6 @@ def test_messages_of_the_library_name_options():
     assert message == "--efl is 1e+10, but must be a number of millimetres from 1e-06 to 1e+09."
 
 
-def test_a_group_is_a_dictionary_or_what_a_function_makes_of_it():
-    @command("Short.")
-    def show_it(*, lens: Annotated[dict[str, Any], Given(Lens, only=("side", "pixel_pitch"), prefix="* ")]) -> None:
-        """Show."""
-        click.echo(repr(lens))
-
-    assert received(show_it, "--side", "far") == "{'pixel_pitch': 2e-06, 'side': 'far'}"
-    assert "* Of the focus." in run(show_it, "--help").stdout
-    assert run(show_it, "--focal-length", "5").exit_code == 2
-
-
-def test_a_sequence_is_repeated_or_separated_by_commas():
-    @command("Short.")
-    def repeated(*, values: Annotated[Any, Given(drawn)]) -> None:
-        """Show."""
-        click.echo(repr(values))
-
-    @command("Short.")
-    def separated(*, values: Annotated[Any, Given(drawn, commas=True)]) -> None:
-        """Show."""
-        click.echo(repr(values))
-
-    given = eval(received(repeated, "--width-deg", "2", "--angles", "90", "--angles", "180"))
-    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ()}
-    given = eval(received(repeated, "--width-deg", "2"))
-    assert given["angles"] == pytest.approx((0.5, 1.0))
-    given = eval(received(separated, "--width-deg", "2"))
-    assert given["angles"] == pytest.approx((0.5, 1.0))
-    given = eval(received(separated, "--width-deg", "2", "--angles", "90, 180", "--names", "a,b"))
-    assert given == {"width_deg": 2.0, "angles": pytest.approx((math.pi / 2, math.pi)), "names": ("a", "b")}
-    message = str(run(separated, "--width-deg", "2", "--angles", "x").exception)
-    assert message == "--angles is 'x', but must be numbers like 0,2.5."
-
-
-def test_the_shape_of_the_blur_brings_its_parameters():
-    @command("Short.")
-    def blur_it(*, psf: ShapeAsked = ShapeAsked("disc", {})) -> None:  # noqa: B008  a frozen record
-        """Show."""
-        click.echo(repr(psf.shape()))
-
-    assert received(blur_it) == "Disc()"
-    assert "Polygon(blades=5" in received(blur_it, "--psf", "polygon", "--blades", "5")
-    assert "belongs to psf polygon" in str(run(blur_it, "--blades", "5").exception)
-
-
-def test_a_type_that_a_command_line_cannot_give_is_refused_by_name():
-    @command("Short.")
-    def impossible(*, image: np.ndarray) -> None:
-        """Show."""
-
-    @command("Short.")
-    def unasked(*, image: np.ndarray | None = None) -> None:
-        """Show."""
-        click.echo(repr(image))
-
-    @command("Short.")
-    def misspelt(*, lens: Annotated[Any, Given(Lens, only=("focal_lenght",))]) -> None:
-        """Show."""
-
-    with pytest.raises(TypeError, match=r"image of .*impossible.* cannot give"):
-        _ = impossible.params
-    with pytest.raises(TypeError, match="focal_lenght"):
-        _ = misspelt.params
-    assert received(unasked) == "None"
-
-
 def test_groups_of_the_library_have_its_units_and_bounds():
     @command("Short.")
     def look(*, depth: DepthFile, limits: Limits, optics: Optics, workers: Workers) -> None:
@@ -237,19 +166,3 @@ def test_groups_of_the_library_have_its_units_and_bounds():
         ("--focus-tolerance", "2", "--focus-tolerance is 2.0, but must be a fraction"),
     ):
         assert message in str(run(look, option, value).exception)
-
-
-def every(group: click.Group, path: str = "") -> Any:
-    for name, found in group.commands.items():
-        if isinstance(found, click.Group):
-            yield from every(found, f"{path} {name}")
-        else:
-            yield pytest.param(found, id=f"{path} {name}".strip())
-
-
-@pytest.mark.parametrize("found", [*every(main)])
-def test_every_option_has_a_help_text_and_stands_once(found):
-    options = [one for one in found.params if isinstance(one, click.Option)]
-    assert [one.opts[0] for one in options if not one.help or not one.help.strip("* ")] == []
-    opts = [opt for one in options for opt in one.opts]
-    assert len(opts) == len(set(opts))

@@ -9,12 +9,12 @@ import sys
 from collections.abc import Iterator
 
 import click
-import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import CliRunner
+from command_line import run
 
 from focalgradient.cli import main
-from focalgradient.cli.program import JSON_OPTION, announce, show
+from focalgradient.cli.program import announce
 
 
 def commands(group: click.Group = main, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
@@ -29,8 +29,12 @@ ALL = dict(commands())
 each = pytest.mark.parametrize("words", ALL, ids=" ".join)
 
 
-def run(*words: str) -> Result:
-    return CliRunner().invoke(main, [*words])
+@each
+def test_every_option_has_a_help_text_and_stands_once(words):
+    options = [one for one in ALL[words].params if isinstance(one, click.Option)]
+    assert [one.opts[0] for one in options if not one.help or not one.help.strip("* ")] == []
+    opts = [opt for one in options for opt in one.opts]
+    assert len(opts) == len(set(opts))
 
 
 @each
@@ -61,11 +65,6 @@ def test_the_shell_completes_commands_options_and_choices():
         runner = CliRunner()
         result = runner.invoke(main, [], env=environment, prog_name="focalgradient")
         assert f"plain,{expected}" in result.stdout
-
-
-@click.command(params=[JSON_OPTION])
-def found() -> None:
-    show({"share": np.float64(0.5), "nothing": float("nan")}, "Share: 0.5", "Nothing.")
 
 
 @pytest.mark.parametrize(

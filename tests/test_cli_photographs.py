@@ -5,21 +5,16 @@ import json
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import run
 from photographed import SHAPE, TILE, RealCamera, encoded, write
 
 from focalgradient import DepthMap, InputError
-from focalgradient.cli import main
 from focalgradient.photographs import read_photographs
 from focalgradient.plotting import PAPERS, calibration_sheet
 from focalgradient.psf import transfer
 
 OPTICS = ("--focal-length", "35", "--pixel-pitch", "20", "--focus-distance", "1", "--focus-distance", "1")
 STOPS = ("--f-number", "11", "--f-number", "4")
-
-
-def run(*args: object):
-    return CliRunner().invoke(main, [str(arg) for arg in args])
 
 
 def stack(folder, count=5):

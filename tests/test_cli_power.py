@@ -160,8 +160,6 @@ def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
     ("args", "sentence"),
     [
         (["--subjects", "6,x"], "--subjects is 6,x, but must be whole numbers from 2 to 1000"),
-        (["--effect", "-1"], "effect is -1.0, but must be a ratio from 0.1 to 10"),
-        (["--lapses", "1"], "lapses is 1.0, but must be a proportion"),
         (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
     ],
 )

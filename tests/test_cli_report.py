@@ -2,20 +2,16 @@
 
 import json
 import os
-import shutil
+from functools import partial
 
+import command_line
 import pytest
-from click.testing import CliRunner, Result
 from recorded import edit, rating_file, record_necker, record_ratings
-
-from focalgradient.cli.program import Program
-from focalgradient.cli.report import report
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
 
-def run(*args: object) -> Result:
-    return CliRunner().invoke(Program("focalgradient", commands=[report]), ["report", *map(str, args)])
+run = partial(command_line.run, "report")
 
 
 @pytest.fixture(scope="module")
@@ -43,24 +39,11 @@ def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("sittings", [-1, ["x"]])
-def test_a_session_whose_sittings_are_no_tables_is_left_out_and_named(data, tmp_path, sittings):
-    root = shutil.copytree(data, tmp_path / "data")
-    path = rating_file(root).with_suffix(".json")
-    path.write_text(json.dumps(json.loads(path.read_text()) | {"Sittings": sittings}))
-    result = run(root, "--out", tmp_path / "report", "--workers", "1")
-    assert result.exit_code == 0, result.output
-    assert "Sittings must be a list of tables" in result.stderr
-
-
-@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(
     ("design", "sentence"),
     [
         ({"../X": 1}, "task is missing"),
         ({"task": "necker", "../X": 1}, "../X is not a known key"),
-        ({"task": "necker", "strengths_mm": 4}, "strengths_mm"),
-        ({"task": "depthrating"}, "the design is of depthrating"),
         ({"task": "necker"}, ""),
     ],
 )
@@ -79,8 +62,6 @@ def test_a_session_whose_sidecar_has_no_design_is_left_out_and_named(tmp_path, d
     ("args", "sentence"),
     [
         (["--bound", "0.9"], "--bound is 0.9, but must be a ratio above 1 and at most 10"),
-        (["--bound", "20"], "give the smallest rise that matters, 1.2 for 20 %"),
-        (["--bound", "-2"], "--bound is -2, but must be a positive number"),
         (["--ordinal"], "ratings must be whole numbers"),
     ],
 )

@@ -3,14 +3,14 @@
 import errno
 import json
 import os
+from functools import partial
 from pathlib import Path
 
+import command_line
 import numpy as np
 import pytest
 from click import Command
-from click.testing import CliRunner, Result
 
-from focalgradient.cli import main
 from focalgradient.cli.blur import blur
 from focalgradient.cli.stimuli import stimuli
 from focalgradient.srgb import srgb_to_linear
@@ -19,8 +19,7 @@ from focalgradient.stimuli import read_set
 CAST = ["--engine", "cast", "--samples", "4", "--size", "128", "--scenes", "1", "--seed", "2"]
 
 
-def run(*arguments: object) -> Result:
-    return CliRunner().invoke(main, ["stimuli", *map(str, arguments)])
+run = partial(command_line.run, "stimuli")
 
 
 def test_depth_rating(tmp_path: Path) -> None:
@@ -42,21 +41,9 @@ def test_depth_rating(tmp_path: Path) -> None:
 
 
 def test_necker(tmp_path: Path) -> None:
-    asked = [
-        "--gradient",
-        "nonrigid",
-        "--edge",
-        3,
-        "--speed",
-        0.5,
-        "--frame-rate",
-        24,
-        "--size",
-        300,
-        "--line-width",
-        4,
-    ]
-    result = run("necker", "--out", tmp_path, *asked, "--aperture", 30, "--direction", "left")
+    shown = ["--gradient", "nonrigid", "--edge", 3, "--speed", 0.5]
+    shown += ["--frame-rate", 24, "--size", 300, "--line-width", 4]
+    result = run("necker", "--out", tmp_path, *shown, "--aperture", 30, "--direction", "left")
     assert result.exit_code == 0, result.stderr
     assert "turning left, 2" in result.stdout  # per cent, for the other reading
     made = json.loads((tmp_path / "manifest.json").read_text())
@@ -70,9 +57,6 @@ def test_necker(tmp_path: Path) -> None:
     [
         (["depth-rating", "--seed", 1], "Missing option '--out'"),
         (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "bright"], "--gamma is bright"),
-        (["depth-rating", "--out", "x", "--seed", 1, "--distance", "-1"], "--distance is -1"),
-        (["depth-rating", "--out", "x", "--seed", 1, "--engine", "blender"], "Invalid value for '--engine'"),
-        (["necker", "--out", "x", "--gradient", "sideways"], "Invalid value for '--gradient'"),
         (["necker", "--out", "x", "--perspective", "1.4"], "perspective is 1.4"),
     ],
 )

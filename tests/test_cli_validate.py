@@ -1,13 +1,12 @@
 """`focalgradient validate`: what it prints, and its exit codes."""
 
 import json
+from functools import partial
 from pathlib import Path
 
+import command_line
 import pytest
-from click.testing import CliRunner, Result
 
-from focalgradient.cli.program import Program
-from focalgradient.cli.validate import validate
 from focalgradient.dataset import Apparatus, Rated, Session
 from focalgradient.dataset import checks as checks
 from focalgradient.design import Pinhole
@@ -15,8 +14,7 @@ from focalgradient.design import Pinhole
 DESIGN = Pinhole(scenes=["a"], repetitions=1)
 
 
-def run(*args: object) -> Result:
-    return CliRunner().invoke(Program("focalgradient", commands=[validate]), ["validate", *map(str, args)])
+run = partial(command_line.run, "validate")
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import re
 import shutil
 from collections.abc import Callable
 from contextlib import suppress
@@ -139,6 +140,13 @@ DAMAGES = {
     "line without chain": (
         lines(lambda found: found.append(b'{"event": "note", "kind": "break"}\n')),
         "was added or changed after the session: it has no chain",
+    ),
+    "chain removed": (
+        lambda root: (
+            journal(root).write_bytes(re.sub(rb', "chain": \[[^]]*\]\}', b"}", journal(root).read_bytes())),
+            retold(lambda told: told.pop("Journal"))(root),
+        ),
+        "line 1 was added or changed after the session: it has no chain",
     ),
     "end lost": (lines(lambda found: found.pop()), "differs from its journal"),
     "half a character": (
@@ -332,6 +340,26 @@ DAMAGES = {
     "all: one value in two kinds": (
         forged(lambda events: [put(n, extra={"clear": {"value": one}})(events) for n, one in ((3, 1.0), (4, "high"))]),
         "line 7, main trial 4: clear was noted as a number and as a text: restore the journal",
+    ),
+    "all: an event of no kind": (
+        forged(lambda events: events.insert(3, {"event": "party"})),
+        "line 4: event is 'party', but must be one of begun, resumed, trial, note, repaired",
+    ),
+    "all: confidence that was not asked for": (
+        forged(put(3, confidence=0.5)),
+        r"line 6, main trial 3: confidence is 0\.5, but the design does not ask for it",
+    ),
+    "all: a distance that no tracker measured": (
+        forged(put(3, gaze_away=0.5)),
+        "line 6, main trial 3: gaze_away is 0.5, but gaze is 'none' in the design: restore the journal",
+    ),
+    "all: a refresh rate below 0": (
+        forged(lambda events: events[0]["apparatus"].update(refresh_hz=-60.0)),
+        r"line 1: apparatus: refresh_hz is -60\.0, but must be a positive",
+    ),
+    "all: a screen without width": (
+        forged(lambda events: events[0]["apparatus"].update(screen_m=[0.0, 0.3])),
+        r"line 1: apparatus: screen_m is 0\.0, but must be a positive",
     ),
     # Participants, manifest and description.
     "age below 0": (people("\t30\t", "\t-3\t"), r"row 2: age is -3, but must be a number of years"),

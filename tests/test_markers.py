@@ -14,6 +14,7 @@ from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, repa
 from focalgradient.dataset.markers import MARKERS, Codes, read_codes
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
+from focalgradient.lab.options import TriggerOptions
 from focalgradient.lab.triggers import HEADER, open_triggers
 
 CODES = """
@@ -71,7 +72,7 @@ def test_a_serial_port_and_a_file_get_every_code_and_the_pulse_ends(tmp_path: Pa
     codes_of = {"sitting": 1, "picture": 111}
     given = [f"serial:{os.ttyname(port)}:9600", f"file:{tmp_path / 'markers.tsv'}"]
     for _ in range(2):  # a session that is resumed goes on in the same file
-        triggers = open_triggers(None, given, codes(tmp_path))
+        triggers = open_triggers(TriggerOptions(triggers=tuple(given), codes=codes(tmp_path)))
         for seconds, name, trial in ((1.5, "sitting", None), (2.25, "picture", {"aperture": "pinhole", "trial": 3})):
             for one in triggers.ports:
                 triggers.send(one, name, time.monotonic(), seconds, trial)
@@ -95,7 +96,7 @@ def test_a_parallel_port_gets_code_and_zero_by_the_requests_of_its_driver(
     asked: list[tuple[int, bytes]] = []
     monkeypatch.setattr(fcntl, "ioctl", lambda port, request, data=b"": asked.append((request, data)))
     (tmp_path / "parport0").touch()
-    triggers = open_triggers(None, [f"parallel:{tmp_path / 'parport0'}"], None)
+    triggers = open_triggers(TriggerOptions(triggers=(f"parallel:{tmp_path / 'parport0'}",)))
     triggers.send(triggers.ports[0], "picture", time.monotonic(), 1.0, None)
     deadline = time.monotonic() + 10
     while len(asked) < 3 and time.monotonic() < deadline:
@@ -108,7 +109,7 @@ def test_a_parallel_port_gets_code_and_zero_by_the_requests_of_its_driver(
 
 def test_a_stream_of_lsl_has_the_condition_and_the_time_of_the_event() -> None:
     pylsl = pytest.importorskip("pylsl")
-    triggers = open_triggers(None, ["lsl:fg-test"], None)
+    triggers = open_triggers(TriggerOptions(triggers=("lsl:fg-test",)))
     inlet = pylsl.StreamInlet(pylsl.resolve_byprop("name", "fg-test", timeout=10)[0])
     inlet.open_stream(timeout=10)
     at, clock = time.monotonic() - 0.5, pylsl.local_clock()
@@ -142,7 +143,7 @@ def test_a_port_that_is_not_there_is_refused_in_one_sentence(
     monkeypatch.chdir(tmp_path)
     Path("here.txt").write_text("diary")
     with pytest.raises(InputError) as error:
-        open_triggers(None, [port], None)
+        open_triggers(TriggerOptions(triggers=(port,)))
     assert message in str(error.value)
     assert Path("here.txt").read_text() == "diary"
 
@@ -162,7 +163,7 @@ def test_a_function_of_one_s_own_gets_the_condition_where_it_takes_one(
     tmp_path: Path, source: str, given: tuple[object, ...]
 ) -> None:
     (tmp_path / "mine.py").write_text(f"got = []\n{source}\n")
-    triggers = open_triggers(tmp_path / "mine.py", [], None)
+    triggers = open_triggers(TriggerOptions(markers=tmp_path / "mine.py"))
     triggers.send(triggers.ports[0], "picture", 0.0, 1.0, {"a": 1})
     assert triggers.ports[0]._function.__globals__["got"] == [given]  # type: ignore[attr-defined]
 

@@ -108,11 +108,6 @@ def test_distance_comes_back_on_its_own_side(
         assert lens.blur_radius(mirror) == pytest.approx(float(blur), rel=1e-6)
 
 
-@given(focus=FOCUS, side=st.sampled_from(["beyond", "nearer"]))
-def test_no_blur_is_the_plane_of_focus(focus: float, side: str) -> None:
-    assert Lens(0.02, 4, focus).distance_from_blur(0.0, side) == pytest.approx(focus)
-
-
 def test_error_of_distance_of_fig_2() -> None:
     """2 % of blur, focus at 2 m: the paper's dD = 0.02 D |D/2 - 1|, so 0.8 m at 10 m, 2 cm at 1 m, none at focus."""
     lens = Lens(focal_length=0.05, f_number=2, focus_distance=2.0)

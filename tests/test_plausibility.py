@@ -9,7 +9,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from two_views import TOML, picture, run, sentence, write
+from command_line import run, sentence
+from two_views import TOML, picture, write
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View
 from focalgradient.depth.search import Search

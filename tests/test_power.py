@@ -17,7 +17,6 @@ from focalgradient.power.running import power, subjects_needed
 from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.effects import effects
 from focalgradient.statistics.meta_analysis import random_effects
 
 
@@ -200,7 +199,7 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
     design = DepthRatingDesign(scale="choice")
     latent_study = LatentStudy(LatentModel(effect=20.0, far_effect=1.0), design)
     table = latent_study.table(8, np.random.default_rng(1))
-    primary = effects(analyse(table, design.response_scale.analysis))[0][0]
+    primary = analyse(table, design.response_scale.analysis).answers.primary[0].outcome
     outcome = latent_study.outcome(table)
     assert isinstance(primary, Effect)
     assert primary.low > 0

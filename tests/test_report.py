@@ -5,7 +5,6 @@ import hashlib
 import html
 import io
 import itertools
-import math
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -21,25 +20,18 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
-from focalgradient.report.document import Heading, Paragraph, Table, as_html, as_markdown
-from focalgradient.report.exclusions import both_results, exclusions_table, main_results
-from focalgradient.report.export import r_script, trial_files
+from focalgradient.report.document import Paragraph
+from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
-from focalgradient.report.provenance import listed
-from focalgradient.report.tables import CHECKS, EFFECTS, Sheet, answer_tables
-from focalgradient.report.words import methods_ratings, necker_findings
+from focalgradient.report.tables import EFFECTS, Sheet
+from focalgradient.report.words import methods_ratings
 from focalgradient.statistics import (
     DepthRatingResult,
-    Effect,
-    Interval,
-    NotComputed,
     compare_pictures,
     depth_rating,
 )
-from focalgradient.statistics.means import paired_effect
-from focalgradient.statistics.questions import COLUMNS, Analysis, Caution, Question, stated
+from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
-from focalgradient.statistics.wording import interval, probability
 
 
 @pytest.fixture(scope="module")
@@ -93,18 +85,6 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(ratings, cube, ma
     assert len(table(made, "necker_durations.csv")) == 6
     assert len(table(made, "necker_durations_of_people.csv")) == 2
     assert f"t(5) = {near.statistic:.2f}" in page(made)
-    said = set(re.findall(r"As a file: ([a-z_]+\.csv)", page(made)))
-    others = {f"depth_rating_{name}.csv" for name in ("subjects", "scenes", "trials", "trials_dictionary", "wide")}
-    others |= {
-        "robustness.csv",
-        "depth_rating_exclusions_effect.csv",
-        "necker_exclusions_effect.csv",
-        "necker_subjects.csv",
-        "necker_reports.csv",
-        "necker_reports_dictionary.csv",
-        "necker_wide.csv",
-    }
-    assert said | others == {name for name in made.files if name.endswith(".csv")}
 
 
 def test_the_page_is_whole_and_needs_nothing_else(made):
@@ -276,48 +256,6 @@ def test_a_report_on_the_cube_folds_all_tables_but_the_first(tmp_path: Path) -> 
     assert "Percept durations (right" in report.files["report.html"].decode()
 
 
-def test_results_with_and_without_exclusions_have_the_interval_and_p_of_the_findings() -> None:
-    """The primary p is not corrected, that of the far effect is."""
-    skewed = 0.5 - 0.2 * np.random.default_rng(3).exponential(size=10)
-    rows = [
-        (f"sub-{who:02}", fixation, "f/4" if mm else "pinhole", mm, scene, math.exp(own * mm / 8))
-        for who, own in enumerate(skewed)
-        for fixation, less in (("nearest", 0.0), ("farthest", 0.3))
-        for mm, own in ((0.0, own - less), (8.0, own - less))
-        for scene in ("a", "b")
-    ]
-    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
-    result = depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
-    both = both_results([*result.answers, *result.answers.variant("without exclusions")], excludes=True)
-    rows = exclusions_table(both, "depth_rating").rows
-    tests = [*(each.rise for each in result.fixations)]
-    for row, told, test in zip(rows[::2], main_results(both), tests, strict=False):
-        assert isinstance(test, Effect)
-        assert row[4] == interval(test.ratio.low, test.ratio.high)
-        assert row[6] == probability(test.corrected_p)
-        assert [told["value_low"], told["value_high"]] == pytest.approx([test.ratio.low, test.ratio.high])
-
-
-def test_effects_are_tabled_as_ratios_with_what_was_not_tested_in_notes() -> None:
-    result = rated(0.7, 0.0)
-    (table,) = answer_tables(result.answers, "Checks", CHECKS)
-    assert list(table.header)[:6] == ["result", "of", "unit", "holds for other", "estimate", "95 %"]
-    rows = {(row[0], row[1]): row for row in table.rows}
-    for fixation in result.fixations:
-        ratio = fixation.rise_these_scenes.ratio
-        row = rows["depth effect, these scenes", fixation.fixation]
-        ends = f"[{ratio.low:.2f},\N{NO-BREAK SPACE}{ratio.high:.2f}]"
-        assert row[2:6] == ["ratio", "subjects", f"{ratio.estimate:.2f}", ends]
-    assert float(rows["depth effect, these scenes", "nearest"][4]) == pytest.approx(np.exp(0.7), rel=0.05)
-    one, gone = stated("a", "b", Interval(1.0, 0.5, 2.0), "check", "s"), stated("a", "c", NotComputed("gone."), "check")
-    (table,) = answer_tables([one, gone], "Own", CHECKS)
-    assert (table.rows, table.notes) == (
-        [["a", "b", "s", "1.00", "[0.500,\N{NO-BREAK SPACE}2.00]"], ["a", "c", "", "–", "–"]],
-        ("–: gone.",),
-    )
-    assert answer_tables([one], "Own") == []
-
-
 def test_findings_without_trials_that_left_are_beside_how_many_there_were(ratings) -> None:
     part = ratings
     table = part.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
@@ -333,26 +271,6 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(rating
     each = len(shown) // 6
     rows = sheets[0].digits.to_numpy().tolist()
     assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
-
-
-def test_findings_of_the_cube_give_odds_ratios_and_the_shares_of_the_table(cube) -> None:
-    result = cube.result
-    sentences = [sentence.replace("\N{NO-BREAK SPACE}", " ") for sentence in necker_findings(result)]
-    assert len(sentences) == len(result.effects) + 1
-    for effect, sentence in zip(result.effects, sentences, strict=False):
-        test = effect.odds_of_time
-        ratio, low, high = np.exp([test.estimate, test.low, test.high])
-        assert test.significant
-        assert f" mm) {'raised' if ratio > 1 else 'lowered'} the nonrigid share of the time (" in sentence
-        wanted = f"(odds ratio {ratio:.2f}, 95 % CI [{low:.2f}, {high:.2f}]; t(5) = {test.statistic:.2f}"
-        assert wanted.replace("-", "−") in sentence
-        own = [
-            each.nonrigid
-            for each in result.subject_shares
-            if (each.gradient, each.strength) == (effect.gradient, effect.strength)
-        ]
-        assert f", {100 * np.mean(own):.1f} % with it)" in sentence
-    assert sentences[-1] == "The other gradients are secondary, one family by Holm’s method."
 
 
 @pytest.mark.usefixtures("unrendered")
@@ -397,15 +315,6 @@ def test_the_wide_table_has_log_ratios_of_the_ends_by_subject_and_scene() -> Non
     assert list(without) == ["participant_id", "scene", "nearest"]
 
 
-def test_numbers_of_a_list_are_rounded_where_shown_and_whole_in_the_file() -> None:
-    rows = [["a", 12345.678], ["b", -0.5], ["c", None], ["d", float("nan")], ["e", "text"], ["f", 3]]
-    sheet = listed("own.csv", "Own", ["what", "value"], rows)
-    assert sheet.table is not None
-    shown = [row[1] for row in sheet.table.rows]
-    assert shown == ["1.235e+04", "−0.5", "", "", "text", "3"]
-    assert sheet.digits["value"].iloc[0] == 12345.678
-
-
 @pytest.mark.parametrize("fixations", [("nearest", "farthest"), ("a", "b", "c")])
 def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) -> None:
     rows = [
@@ -431,22 +340,9 @@ def test_a_table_of_ones_own_is_described_without_its_catch_trials(ratings) -> N
     assert "f/32" not in said
 
 
-def test_documents_escape_what_they_are_given():
-    blocks = [Heading("a < b"), Table("c & d", ["e|f"], [["<g>"]])]
-    assert "<td>&lt;g&gt;</td>" in as_html("t", blocks)
-    assert "| e\\|f |" in as_markdown("t", blocks)
-
-
 def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
     results = pd.read_csv(io.BytesIO(made.files["results.csv"]))
     assert list(results) == list(COLUMNS)
-    effects = results[results["name"] == "depth effect"].drop_duplicates("level").set_index("level")
-    assert effects.loc[["nearest", "farthest"], "role"].tolist() == ["primary", "secondary"]
-    assert math.isnan(effects.loc["nearest", "p_corrected"])
-    assert effects.loc["farthest", "p_corrected"] >= effects.loc["farthest", "p"]
-    assert {"difference of the depth effects", "slope on aperture", "log odds of the nonrigid reading"} <= set(
-        results["name"]
-    )
     trials = made.files["depth_rating_trials.csv"].decode().splitlines()
     at = trials[0].split(",").index("catch")
     assert {row.split(",")[at] for row in trials[1:]} == {"TRUE", "FALSE"}
@@ -457,31 +353,9 @@ def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):
 
 def test_normal_quantiles_and_residuals_are_drawn(ratings):
     part = ratings
-    found = rating_residuals(part.kept, part.analysis)
+    found = rating_residuals(part.main.answers, part.kept)
     for one, fixation in zip(found, part.result.fixations, strict=True):
         assert one.subjects.mean() == pytest.approx(fixation.rise.estimate)
         assert one.residual.mean() == pytest.approx(0, abs=1e-9)
     quantiles = residual_figure(found, simulated=True).axes[0]
     np.testing.assert_array_equal(quantiles.lines[-1].get_ydata(), np.sort(found[0].subjects))
-
-
-def test_a_question_states_its_hypothesis_method_sentence_and_r_code() -> None:
-    """All that documents say of a question is stated with it, so that a new one is added in one place."""
-    asked = Question(
-        "growth",
-        lambda table: {"all": paired_effect(table["late"] - table["early"], "paired t")},
-        "primary",
-        sentence=lambda level, answers: f"It grew by {answers.to('growth')[level].estimate:.1f}.",
-        hypothesis=("The effect grows.",),
-        method="Halves were compared.",
-        r_code="growth(d)\n",
-    )
-    doubted = Question("check", asked.fit, "check", sentence=lambda level, answers: Caution("Look again."))
-    analysis = Analysis([asked, doubted], before="Answers were numbers.")
-    assert analysis.hypotheses == ["H1 (primary). The effect grows."]
-    assert analysis.method == "Answers were numbers. Halves were compared."
-    answers = analysis.answers(pd.DataFrame({"early": [1.0, 2.0, 3.0], "late": [2.0, 2.5, 3.6]}))
-    assert answers.sentences(*EFFECTS) == ["Primary outcome. It grew by 0.7."]
-    assert [type(sentence) for sentence in answers.sentences(*CHECKS)] == [Caution]
-    assert answers.r_code == "growth(d)\n"
-    assert r_script("headline", answers).endswith(b"growth(d)\n")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -12,7 +11,6 @@ import pytest
 from focalgradient.cli import main
 from focalgradient.report import make_report
 from focalgradient.report.observed import Observed, observed_ratings, observed_thresholds
-from focalgradient.report.observers import fitted_observers
 from focalgradient.scales import analysis_named
 from focalgradient.statistics import NotComputed
 
@@ -50,20 +48,6 @@ def test_the_command_writes_the_comparison_and_repeats_it_in_the_page(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "predicts the answers of people held out best" in page
     assert "Observers were fitted by maximum likelihood" in page
-
-
-def test_progress_is_that_of_all_sections(monkeypatch):
-    def compared(answers, observers, progress):
-        progress(0.5, "")
-        progress(1.0, "")
-        return ()
-
-    monkeypatch.setattr("focalgradient.report.observers.compare_observers", compared)
-    monkeypatch.setattr("focalgradient.report.observers.observed_in", lambda part: Observed(None, {}, ""))
-    parts = [SimpleNamespace(title=title) for title in "ab"]
-    told = []
-    fitted_observers(parts, lambda share, text: told.append((share, text)))
-    assert told == [(0.25, "a: observers"), (0.5, "a: observers"), (0.75, "b: observers"), (1.0, "b: observers")]
 
 
 def test_a_task_without_an_observer_is_stated_in_one_sentence(tmp_path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from focalgradient import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import Effect, read_thresholds
 from focalgradient.statistics.own_conditions import rating_tests, read_conditions
+from focalgradient.statistics.own_files import text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -41,7 +43,7 @@ def test_the_slope_per_millimetre_is_the_headline(table: Path) -> None:
     assert isinstance(test.effect, Effect)
     assert test.effect.estimate == pytest.approx(np.mean(slopes))
     assert test.effect.statistic == pytest.approx(expected.statistic)
-    assert f"Each unit of aperture_mm changes ratings by a factor of {np.exp(np.mean(slopes)):.3g}" in text
+    assert f"Each unit of aperture_mm changes ratings by a factor of {np.exp(np.mean(slopes)):.3f} (95 %" in text
     assert "not tested" not in text
     assert "f/100" not in text
 
@@ -179,5 +181,15 @@ def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> Non
     assert len(own.table) == 63
     assert [notice.split(":")[0].split(";")[0] for notice in own.notices] == [
         "999 in the column of ratings was taken for a missing value",
+        "1 row was left out, without a rating (participants S1).",
         "Participant S4 appears twice with identical answers",
     ]
+
+
+def test_a_column_of_repetitions_is_no_part_of_a_trial():
+    """Three answers to one condition in turn are three trials, where a column numbers them as repetitions."""
+    trials = itertools.product((1, 2, 3), (1, 2, 4), (1, 2, 3))
+    rows = [f"{who},{blur},{rep},{blur + rep / 10 + who}" for who, blur, rep in trials]
+    own = read_conditions(text_table("\n".join(["vp,blur,rep,depth_rating", *rows])), by=["blur"])
+    assert len(own.table) == len(rows)
+    assert own.notices == ()

@@ -121,17 +121,6 @@ def test_what_is_wrong_is_named(tmp_path: Path, change: dict[str, object], said:
         read_detection(write(tmp_path, answers(1, 30).assign(**change)), {"condition": "where"})
 
 
-@pytest.mark.parametrize("steps", [10, 11])
-def test_ten_steps_of_confidence_are_the_most(tmp_path: Path, steps: int) -> None:
-    table = answers(1, 30)
-    path = write(tmp_path, table.assign(confidence=1 + np.arange(len(table)) % steps))
-    if steps == 10:
-        assert read_detection(path, {"condition": "where"}).steps == 10
-        return
-    with pytest.raises(InputError, match="has 11 values of confidence"):
-        read_detection(path, {"condition": "where"})
-
-
 def test_tables_of_another_kind_are_not_taken_for_it(tmp_path: Path) -> None:
     table = answers(1, 30)
     assert other_than_ratings(write(tmp_path, table)) == "answers to signal and noise"

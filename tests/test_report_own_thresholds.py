@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,8 +17,8 @@ from focalgradient.plotting.thresholds import draw_functions
 from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.exclusions import main_results
-from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output
+from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.statistics import (
     Interval,
     NotComputed,
@@ -28,7 +29,7 @@ from focalgradient.statistics import (
     read_thresholds,
 )
 from focalgradient.statistics.own_thresholds import holds_thresholds
-from focalgradient.statistics.thresholds import SubjectThreshold, threshold_differences
+from focalgradient.statistics.thresholds import RATIO, SubjectThreshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -118,7 +119,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
     mean = Interval(0.2, 0.1, 0.3)
-    part = OwnThresholdPart(own, {"": ThresholdResult("D", subjects, mean, mean)}, False)
+    part = replace(ThresholdPart.of(own), results={"": ThresholdResult("D", subjects, mean, mean)})
     assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
@@ -127,7 +128,7 @@ def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: 
     path = write(tmp_path, answers(people=3, repeats=6))
     drawn = {}
     monkeypatch.setattr(Output, "figure", lambda _, name, figure, caption: drawn.setdefault(name, figure))
-    part = OwnThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
+    part = ThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
     blocks = [*part.findings(Output())]
     fits = [one.fit for result in part.results.values() for one in result.subjects]
     at = {float(x) for line in drawn["thresholds"].axes[1].lines for x in line.get_xdata()}
@@ -143,7 +144,7 @@ def test_separate_groups_are_compared_by_welchs_test(tmp_path: Path) -> None:
     own = read_thresholds(write(tmp_path, answers(people=4, repeats=6)), columns={"condition": "where"})
     fovea = own.table["condition"] == "fovea"
     own.table.loc[fovea, "participant_id"] = "of fovea " + own.table.loc[fovea, "participant_id"]
-    (test,) = threshold_differences(OwnThresholdPart.of(own).results).values()
+    (test,) = ThresholdPart.of(own).answers().to(RATIO).values()
     assert test.method.startswith("Welch")
     assert test.subjects == 8
 
@@ -183,17 +184,13 @@ def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("subject,level,correct\nA,-3,1\nA,0.2,1\n", "row 2: level is -3, but must be above 0"),
-        ("subject,level,correct\nA,0.1,2\nA,0.2,1\n", "row 2: correct is '2'"),
         ("subject,level,correct\nA,0.1,1\nA,0.1,0\n", "one level 0.1"),
-        ("subject,level,correct\nA,much,1\nA,0.1,0\n", "level is 'much'"),
-        ("level,correct\n0.1,1\n0.2,0\n", "no column for participant"),
         (
             "subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n",
             "response is 'left', but the intervals are 1, 2",
         ),
         ("subject,level,interval,response\nA,1,a,a\nA,2,b,b\nA,3,c,c\n", "intervals a, b, c, but must have two"),
         ("subject,level,correct,n\nA,0.1,9,5\nA,0.2,3,5\n", "9 of 5 trials"),
-        ("subject,level,correct\nA,0,1\nA,0,1\n", "no level above 0"),
     ],
 )
 def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> None:
@@ -203,6 +200,11 @@ def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> N
     with pytest.raises(InputError) as error:
         make_report(path)
     assert said in str(error.value)
+
+
+def test_a_missing_table_is_named_before_its_guess_rate(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"own\.csv does not exist: give a table of answers"):
+        make_report(tmp_path / "own.csv", guess_rate=0.5)
 
 
 def test_which_table_is_of_thresholds(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """The report of a data set that is damaged, incomplete or mixed: what can be analysed is, and the rest is named."""
 
-import json
 import re
 import shutil
 from pathlib import Path
@@ -9,7 +8,6 @@ import pytest
 from recorded import edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
-from focalgradient.files import plain_name
 from focalgradient.power import Model
 from focalgradient.report import analyse_ratings, make_report
 
@@ -32,23 +30,6 @@ def copy(few, tmp_path) -> Path:
 
 def page(made) -> str:
     return made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
-
-
-def test_a_default_bound_of_equivalence_is_said_to_be_one(few):
-    assert "is the default: state your own" in page(make_report(few))
-
-
-@pytest.mark.slow
-def test_no_setting_of_a_design_names_a_file(copy):
-    for path in copy.rglob("*_task-depthrating_beh.json"):
-        sidecar = json.loads(path.read_text())
-        sidecar["Design"]["../outside"] = "x"
-        path.write_text(json.dumps(sidecar))
-    made = make_report(copy)
-    assert "necker_design.csv" in made.files
-    assert "depth_rating_design.csv" not in made.files  # a design of other settings is left out, and named
-    assert all(plain_name(name) for name in made.files)
-    assert "../outside" in page(made)
 
 
 BAD = {
@@ -82,6 +63,7 @@ def test_what_can_be_analysed_is(copy):
     assert "row 5: rating is '0'" in problem
     assert "necker.png" in made.files
     assert "Problem: Left out of the analysis: sub-01" in page(made)
+    assert "is the default: state your own" in page(made)  # the bound of equivalence
 
 
 def test_people_and_simulated_observers_are_not_mixed(copy):

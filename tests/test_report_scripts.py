@@ -16,7 +16,6 @@ from focalgradient.report import make_report
 from focalgradient.report.export import report_files, trial_files
 from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
 from focalgradient.statistics.cells import cells
-from focalgradient.statistics.ordinal_people import LEVEL_SD, RISE_SD
 from focalgradient.statistics.slope_questions import own_slopes
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -323,13 +322,6 @@ def test_r_finds_the_odds_where_conditions_are_empty(tmp_path: Path, missing: st
     assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05, abs=2e-3)
 
 
-def test_steps_without_a_test_have_no_script() -> None:
-    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
-    for each in (table.assign(rating=2), table[table["participant_id"] == "01"]):
-        result = depth_rating(each, equivalence_bound=1.2, scale="ordinal")
-        assert "headline_ordinal.R" not in trial_files(each, each, result)
-
-
 def reports_on_the_cube(*, complete: bool = False) -> pd.DataFrame:
     """Two reports in each trial of six subjects: one lacks the trials without blur, one alone has the rigid blur."""
     rng = np.random.default_rng(5)
@@ -390,21 +382,6 @@ def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:
     return table.assign(rating=1 + np.digitize(table["felt"], cuts))
 
 
-def test_the_script_of_steps_repeats_the_test_that_the_analysis_chose() -> None:
-    """At the floor it needs no package, and has the analysis's penalties; its comments have the report's numbers."""
-    table = at_the_floor(("nearest",), [2.5, 3.5, 4.2])
-    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
-    script = trial_files(table, table, result)["headline_ordinal.R"].decode()
-    assert result.ordinal.by_people
-    assert "clmm" not in script
-    assert f"rep({LEVEL_SD:g}, length(names)), rep({RISE_SD:g}, length(names))" in script
-    assert f"# focalgradient: nearest: {result.ordinal.rises[0].summary()}\n" in script
-    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
-    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
-    assert not result.ordinal.by_people
-    assert "fit <- clmm(model" in trial_files(table, table, result)["headline_ordinal.R"].decode()
-
-
 @pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("fixations", [("nearest",), ("nearest", "farthest"), ("door", "lamp", "vase")])
@@ -438,9 +415,10 @@ def test_exported_trials_have_every_column_of_the_data_set_with_its_description(
     assert set(table["light"]) == {"dim", "bright"}
     about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
     assert list(about.index) == list(table)
-    assert about["effort"] == "How hard it was."
+    assert about["effort"] == "How hard it was (points)."
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("scale", ["ratio", "bipolar", "visual-analogue"])
 def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale: str) -> None:
     chance = np.random.default_rng(1)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
 from pydantic import Field
 
+from focalgradient.dataset import Press
 from focalgradient.design import Plan, Trial
 from focalgradient.errors import InputError
+from focalgradient.lab import Given, ask, respond
 from focalgradient.observers import simulate
 from focalgradient.scales import Held, Scale, Steps, Ways
 from focalgradient.tasks import Noted, Response, Step, Task, check_task, register
@@ -229,3 +232,56 @@ def test_a_film_with_held_keys_is_checked_and_left_to_the_laboratory(monkeypatch
     monkeypatch.setattr(HeldSides, "keys", ("f", "f"))
     with pytest.raises(InputError, match="must name different ones, each with a label"):
         check_task(design)
+
+
+class OwnDesign(SideDesign):
+    task: str = "ownsides"
+
+
+@dataclass(frozen=True)
+class Lever:
+    """Control that is in no room of the package."""
+
+    question: str = "Which side?"
+
+    def reached(self) -> list[float]:
+        return [1.0, 2.0]
+
+    def ask(self, screen: Any, event: str) -> Any:
+        return respond(
+            screen,
+            lambda: screen.drawn.append(self.question),
+            event,
+            lambda press, seconds: Given(2.0, seconds) if press.key == "x" and press.down else None,
+        )
+
+
+@register
+class OwnSides(Sides):
+    """Say which side is brighter, by a lever."""
+
+    name = "ownsides"
+    design = OwnDesign
+
+    def control(self, words: Any, trial: Any) -> Any:
+        return Lever()
+
+
+def test_a_control_of_a_task_file_is_checked_asked_and_left_to_the_laboratory() -> None:
+    check_task(OwnDesign())
+    with pytest.raises(InputError, match="answered on a control of its own, which a browser cannot show"):
+        Lists(OwnDesign())
+    presses = [[Press(0.2, "y", True)], [Press(0.5, "x", True), Press(0.6, "x", False)]]
+    noted: list[tuple[str, float]] = []
+    drawn: list[str] = []
+    screen: Any = SimpleNamespace(
+        drawn=drawn,
+        frame=lambda lit=False: 0.1 * len(drawn),
+        wait_out=lambda: None,
+        keys=SimpleNamespace(clear=lambda: None, events=lambda: presses.pop(0)),
+        stop_if_asked=lambda found: None,
+        on_event=lambda name, at: noted.append((name, at)),
+    )
+    given = ask(screen, Lever())
+    assert (given.value, given.seconds) == (2.0, pytest.approx(0.4))
+    assert noted == [("question", 0.1)]

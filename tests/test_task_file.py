@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +14,7 @@ import pytest
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import fit_threshold, read_thresholds
+from focalgradient.tasks.registry import FILES
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -24,23 +24,28 @@ EXPERIMENTS = Path(__file__).parents[1] / "experiments"
 def command(*words: object, folder: Path) -> subprocess.CompletedProcess[str]:
     """Run the command line in a process that knows no task of one's own."""
     program = "from focalgradient.cli import main; main()"
-    there = {name: value for name, value in os.environ.items() if name != "FOCALGRADIENT_TASKS"}
     given = [sys.executable, "-c", program, *map(str, words)]
-    return subprocess.run(given, cwd=folder, env=there, capture_output=True, text=True)
+    return subprocess.run(given, cwd=folder, capture_output=True, text=True)
 
 
 @pytest.mark.slow
-def test_a_report_knows_the_task_by_its_file(tmp_path: Path) -> None:
+def test_a_report_knows_the_task_by_its_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(FILES, raising=False)
     file = EXPERIMENTS / "slant_from_blur.py"
     done = command("simulate", file, "--observers", 3, "--seed", 1, "--out", "data", folder=tmp_path)
     assert done.returncode == 0, done.stderr
-    unknown = command("report", "data", "--out", "report", folder=tmp_path)
-    assert unknown.returncode == 2
+    for words in (("validate", "data"), ("report", "data", "--out", "report")):
+        unknown = command(*words, folder=tmp_path)
+        assert unknown.returncode in (1, 2)
+        assert "is of a task 'slantfromblur' that is unknown here" in unknown.stdout + unknown.stderr
     assert "--task-file my_task.py" in unknown.stderr
     known = command("report", "data", "--out", "report", "--task-file", file, folder=tmp_path)
     assert known.returncode == 0, known.stderr
     assert "Slant from blur" in (tmp_path / "report" / "report.md").read_text()
-    assert command("validate", "data", "--task-file", file, folder=tmp_path).returncode == 0
+    monkeypatch.setenv(FILES, str(file))
+    assert command("validate", "data", folder=tmp_path).returncode == 0
+    design = command("run", file, "--print-design", folder=tmp_path)
+    assert 'task = "slantfromblur"\n' in design.stdout
     missing = command("report", "data", "--out", "report", "--task-file", "none.py", folder=tmp_path)
     assert (missing.returncode, missing.stderr.count("\n")) == (2, 1)
 

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 import pytest
-from extended import build, command
+from extended import command
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
@@ -19,7 +19,6 @@ from focalgradient.design import Plan, Trial
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
 from focalgradient.tasks import Response, Task, is_task, register, task_named
-from focalgradient.tasks.registry import FILES
 from focalgradient.tasks.steps import intervals_of
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -220,32 +219,6 @@ def test_what_is_no_task_or_takes_a_name_is_refused() -> None:
     for taken in ("dots", "necker"):
         with pytest.raises(InputError, match=f"'{taken}' already"):
             register(type("Own", (Dots,), {"name": taken}))
-
-
-@pytest.fixture(scope="module")
-def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return build("A task", "edge_blur.py", tmp_path_factory.mktemp("package"))
-
-
-@pytest.mark.slow
-def test_a_task_in_a_file_runs_by_its_file(installed: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    text = (installed / "edge_blur.py").read_text()
-    file = tmp_path / "mine.py"
-    file.write_text(
-        text.replace("import Task", "import Task, register").replace("class EdgeBlur", "@register\nclass EdgeBlur")
-    )
-    data = tmp_path / "data"
-    done = command(tmp_path, "simulate", file, "--observers", 2, "--seed", 1, "--out", data, "--workers", 2)
-    assert done.returncode == 0, done.stderr
-    for words in (("validate", data), ("report", data, "--out", tmp_path / "report")):
-        done = command(tmp_path, *words)
-        assert done.returncode in (1, 2)
-        assert "is of a task 'edgeblur' that is unknown here: install its package" in done.stdout + done.stderr
-    monkeypatch.setenv(FILES, str(file))
-    done = command(tmp_path, "validate", data)
-    assert done.returncode == 0, done.stdout
-    done = command(tmp_path, "run", file, "--print-design")
-    assert done.stdout.startswith('# Blur of an edge, as it looks\ntask = "edgeblur"\n')
 
 
 @pytest.mark.fast_cases(1)

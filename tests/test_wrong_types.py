@@ -1,6 +1,7 @@
 """Values of wrong types, huge numbers and huge files: one sentence, at once."""
 
 import dataclasses
+import io
 import json
 import math
 import sys
@@ -12,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import openpyxl
 import pytest
 from click.testing import CliRunner
 
@@ -177,15 +179,17 @@ def test_a_table_beyond_reason_is_refused_at_once(text: Callable[[], str], what:
 @pytest.mark.parametrize(
     "cells",
     [
-        '<c r="A1" t="s"><v>²</v></c>',
-        '<c r="A1" t="s"><v>' + "9" * 5000 + "</v></c>",
-        "".join(f'<c r="XFD{row}"><v>1</v></c>' for row in range(1, 50_000)),
+        '<row r="1"><c r="A1" t="s"><v>²</v></c></row>',
+        '<row r="1"><c r="A1" t="s"><v>' + "9" * 5000 + "</v></c></row>",
+        "".join(f'<row r="{row}"><c r="XFD{row}"><v>1</v></c></row>' for row in range(1, 50_000)),
     ],
     ids=["a superscript", "digits", "cells far to the right"],
 )
 def test_a_damaged_workbook_is_refused(cells: str, tmp_path: Path) -> None:
-    with zipfile.ZipFile(tmp_path / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("xl/worksheets/sheet1.xml", f"<worksheet><row>{cells}</row></worksheet>")
-        archive.writestr("xl/sharedStrings.xml", "<sst><si><t>a</t></si></sst>")
-    with pytest.raises(InputError):
+    whole = io.BytesIO()
+    openpyxl.Workbook().save(whole)
+    with zipfile.ZipFile(whole) as sound, zipfile.ZipFile(tmp_path / "a.xlsx", "w", zipfile.ZIP_DEFLATED) as damaged:
+        for part in sound.namelist():
+            damaged.writestr(part, sound.read(part).replace(b"</sheetData>", f"{cells}</sheetData>".encode()))
+    with pytest.raises(InputError, match=r"cannot be read as a workbook|too large for a table"):
         read_ratings(tmp_path / "a.xlsx")

@@ -1,14 +1,12 @@
-"""Two small pictures through two apertures with their settings file, for the command, and how it is run."""
+"""Two small pictures through two apertures with their settings file, for the command."""
 
 from pathlib import Path
 
 import cv2
 import numpy as np
-from click.testing import CliRunner, Result
 from scipy import ndimage
 
 from focalgradient import Lens
-from focalgradient.cli import main
 
 TOML = """\
 [camera]
@@ -46,17 +44,3 @@ def picture(f_number: float, k: float = 0.5) -> np.ndarray:
 
 def write(path: Path, pixels: np.ndarray) -> None:
     path.write_bytes(cv2.imencode(path.suffix, pixels)[1].tobytes())
-
-
-def run(*args: str) -> Result:
-    return CliRunner().invoke(main, [*args])
-
-
-def sentence(result: Result) -> str:
-    """The one sentence with which a run was refused."""
-    assert result.exit_code == 2, result.output
-    assert result.stdout == ""
-    assert result.stderr.startswith("Error: ")
-    assert result.stderr.count("\n") == 1
-    assert "Traceback" not in result.stderr
-    return result.stderr

@@ -5,13 +5,14 @@ from __future__ import annotations
 import dataclasses
 import difflib
 import importlib.util
+import inspect
 import math
 import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cache, partial
+from functools import cache, partial, wraps
 from types import UnionType
-from typing import Annotated, Any, Literal, Protocol, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, Protocol, TypeVar, Union, cast, get_args, get_origin
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -28,6 +29,7 @@ __all__ = [
     "check_number",
     "check_one_of",
     "check_seed",
+    "checked",
     "described",
     "is_number",
     "nearest",
@@ -45,6 +47,9 @@ MAX_QUOTED = 40
 
 MAX_SEED = 2**62 - 1
 """Maximum random seed: seeds derived from it by addition still fit into 64 bits."""
+
+
+Checked = TypeVar("Checked", bound=Callable[..., Any])
 
 
 class InputError(ValueError):
@@ -121,9 +126,33 @@ def check_arguments(function: Callable[..., Any], given: Mapping[str, Any]) -> N
     for name, (bounds, matches, expected) in _expectations(function).items():
         value = given[name]
         if bounds is not None and not (value is None and matches(None)):
-            bounds.check(name, value)
+            rows = isinstance(value, tuple | list) and matches(value)
+            for number in value if rows else (value,):
+                bounds.check(name, number)
         elif not matches(value):
             raise InputError(f"{name} is {described(value)}, but must be {expected}.")
+
+
+def checked(function: Checked) -> Checked:
+    """Decorate a function whose arguments are then validated by their types, and the bounds beside them.
+
+    >>> @checked
+    ... def halved(number: float) -> float:
+    ...     return number / 2
+    >>> halved("2")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: number is '2', but must be a number.
+    """
+    signature = inspect.signature(function)
+
+    @wraps(function)
+    def call(*args: Any, **given: Any) -> Any:
+        bound = signature.bind(*args, **given)
+        bound.apply_defaults()
+        check_arguments(function, bound.arguments)
+        return function(*args, **given)
+
+    return cast(Checked, call)
 
 
 class Bounds(Protocol):

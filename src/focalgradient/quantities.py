@@ -7,10 +7,11 @@ give it in millimetres; one annotated with ``MILLIMETRES`` is in millimetres its
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any
 
-from focalgradient.errors import InputError, check_number, described, is_number
+from focalgradient.errors import InputError, check_number, check_seed, described, is_number
 
 __all__ = [
     "APERTURE_RATIO",
@@ -27,8 +28,10 @@ __all__ = [
     "MILLIMETRES",
     "PIXELS",
     "POSITIVE",
+    "Check",
     "Quantity",
     "Range",
+    "Seed",
 ]
 
 
@@ -122,6 +125,20 @@ class Range:
             within = f"{'above 0 and at most' if self.positive else f'from {self.least:g} to'} {self.most:g}"
             raise InputError(f"{name} is {described(value)}, but must be {within}: give it in {self.words}.")
 
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """Bounds beside a type that a function of the value raises `InputError` for."""
+
+    function: Callable[[Any], object]
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless the function accepts `value`; it states the name of the parameter itself."""
+        self.function(value)
+
+
+Seed = Annotated[int, Check(check_seed)]
+"""A random seed."""
 
 POSITIVE = Quantity()
 METRES = Quantity("m", "metres")

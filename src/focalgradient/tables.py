@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import math
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar, get_args
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -23,8 +23,17 @@ class Table(BaseModel):
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
-    tables: ClassVar[dict[str, type[Table]]] = {}
-    """Classes of nested tables, by key, for messages."""
+    @classmethod
+    def nested(cls) -> dict[str, type[Table]]:
+        """Return the classes of nested tables, also within lists and dictionaries, by key."""
+        within = {field.alias or name: _table_in(field.annotation) for name, field in cls.model_fields.items()}
+        return {key: kind for key, kind in within.items() if kind is not None}
+
+
+def _table_in(annotation: Any) -> type[Table] | None:
+    if isinstance(annotation, type) and issubclass(annotation, Table):
+        return annotation
+    return next(filter(None, map(_table_in, get_args(annotation))), None)
 
 
 Kind = TypeVar("Kind", bound=Table)
@@ -64,9 +73,9 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
         return ": ".join([*map(str, place), str(problem["ctx"]["error"])])
     table = kind
     for part in place[:-1]:
-        table = table.tables.get(str(part), table)
+        table = table.nested().get(str(part), table)
     fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
-    if len(place) > 1 and str(place[0]) in kind.tables and isinstance(place[1], int):
+    if len(place) > 1 and str(place[0]) in kind.nested() and isinstance(place[1], int):
         place = (f"{place[0]} {place[1] + 1}", *place[2:])
     if problem["type"] != "extra_forbidden" and place[-1] not in fields:  # an item of a list, or a member of a union
         place = next((place[:at] for at in range(len(place) - 1, 0, -1) if place[at - 1] in fields), place)

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError, check_number, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import PIXEL_ANGLE, check_frame, check_pixel_pitch
 
-__all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle", "check_shape"]
+__all__ = ["LUMINANCE", "View", "check_mask", "check_pixel_angle", "check_shape", "from_centre"]
 
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Weights of linear red, green and blue light in luminance (Rec. ITU-R BT.709, the primaries of sRGB)."""
@@ -169,3 +169,14 @@ def check_shape(shape: Any) -> None:
     lengths = shape if isinstance(shape, Sequence) else ()
     if len(lengths) != 2 or not all(isinstance(length, int) and length >= 1 for length in lengths):
         raise InputError(f"shape is {described(shape)}, but must be a positive height and width in pixels.")
+
+
+def from_centre(shape: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how far the pixels of a frame lie to the right (1 x W) of its centre and below it (H x 1), in pixels.
+
+    >>> right, down = from_centre((2, 3))
+    >>> right.tolist(), down.tolist()
+    ([[-1.0, 0.0, 1.0]], [[-0.5], [0.5]])
+    """
+    down, right = (np.arange(n, dtype=np.float64) - (n - 1) / 2 for n in shape)
+    return right[None], down[:, None]

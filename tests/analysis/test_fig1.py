@@ -25,8 +25,3 @@ def test_the_large_aperture_blurs_what_is_out_of_focus_alone():
     assert row[:, :-1][far[:, 2:]].mean() < 0.6 * np.abs(row[:, :-1][near[:, 2:]]).mean()
     # The truth is that of the scene: the same through both.
     assert np.array_equal(small.distance, large.distance)
-
-
-def test_peak_is_that_of_a_bell():
-    foci = np.arange(0.0, 1.0, 0.1)
-    assert abs(peak(foci, np.exp(-((foci - 0.43) ** 2) / 0.02)) - 0.43) < 1e-12

@@ -4,13 +4,6 @@ import numpy as np
 import pytest
 import wavelength_in_focus as mixed
 
-from focalgradient.eye import chromatic_difference
-
-
-def test_the_wavelength_of_a_focus_is_the_one_that_the_eye_brings_to_the_target():
-    for nm in (450.0, 520.0, 580.0, 640.0):
-        assert mixed.wavelength(float(chromatic_difference(nm))) == pytest.approx(nm, abs=0.1)
-
 
 def test_luminance_and_colour_go_from_the_red_to_the_blue_light():
     red, blue = (mixed.Mixture(share) for share in (0.0, 1.0))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,11 +11,8 @@ from sheets import TILE, natural, views
 
 from focalgradient import recover_depth
 from focalgradient.depth.equalise import estimate as equalise_estimate
-from focalgradient.depth.equalise.coarse import CONTINUED, halved, joined
-from focalgradient.depth.estimate import Estimate, Problem
-from focalgradient.depth.numerics import interpolate_nodes
-from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Search
+from focalgradient.depth.equalise.coarse import CONTINUED, joined
+from focalgradient.depth.estimate import Estimate
 from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.psf import Disc
@@ -26,47 +22,10 @@ NOTHING = np.zeros((SIDE, SIDE), np.float32)
 SETTINGS = RecoverySettings("equalise", 0.85, None, Disc(), 8.0, None, False, 0.01, lambda share, words: None)
 
 
-def problem_of(settings: RecoverySettings = SETTINGS) -> Problem:
-    shown = views(natural(np.random.default_rng(1)), 1.1, None)
-    search = Search.over([view.optics for view in shown], shown[0].pixel_angle, 0.85, None, Disc())
-    return Problem(shown, RegisteredViews.of(shown, False), search, settings)
-
-
 def estimate_of(vergence: float, sd: float, valid: NDArray[np.bool_]) -> Estimate:
     size = valid.shape
     values = np.full(size, vergence, np.float32), np.full(size, sd, np.float32)
     return Estimate(*values, valid, [0.01, 0.01], details={"split_band": {"tau": 0.02}})
-
-
-def test_halved_views_have_the_same_range_and_half_the_blur() -> None:
-    whole = problem_of(replace(SETTINGS, noise=0.01))
-    half = halved(whole)
-    assert half is not None
-    assert (half.search.lowest, half.search.highest) == (whole.search.lowest, whole.search.highest)
-    at = np.linspace(half.search.lowest, half.search.highest, 7)
-    np.testing.assert_allclose(half.search.radius(at), whole.search.radius(at) / 2)
-    assert half.search.pixel_angle == 2 * whole.search.pixel_angle == half.views[0].pixel_angle
-    # As many levels to a pixel of blur as before.
-    assert half.search.levels_per_pixel == pytest.approx(whole.search.levels_per_pixel, rel=0.02)
-    assert half.registered.images[0][3, 5] == pytest.approx(whole.registered.images[0][6:8, 10:12].mean(), rel=1e-6)
-    assert half.settings.given_noise(2) == pytest.approx(0.005)
-
-
-def test_pixels_of_which_a_part_is_unusable_are_left_out() -> None:
-    whole = problem_of()
-    whole.registered.usable[:] = True
-    whole.registered.usable[20, 31] = False
-    half = halved(whole)
-    assert half is not None
-    assert [tuple(place) for place in np.argwhere(~half.registered.usable)] == [(10, 15)]
-
-
-def test_small_views_are_not_halved() -> None:
-    whole = problem_of()
-    small = replace(whole, registered=whole.registered.part(slice(0, 63), slice(0, 200)))
-    assert halved(small) is None
-    assert halved(replace(whole, registered=whole.registered.part(slice(0, 64), slice(0, 200)))) is not None
-    assert halved(replace(whole, settings=replace(SETTINGS, window=40.0))) is None
 
 
 def test_both_are_weighted_by_precision_and_their_errors_are_correlated() -> None:
@@ -93,19 +52,6 @@ def test_coarse_detail_alone_must_continue_what_is_around_it(vergence: float, is
     assert (found.vergence[:, 104:110] == pytest.approx(vergence)) == is_added
     if is_added:  # the difference from what is around is part of the uncertainty
         assert found.vergence_sd[100, 106] == pytest.approx(np.hypot(0.02, vergence - 1), rel=1e-3)
-
-
-def test_a_surface_without_texture_stays_part_of_the_uncertainty() -> None:
-    fine, coarse = np.zeros((SIDE, SIDE), np.bool_), np.ones((SIDE // 2, SIDE // 2), np.bool_)
-    fine[:, :100] = True
-    beside = np.full((SIDE, SIDE), 0.3, np.float32)
-    found = joined(estimate_of(1.0, 0.02, fine), estimate_of(1.0, 0.02, coarse), beside, 8.0)
-    assert found.vergence_sd[100, [10, 106]] == pytest.approx(0.3)
-    assert found.vergence_sd[100, 190] == pytest.approx(0.02)  # coarse detail does not contribute
-
-
-def test_depth_of_blocks_continues_to_odd_sizes() -> None:
-    assert interpolate_nodes(np.array([[1.0, 3.0]]), None, 2, (3, 5)).tolist() == [[1.0, 1.5, 2.5, 3.0, 3.0]] * 3
 
 
 @pytest.mark.slow

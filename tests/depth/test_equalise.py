@@ -9,8 +9,7 @@ from hypothesis.extra import numpy as hnp
 
 from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
-from focalgradient.depth.equalise.residuals import MAX_UNRESOLVED, Residuals, _directions
-from focalgradient.depth.filters import ROUND
+from focalgradient.depth.equalise.residuals import Residuals
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.search import Search
 from focalgradient.psf import Disc, transfer
@@ -42,19 +41,6 @@ def test_orthonormal_and_blind_to_the_scene(transfers: np.ndarray) -> None:
     assert products == pytest.approx(np.broadcast_to(np.eye(len(filters)), products.shape), abs=1e-3)
     for rows in filters:
         assert np.abs((rows * transfers).sum(axis=0)).max() < 1e-5
-
-
-@pytest.mark.slow
-@given(TRANSFERS.filter(lambda h: len(h) > 2), st.sampled_from([1, 1j]), st.integers(0, 2))
-@settings(deadline=None)
-def test_filters_turn_no_more_than_they_must(transfers: np.ndarray, other: complex, start: int) -> None:
-    """From one candidate to the next they change by a least rotation: what it makes of them is symmetric."""
-    h = transfers + other * np.roll(transfers, 1, axis=0)
-    white, start = np.zeros((0, *h.shape), h.dtype), min(start, h.shape[1] - 1)
-    filters = np.stack(whitened_filters(h, white, np.ones(h.shape), np.ones(h.shape[1:]), start=start))
-    assert np.abs((filters * h).sum(axis=1)).max() < 1e-5
-    turned = np.einsum("aiLF,biLF->LFab", filters[:, :, :-1].conj(), filters[:, :, 1:])
-    assert turned == pytest.approx(turned.swapaxes(2, 3).conj(), abs=1e-6)
 
 
 @pytest.mark.parametrize("psf", ["disc", "gaussian"])
@@ -113,23 +99,3 @@ def test_minima_of_some_nodes_at_a_time_are_those_of_all(monkeypatch: pytest.Mon
     monkeypatch.setattr("focalgradient.depth.equalise.likelihood.BAND", 7 * equalised.levels)
     for name in Nodes.__slots__:
         np.testing.assert_allclose(getattr(equalised.read(weight), name), getattr(whole, name), rtol=1e-4)  # of float32
-
-
-def test_a_part_of_what_is_equalised_holds_no_copy_and_what_is_kept_for_all_parts_no_image() -> None:
-    equalised = equalised_wall()
-    part = equalised.part(slice(10, 30), slice(20, 50))
-    assert all(
-        np.shares_memory(own.images, one.images) for own, one in zip(part.residuals, equalised.residuals, strict=True)
-    )
-    assert all(one.images.size == 0 and one.images.base is None for one in equalised.without_images().residuals)
-
-
-def test_combinations_of_levels_hold_the_energy_that_a_fourth_of_the_frequencies_lacks() -> None:
-    """As in small images, which have no frequency at some of the radial samples: 140 levels of 20 combinations."""
-    random = np.random.default_rng(1)
-    level = np.linspace(0, 1, 140)[:, None]
-    rows = np.exp(-((level - np.linspace(0, 1, 24)) ** 2) * 50) @ random.standard_normal((24, 512))
-    rows[:, ::4] *= np.arange(128) % 32 == 0
-    left, left_over = _directions(rows, ROUND, 1)
-    assert left_over[24] < MAX_UNRESOLVED
-    np.testing.assert_allclose(left.T @ left, np.eye(140), atol=1e-12)

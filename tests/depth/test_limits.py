@@ -153,11 +153,7 @@ def test_no_blur_to_tell_by_is_an_infinite_bound() -> None:
     ("change", "said"),
     [
         ({"optics": [WIDE]}, "1 optics given, but views are compared from two on"),
-        ({"noise": 0.0}, r"noise is 0\.0, but must be one positive number or one for each"),
         ({"noise": [0.1, 0.1, 0.1]}, r"noise is \[0\.1, 0\.1, 0\.1\]"),
-        ({"area": -1.0}, r"area is -1\.0, but must be a positive number"),
-        ({"pixel_angle": math.nan}, "pixel_angle is nan"),
-        ({"vergence": math.nan}, "vergence contains NaN"),
     ],
 )
 def test_bad_input(change: dict, said: str) -> None:
@@ -171,5 +167,3 @@ def test_bad_input(change: dict, said: str) -> None:
     }
     with pytest.raises(InputError, match=said):
         comparison_bound(**(settings | change))
-    with pytest.raises(InputError, match="contrast is 0, but"):
-        edge_bound(2.0, noise=0.01, contrast=0, length=16)

@@ -7,8 +7,7 @@ import pytest
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.equalise.curves import curves
-from focalgradient.depth.equalise.surfaces import curvature_variance, pairs, planes
+from focalgradient.depth.equalise.surfaces import curvature_variance, planes
 from focalgradient.depth.numerics import HELD_APART, SMOOTH, STEEP, grow_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
@@ -116,18 +115,6 @@ def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> No
     assert not depth.valid[~mask].any()
 
 
-def test_curves_keep_the_near_side_on_their_right() -> None:
-    side = -np.ones((40, 50), np.int8)
-    rows, columns = np.indices(side.shape)
-    side[np.hypot(rows - 20, columns - 25) < 12] = 1
-    (curve,) = curves(side)
-    x, y = np.array(curve).T
-    assert np.hypot(x - 25, y - 20) == pytest.approx(12, abs=1)
-    # The middle lies to the right of the way, rows counting down: the way turns with the clock.
-    assert ((x[:-1] - 25) * np.diff(y) - (y[:-1] - 20) * np.diff(x)).mean() > 0
-    assert curves(np.abs(side)) == []
-
-
 def test_surfaces_close_to_each_other_are_held_apart() -> None:
     """Two levels, four standard deviations of a block apart: growing planes mix them less where they are held apart."""
     random = np.random.default_rng(0)
@@ -142,25 +129,6 @@ def test_surfaces_close_to_each_other_are_held_apart() -> None:
         found, _ = grow_planes(weight, weight * level, level, noise_sd, windows, STEEP, growth.separate)
         off.append(np.abs(found - true)[beside].mean())
     assert off[1] < 0.8 * off[0]
-
-
-def test_planes_do_not_mix_surfaces_and_slopes_are_no_jumps() -> None:
-    rows, columns = np.indices((12, 20)).astype(float)
-    level = np.where(columns < 10, 40 + 2 * columns, 20 - 1.0 * rows)
-    sd, good = np.full(level.shape, 0.1), np.ones(level.shape, bool)
-    fitted = planes(level, sd, good, 8.0)
-    assert fitted[0] == pytest.approx(level, abs=0.1)
-    assert fitted[2][:, :10] == pytest.approx(2, abs=0.1)
-    assert fitted[1][:, 10:] == pytest.approx(-1, abs=0.1)
-    good[:, 7:13] = False
-    found = pairs(fitted, sd, good, 4.0)
-    assert found is not None
-    at = found[..., 0] >= 0
-    assert at.any(axis=1).all()
-    assert (found[at][:, 1] < 7).all()  # the near surface's nodes
-    assert (found[at][:, 3] >= 13).all()
-    slope = 40 + 3 * columns
-    assert pairs(planes(slope, sd, good, 8.0), sd, good, 4.0) is None
 
 
 def test_what_is_not_plane_is_uncertain_and_planes_are_not() -> None:

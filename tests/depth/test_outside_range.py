@@ -85,22 +85,43 @@ def test_walls_at_an_end_of_the_range_are_kept() -> None:
         assert np.mean(np.abs(depth.vergence - 1 / distance)[depth.valid] <= 3 * depth.vergence_sd[depth.valid]) > 0.93
 
 
-def test_a_surface_nearer_than_the_search_is_reported() -> None:
-    """Beside a wall within the limits: as nearer, in the map and its summary, and it is not claimed."""
-    lenses = [lens(5.6, 0.8), lens(5.6, 1.3)]
-    near, within = wall(lenses, 0.55, seed=3), wall(lenses, 1.0, seed=4)
+@pytest.mark.filterwarnings("ignore:the views contradict the optics")
+@pytest.mark.parametrize(
+    ("lenses", "distance", "limits", "side", "words"),
+    [
+        ([lens(5.6, 0.8), lens(5.6, 1.3)], 0.55, {"near": NEAR, "far": FAR}, 1, "nearer than the search: "),
+        ([lens(5.6, 0.8), lens(5.6, 1.3)], 3.5, {"near": NEAR, "far": FAR}, -1, "farther than the search: "),
+        ([lens(16, 0.55), lens(5.6, 0.55)], 0.65, {"near": 0.8}, 1, "nearer than the search: "),
+        ([lens(16, 0.55), lens(5.6, 0.55)], 2.5, {"near": 0.56, "far": 1.5}, -1, "search, or nearer than 0.34 m: "),
+    ],
+)
+def test_a_surface_outside_the_search_is_reported(lenses, distance, limits, side, words) -> None:
+    """Beside a wall within the limits: in the map, its summary and its picture, and it is not claimed."""
+    outside, within = wall(lenses, distance, seed=3), wall(lenses, 1.0, seed=4)
     views = [
         View(np.hstack([one.image, other.image]), one.optics, one.pixel_angle)
-        for one, other in zip(near, within, strict=True)
+        for one, other in zip(outside, within, strict=True)
     ]
-    depth = recover_depth(views, near=NEAR, far=FAR)
+    depth = recover_depth(views, **limits)
     middle = depth.shape[1] // 2
     assert depth.beyond is not None
-    assert (depth.beyond[:, : middle - 40] == 1).mean() > 0.5
+    assert (depth.beyond[:, : middle - 40] == side).mean() > 0.95
     assert not depth.beyond[:, middle + 40 :].any()
     assert depth.valid[:, middle + 40 :].mean() > 0.8
     assert not depth.valid[:, : middle - 40].any()
-    assert "nearer than the search: " in depth.summary()
+    assert words in depth.summary()
     figure = depth.plot().figure
+    assert words.removesuffix(": ") in figure.axes[0].get_title("left")
     figure.canvas.draw()
     plt.close(figure)
+
+
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
+def test_what_is_blurred_alike_on_the_other_side_of_focus_is_stated() -> None:
+    """Two apertures focused at 1 m: a wall at 0.8 m is given the 1.33 m with the same blur, and the map says so."""
+    depth = recover_depth(wall([lens(16, 1.0), lens(5.6, 1.0)], 0.8, seed=5), near=1.02, far=2.0)
+    assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / (2 - 1 / 0.8), rel=0.01)
+    assert depth.details["blurred_alike_D"] == pytest.approx([2 - 1 / 1.02, 1.5])
+    assert "0.67 to 0.98 m have the same blur" in depth.summary()
+    foci = recover_depth(wall([lens(5.6, 0.8), lens(5.6, 1.3)], 1.0, seed=5), near=NEAR, far=FAR)
+    assert "blurred_alike_D" not in foci.details

@@ -9,9 +9,8 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
 from focalgradient.depth.limits import comparison_bound
-from focalgradient.depth.settings import OPTICS, RecoverySettings
 from focalgradient.optics import own_blur
-from focalgradient.psf import check_psf, disc_transfer, pixel_transfer, psf_of
+from focalgradient.psf import disc_transfer, pixel_transfer
 
 PIXEL, SIDE, TRUTH = 3e-4, 160, 1.25
 FORMS = ("transfer", "optical_transfer", "through_focus")
@@ -176,15 +175,6 @@ def test_bounds_know_round_blur_and_refuse_other() -> None:
     assert abs(bounds[0] / bounds[1] - 1) > 0.02
     with pytest.raises(InputError, match="MyMirror is not isotropic"):
         comparison_bound([kind(("optical_transfer",), False)(f) for f in (0.9, 1.1)], 0.8, PIXEL, **asked)
-
-
-def test_a_shape_that_a_place_does_not_know_is_refused_by_name() -> None:
-    asked = ("ratio", None, None, OPTICS, 8.0, None, False, 1e-3, lambda share, words: None)
-    with pytest.raises(InputError, match=r"psf is 'optics'.* method 'ratio' needs a shape"):
-        RecoverySettings(*asked).shape  # noqa: B018
-    for refuse in (check_psf, psf_of, lambda name: recover_depth(views([Mirror(0.9), Mirror(1.1)]), psf=name)):
-        with pytest.raises(InputError, match=r"psf is 'hexagon', but must be one of .*disc, gaussian, blend, annulus"):
-            refuse("hexagon")
 
 
 def test_a_lens_is_a_disc_beside_own_blur() -> None:

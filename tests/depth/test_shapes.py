@@ -68,9 +68,7 @@ def test_a_round_shape_works_with_every_method_that_compares_views(shape: Psf, m
     ("shape", "method", "said"),
     [
         (MyPsf(), "edges", "method 'edges' needs the edge response, which MyPsf does not give: use method 'equalise'"),
-        (Polygon(5), "edges", "needs the edge response, which polygon does not give"),
         (Polygon(5), "ratio", "needs isotropic blur, which polygon does not give: use method"),
-        ("polygon", "spectra", "needs isotropic blur, which polygon does not give"),
     ],
 )
 def test_what_a_method_cannot_use_is_refused_by_name(shape: Psf, method, said: str) -> None:

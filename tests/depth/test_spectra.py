@@ -9,7 +9,7 @@ from blurred import PIXEL, lens, texture, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from focalgradient import FocalGradientWarning, InputError, recover_depth
+from focalgradient import InputError, recover_depth
 from focalgradient.depth.filters import RADII
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.spectra import spectral_difference
@@ -39,13 +39,6 @@ def test_the_difference_of_what_shows_nothing_is_unknown() -> None:
     difference, sd = spectral_difference(*blank, noise=0.01)
     assert np.isfinite(difference).all()
     assert np.median(sd) > 20
-
-
-def test_images_that_are_not_finite_are_refused() -> None:
-    sharp, wide = blurred(0.0, 2.0)
-    sharp[3, 3] = np.nan
-    with pytest.raises(InputError, match="first contains NaN"):
-        spectral_difference(sharp, wide)
 
 
 # --- the bands --------------------------------------------------------------------------------------------------------
@@ -102,19 +95,9 @@ def test_exchanging_the_images_changes_the_sign(sigma: float, seed: int) -> None
     assert np.median(np.abs(forth + back)) < 0.02 * np.median(forth)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"second": np.ones((40, 41))}, r"shapes \(40, 40\) and \(40, 41\)"),
-        ({"window": 1.0}, "window is 1.0"),
-        ({"noise": -1.0}, "noise is -1.0"),
-    ],
-)
-def test_bad_input(change: dict, said: str) -> None:
-    arguments = {"first": np.ones((40, 40)), "second": np.ones((40, 40))} | change
-    first, second = arguments.pop("first"), arguments.pop("second")
-    with pytest.raises(InputError, match=said):
-        spectral_difference(first, second, **arguments)
+def test_images_of_two_shapes_are_refused() -> None:
+    with pytest.raises(InputError, match=r"shapes \(40, 40\) and \(40, 41\)"):
+        spectral_difference(np.ones((40, 40)), np.ones((40, 41)))
 
 
 # --- depth ------------------------------------------------------------------------------------------------------------
@@ -182,10 +165,3 @@ def test_cast_wall_and_bare_wall() -> None:
     field[:, 256:] = np.linspace(0.9, 1.1, field.shape[1])[256:]
     bare = recover_depth(wall(lenses, 1.3, field=field), method="spectra", near=0.85, far=4.0, noise=0.01)
     assert bare.valid[:, 200:].mean() < 0.05
-
-
-def test_side_left_open_is_said() -> None:
-    views = wall([lens(16), lens(5.6)], 1.2)
-    with pytest.warns(FocalGradientWarning, match="share one plane of focus"):
-        depth = recover_depth(views, method="spectra", far=2.0, noise=0.01)
-    assert not depth.side_known.any()

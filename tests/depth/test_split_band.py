@@ -12,7 +12,6 @@ from blurred import lens, wall
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise import estimate, frame
 from focalgradient.errors import FocalGradientWarning
-from focalgradient.psf import blend_transfer, disc_transfer, gaussian_transfer
 
 sys.path.append(str(Path(__file__).parents[2] / "analysis"))
 import outline_scenes
@@ -81,16 +80,6 @@ def test_boundaries_are_no_error_of_the_blur_model():
     assert 0.4 < 1.48 * np.median(off) < 1.1  # 1 for normal errors; 0.03 if boundaries count as model error
     assert 0.92 < np.mean(off < 2) < 0.99
     assert depth.details["split_band"]["tau"] < 2e-3
-
-
-def test_the_blend_lies_between_disc_and_gaussian():
-    frequency = np.linspace(0, 0.5, 26)
-    assert np.allclose(blend_transfer(frequency, 3.0, 0.0), disc_transfer(frequency, 3.0))
-    assert np.allclose(blend_transfer(frequency, 3.0, 0.5), gaussian_transfer(frequency, 3.0))
-    # Its second moment, minus the curvature at frequency 0 over 4 pi^2, is that of the disc.
-    step = 1e-3
-    curvature = 2 * (1 - blend_transfer(step, 3.0, 0.35)) / step**2
-    assert curvature / (4 * np.pi**2) == pytest.approx(3.0**2 / 4, rel=1e-3)
 
 
 @pytest.mark.parametrize("method", ["spectra", "ratio"])

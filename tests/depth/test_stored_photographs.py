@@ -22,6 +22,11 @@ def strewn(random: np.random.Generator) -> NDArray[np.float64]:
     return sheet
 
 
+PLACE = np.arange(TILE) % 80 < 24
+PAPER = np.where(np.outer(PLACE, PLACE), 0.05, 0.8)
+"""Even rows of dark squares on blank paper."""
+
+
 def over_sd(sheet: NDArray[np.float64], distance: float, quality: int | None) -> tuple[float, NDArray[np.float64]]:
     """Share that is valid, and the errors of what is, over their standard deviations."""
     with warnings.catch_warnings():
@@ -51,3 +56,11 @@ def test_sparse_texture_near_the_focus_is_covered() -> None:
     assert valid > 0.2  # blank paper beside the squares is not claimed
     assert (off < 2).mean() > 0.9
     assert (off > 5).mean() < 0.005
+
+
+@pytest.mark.parametrize("quality", [90, 95])
+def test_blank_paper_in_jpeg_claims_no_depth(quality: int) -> None:
+    valid, off = over_sd(PAPER, 1.4, quality)
+    assert valid > 0.15  # on the squares' edges, and as far beside them as these reach
+    assert (off > 5).mean() < 0.005
+    assert (off < 2).mean() > 0.92

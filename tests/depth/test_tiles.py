@@ -36,21 +36,6 @@ def test_tiles_cover_the_frame_once():
     assert (seen == 1).all()
 
 
-def test_tiles_are_the_smaller_the_more_images_they_hold():
-    """Filtered images of a tile with its overlap stay near the bound; but no tile is mostly overlap."""
-
-    def held(images: int) -> list[int]:
-        sizes = [[part.stop - part.start for part in tile.outer] for tile in tiles.tiles((6000, 8000), 5, images)]
-        return [rows * columns * images for rows, columns in sizes]
-
-    assert len(held(45)) < len(held(90)) < len(held(128))
-    assert max(held(90)) <= 1.25 * tiles.HELD
-    assert (
-        min(tile.core[1].stop - tile.core[1].start for tile in tiles.tiles((6000, 8000), 5, 128))
-        >= tiles.LEAST_CORE / 2
-    )
-
-
 def test_a_frame_by_tiles_is_as_whole(monkeypatch):
     views = wall((330, 640))
     whole = recover_depth(views, near=0.85, noise=0.01)

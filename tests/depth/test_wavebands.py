@@ -1,19 +1,17 @@
 """Views in different wavebands, and optics with a transfer of their own: what the core makes of any of them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
-from focalgradient import FocalGradientWarning, InputError, Lens, View, recover_depth
+from focalgradient import FocalGradientWarning, View, recover_depth
 from focalgradient.depth import search as search_module
-from focalgradient.depth.equalise.candidates import Candidates
-from focalgradient.depth.equalise.even import EvenCoordinate
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, comparing_filters, equalise
+from focalgradient.depth.equalise.likelihood import SharedPower, comparing_filters
 from focalgradient.depth.filters import RADII
-from focalgradient.depth.search import BANDS_STEP, Blurs, Search
-from focalgradient.depth.settings import AUTO, OPTICS, RecoverySettings
-from focalgradient.psf import Disc, Gaussian, disc_transfer
+from focalgradient.depth.search import BANDS_STEP, Search
+from focalgradient.depth.settings import OPTICS
+from focalgradient.psf import disc_transfer
 
 PIXEL = 3e-4
 
@@ -83,51 +81,3 @@ def test_filters_let_none_of_the_shared_texture_through_and_own_parts_as_noise()
     # Two comparisons, of one strength and unrelated.
     assert np.abs(left[0, 1])[passed].max() < 1e-6
     assert left[0, 0][passed] == pytest.approx(left[1, 1][passed], abs=1e-6)
-
-
-def test_filters_may_assume_more_noise_than_there_is() -> None:
-    """What is expected of noise behind them is what the noise there is leaves."""
-    search = Search.over([Tinted(1.0), Tinted(1.6, "blue")], PIXEL, None, None)
-    sd = np.array([0.01, 0.02])
-    random = np.random.default_rng(5)
-    images = [one * random.standard_normal((128, 128)).astype(np.float32) for one in sd]
-    shared = SharedPower(np.array([0, 1]), np.ones(2), np.zeros(2), np.array([0.03, 0.0]))
-    blurs, power = search.blurs(OPTICS), 1e-2 / np.maximum(RADII, RADII[1]) ** 2
-    seen = equalise(images, blurs, sd.tolist(), window=8, shared=shared, power=power)
-    whole = np.ones((128, 128), np.float32)
-    left = seen.residuals[0].energy(whole, seen.step).sum(axis=(1, 2)) / 128**2
-    assert left == pytest.approx(seen.residuals[0].noise, rel=0.2)  # where little passes, by chance
-
-
-def test_a_jump_is_felt_as_far_as_filters_reach_and_a_slope_is_not() -> None:
-    place = np.arange(60.0)
-    views = Equalised([], 5, 8.0, np.zeros(2), EvenCoordinate.of(np.ones((2, 2))), Candidates.of(np.ones(2)))
-
-    def farther(level):
-        whole = np.broadcast_to(level, (60, 60)).copy()
-        none = np.zeros_like(whole)
-        yes = none == 0
-        return views.farther_from_jumps(Nodes(whole, none, none, none, yes, yes, none, yes), 20.0)[30]
-
-    # Of 10 levels: next to nothing at 100 pixels, and at 40 a standard deviation of a tenth of the jump and more.
-    step = np.sqrt(farther(np.where(place < 30, 0.0, 10.0)))
-    assert step[10] < 0.2
-    assert step[22] > 1
-    assert np.sqrt(farther(0.5 * place))[15:45].max() < 0.3
-
-
-def test_blur_at_every_other_level() -> None:
-    blurs = Blurs(np.arange(8.0).reshape(2, 4), np.ones((2, 4, 512)), False)
-    assert blurs.every(2).radius.tolist() == [[0, 2], [4, 6]]
-    assert blurs.every(2).transfer.shape == (2, 2, 512)
-
-
-def test_a_disc_is_the_default_unless_optics_know_better() -> None:
-    own, plain = Tinted(1.0), Lens(0.025, 4.0, 1.0)
-    auto = RecoverySettings("equalise", None, None, AUTO, 8.0, None, False, 1e-3, lambda share, words: None)
-    assert auto.resolved([own, Tinted(1.6)]).psf == OPTICS
-    assert auto.resolved([own, plain]).psf == OPTICS
-    assert auto.resolved([plain, plain]).psf == Disc()
-    with pytest.raises(InputError, match="Tinted"):
-        replace(auto, method="spectra").resolved([own, Tinted(1.6)])
-    assert replace(auto, psf=Gaussian()).resolved([own, Tinted(1.6)]).psf == Gaussian()

@@ -16,10 +16,10 @@ from focalgradient.dataset import Apparatus, Session
 from focalgradient.design import NeckerDesign, load_design
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.experiments.pinhole import through_tube, whole_field
 from focalgradient.lab import EXPERIMENTS, preparation, run
 from focalgradient.scenes import departure_from_rigid
 from focalgradient.stimuli import cube_frames, read_set
-from focalgradient.tasks.pinhole import through_tube, whole_field
 
 
 @pytest.fixture
@@ -47,36 +47,12 @@ def refused(capsys: pytest.CaptureFixture[str], program: str, *options: object) 
     [
         ("--participant 0_1", "the participant label is '0_1', but must be letters and digits only"),
         ("--participant 01 --resume", "there is no such session to resume; begin it"),
-        ("--participant 01 --screen -1", "--screen is -1, but must be 0 or more"),
-        ("--participant 01 --design no.toml", "no.toml cannot be read (No such file or directory)"),
-        (
-            "--participant 01 --consent no.txt",
-            "no.txt cannot be read (No such file or directory): give the path of a text to agree to",
-        ),
         ("--participant 01 --stimuli set", "--stimuli is given, but this design shows no pictures of a set"),
         ("--participant 01", "there is no display (DISPLAY is not set): run this on a machine with a screen"),
     ],
 )
 def test_what_is_wrong_is_said_before_a_window_opens(place, capsys, given, sentence):
     assert sentence in refused(capsys, "necker", *given.split())
-
-
-@pytest.mark.parametrize(
-    ("settings", "sentence"),
-    [
-        ('keys = ["f", "F"]', "keys assigns 'f' to both percepts: name two different keys"),
-        ('keys = ["f", "escape"]', "keys names 'escape', which ends the experiment"),
-        ("repetitions = 0", "repetitions is 0, but must be a whole number from 1 to 100"),
-        (
-            "repetitions = 100\ncatch_trials = 1000",
-            "catch_trials is 1000, but must be less than the number of other trials",
-        ),
-    ],
-)
-def test_designs_that_cannot_be_run(place, capsys, settings, sentence):
-    (place / "mine.toml").write_text(f'task = "necker"\n{settings}\n')
-    given = ["--participant", "01", "--design", "mine.toml"]
-    assert sentence in refused(capsys, "necker", *given)
 
 
 def test_pictures_that_are_missing_or_changed(place, capsys):
@@ -142,7 +118,7 @@ def display_of(folder: Path, given: str) -> tuple[Display, bool, list[str]]:
             **dict(zip(("width", "distance", "size_px", "gamma", "channels", "white"), MONITORS[name], strict=True))
         ),
     )
-    options = preparation._arguments(EXPERIMENTS["depth-rating"], given.split())
+    options = preparation._options(EXPERIMENTS["depth-rating"], given.split(), "run")
     return preparation._display(options, screen, read_set(folder / "set"))
 
 

@@ -65,20 +65,6 @@ def test_an_eye_takes_its_time_and_another_transition_none() -> None:
     assert immediate.step(1e-9) == 2.0
 
 
-def test_what_is_no_series_is_refused(series: Path, tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="summary"):
-        read_series(tmp_path)
-    (tmp_path / "summary.json").write_text('{"settings": {"focus_m": [1.0]}, "pictures": [{}]}')
-    with pytest.raises(InputError, match="two or more foci"):
-        read_series(tmp_path)
-    (tmp_path / "summary.json").write_bytes((series / "summary.json").read_bytes())
-    np.save(tmp_path / "distance.npy", np.ones((2, 2)))
-    for focus in ("0.5", "1.0", "4.0"):
-        np.save(tmp_path / f"blurred-{focus}m.npy", np.ones((3, 2), np.float32))
-    with pytest.raises(InputError, match="inconsistent with"):
-        read_series(tmp_path)
-
-
 @pytest.mark.parametrize(
     ("settings", "said"),
     [

@@ -1,4 +1,4 @@
-"""Gaze during depth rating, by the mouse and by ioHub's simulated tracker: samples, fixations, trials flagged."""
+"""Gaze during depth rating, by ioHub's simulated tracker: samples, fixations, trials flagged."""
 
 from __future__ import annotations
 
@@ -39,14 +39,13 @@ AWAY = 2  # number of the trial that is looked at somewhere else
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("gaze", ["mouse", "tracker"])
-def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(gaze, tmp_path):
+def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(tmp_path):
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
     (tmp_path / "mine.toml").write_text(DESIGN)
     trials = load_design(tmp_path / "mine.toml").trials("01")
     with headless(tmp_path / "x") as screen:
         given = ["--data", tmp_path / "data", "--stimuli", tmp_path / "set", "--uncalibrated", "--participant", "01"]
-        running = Running(screen, "depth-rating", *given, "--design", tmp_path / "mine.toml", "--gaze", gaze)
+        running = Running(screen, "depth-rating", *given, "--design", tmp_path / "mine.toml", "--gaze", "tracker")
         done = 0
 
         def look(number: int) -> None:

@@ -17,6 +17,7 @@ from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import answers_of, check_design
+from focalgradient.design.pages import pages_of
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
 from focalgradient.report import make_report
@@ -50,7 +51,7 @@ def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> 
     for language in ("en", "de"):
         words = load_words(language)
         assert all(task.text(words, entry) for entry in task.texts["en"])
-        pages = task.pages(design, words, "01", browser=False)
+        pages = pages_of(design, words, "01")
         assert len(pages.opening()) == 1
         if task.adjusts:
             assert task.adjustment(design, words, design.trials("01")[0], 20.0).question
@@ -167,13 +168,22 @@ def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path
         assert (table["matched"] - expected).abs().tolist() == pytest.approx([0, 0, 0], abs=2e-3)
 
 
+ALSO = """
+[also.interest]
+question = "How interesting was it?"
+most = 4
+steps = true
+"""
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "language"),
     [("blur_matching", "de"), ("blur_discrimination", "en")],
 )
 def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    written(tmp_path, name, language)
+    path = written(tmp_path, name, language)
+    path.write_text(path.read_text() + ALSO)
     monkeypatch.setenv(FILES, str(PROGRAMS / f"{name}.py"))
     server = Server(tmp_path, 0)
     server.start("--invite", 1)
@@ -185,10 +195,13 @@ def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkey
     assert any(task_of(name).texts[language]["question"] in text for text in seen)
     assert validate(tmp_path / "data").problems == ()
     (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
+    assert {*table["interest"]} == {3}
+    assert table["interest_start"].between(0, 4).all()
     if name == "blur_matching":  # each of two taps turns the knob by a sixtieth, but at its end
         turned = (table["matched"] - table["start"]).to_numpy()
         assert turned == pytest.approx(2 * 2.0 / 60, abs=1e-4)
     if name == "blur_discrimination":  # the level of each trial follows from the answers before it, as in a window
+        assert table["shown_sha256"].notna().all()
         recorded = [{"phase": "main", "catch": False, **one} for one in table.to_dict("records")]
         stairs = sys.modules["blur_discrimination"].STAIRCASE
         for number, one in enumerate(recorded):

@@ -19,8 +19,8 @@ from headless import Headless, Running, headless, keep, make_set, psychopy_here
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.display import Display
+from focalgradient.experiments.pinhole import through_tube
 from focalgradient.stimuli import cube_frames, read_set
-from focalgradient.tasks.pinhole import through_tube
 
 pytestmark = psychopy_here
 

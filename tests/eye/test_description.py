@@ -23,16 +23,6 @@ from focalgradient.eye import (
 )
 
 
-def test_which_descriptions_determine_the_pupil():
-    assert EyeDescription().is_empty
-    assert not EyeDescription(aberrations="typical").is_empty
-    assert [EyeDescription(**one).has_natural_pupil for one in ({"age": 30}, {"luminance": 9}, {"zones": "2:2"})] == [
-        True,
-        True,
-        False,
-    ]
-
-
 @pytest.mark.parametrize(
     ("refraction", "people"), [(None, EMMETROPES), ("+1", EMMETROPES), ("-0.49", EMMETROPES), ("-0.50", MYOPES)]
 )

@@ -43,16 +43,6 @@ def test_an_individual_has_more_or_less_of_it() -> None:
     assert spans == pytest.approx([0, 1.232, 1.540], abs=5e-4)
 
 
-@pytest.mark.parametrize("bad", [379.9, 781, np.nan, -1, 0.55])
-def test_invisible_light_is_refused(bad: float) -> None:
-    with pytest.raises(InputError, match=r"wavelength_nm is .* must lie between 380 and 780.*nanometres"):
-        chromatic_difference([500, bad])
-    with pytest.raises(InputError, match="reference_nm"):
-        chromatic_difference(500, bad)
-    with pytest.raises(InputError, match="wavelength_nm"):
-        Eye(0.004, 0.0, wavelength_nm=bad)
-
-
 def test_a_difference_that_no_light_has_is_refused() -> None:
     for bad in (-3.0, 1.0, np.nan):
         with pytest.raises(InputError, match="but visible light"):

@@ -21,11 +21,6 @@ def test_bands_are_focused_as_far_apart_as_in_the_literature() -> None:
         assert apart == pytest.approx(dioptres, abs=5e-4)
 
 
-def test_coarser_steps_hardly_matter() -> None:
-    for band in ("L+M", "S", "luminance"):
-        assert band_light(band, "E", 10).difference() == pytest.approx(band_light(band, "E").difference(), abs=0.01)
-
-
 def test_sensitivities_are_those_of_people() -> None:
     nm = np.arange(380, 781)
     cones = cone_fundamentals(nm)

@@ -112,13 +112,6 @@ def test_two_colours_side_by_side_lie_at_one_depth() -> None:
         assert np.median(depth.vergence[columns][valid]) == pytest.approx(VERGENCE, abs=0.03)
 
 
-def test_a_known_spectrum_is_handed_in() -> None:
-    known = LocalColours.known(BASIS, RED, (128, 128))
-    views = band_views(wall(RED), EYE, (128, 128), PIXEL, colours=known)
-    assert views[0].view.optics.colours is known
-    assert known.spectra == (KnownSpectrum(RED),)
-
-
 def test_without_chromatic_aberration_colour_moves_nothing() -> None:
     eye = replace(EYE, chromatic_scale=0.0)
     seen = SeenContrast((1.4, 0.9, 0.1), eye, PIXEL)

@@ -9,7 +9,6 @@ from focalgradient.eye import (
     REFERENCE_NM,
     Eye,
     Oscillation,
-    band_light,
     blur_transfer,
     chromatic_difference,
     point_spread,
@@ -33,10 +32,6 @@ def test_blue_is_refracted_more(one: float, other: float) -> None:
     assert Eye(0.004, 1.0, blue).focus_vergence >= Eye(0.004, 1.0, red).focus_vergence
 
 
-def test_chromatic_difference_is_negative_for_blue_and_positive_for_red() -> None:
-    assert chromatic_difference(450) < 0 < chromatic_difference(650)
-
-
 def test_nearer_is_sharper_in_blue_and_farther_in_red() -> None:
     eye = Eye(0.004, accommodation=2.0)
     blue, red = eye.in_light(450), eye.in_light(650)
@@ -51,13 +46,6 @@ def test_nearer_is_sharper_in_blue_by_every_model(model: str) -> None:
     frequency = np.linspace(1, 6, 6)
     blue, red = (blur_transfer(0, np.degrees(frequency), eye.in_light(nm), 2.5, model=model) for nm in (470, 620))  # type: ignore
     assert (blue > np.abs(red)).all()
-
-
-def test_nearer_is_sharper_to_the_s_cones() -> None:
-    eye = Eye(0.004, accommodation=2.0)
-    blue, rest = (band_light(band, "D65").effective_wavelength_nm for band in ("S", "L+M"))
-    assert blue < rest
-    assert eye.in_light(blue).blur_radius(1 / 2.6) < eye.in_light(rest).blur_radius(1 / 2.6)
 
 
 def test_defocus_is_positive_beyond_the_plane_of_focus() -> None:

@@ -1,17 +1,15 @@
-"""Every command, as its own options and files describe it, given wrong values: `commands.py 10000 [--seed N]`.
+"""Every command, as its own options and files describe it, given wrong values: `run.py 10000 --door commands`.
 
-Unlike `doors.py`, which damages the inputs of functions, this reads the options and their types from the command line
-itself, so that a new option is tried without being named here, and it damages files by their structure: a value of
-another type in the place of any leaf, tables that are wide, long, ragged or in another encoding, and one file in the
-place of another. Prints each case that fails, with the seed to try it alone, then counts.
+Unlike `doors.py`, which calls functions, this reads the options and their types from the command line itself, so that a
+new option is tried without being named here, and it damages files by their structure: a value of another type in the
+place of any leaf, tables that are wide, long, ragged or in another encoding, and one file in the place of another.
 
-A case passes where the exit code is 0, 1 or 2, the screen shows neither a traceback nor a path of the source code, it
-ends within a minute, and a refused command leaves its folder as it was.
+A case passes where the exit code is 0, 1 or 2, the screen shows neither a traceback nor a path of the source code, and
+a refused command leaves its folder as it was.
 """
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import csv
 import importlib
@@ -19,14 +17,11 @@ import io
 import os
 import random
 import shutil
-import signal
 import sys
 import tempfile
-import time
 import traceback
 import warnings
-from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -38,15 +33,9 @@ from click.testing import CliRunner
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from doors import CALIBRATED, silent  # noqa: E402
+from doors import CALIBRATED  # noqa: E402
 from mutations import as_toml  # noqa: E402
 from structures import is_text, workbook, wrong_file  # noqa: E402
-
-SECONDS = 60
-"""Time that a case may take (s)."""
-
-MEMORY = 4 * 1024**3
-"""Memory that a case may take beyond what the libraries have (bytes)."""
 
 OPTICS = "--focal-length 25 --pixel-pitch 8 --f-number 16 --f-number 5.6 --focus-distance 0.85"
 LENS = "--f-number 4 --focal-length 25 --focus 0.8 --field 6"
@@ -301,26 +290,6 @@ def wrong_options(line: list[str], chance: random.Random) -> list[str]:
     return [word for word in line if "\0" not in word]
 
 
-class Hangs(BaseException):
-    """More time than a case may take."""
-
-
-@contextlib.contextmanager
-def limited() -> Iterator[None]:
-    """End what takes too long."""
-
-    def late(*_: object) -> None:
-        raise Hangs(f"more than {SECONDS} s")
-
-    before = signal.signal(signal.SIGALRM, late)
-    signal.setitimer(signal.ITIMER_REAL, SECONDS, 5)  # again, where the first is caught
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_REAL, 0)
-        signal.signal(signal.SIGALRM, before)
-
-
 def _serve(study: Any, password: str, host: str, port: int, ready: Callable[[str], None], *_: Any, **more: Any) -> None:
     """In the place of a server: all is read that it reads when it starts."""
     ready("http://localhost")
@@ -383,14 +352,12 @@ def case(seed: int, only: str | None = None) -> tuple[str, str]:
         serving, web.run = web.run, _serve  # type: ignore[assignment]
         os.chdir(folder)
         try:
-            with limited(), warnings.catch_warnings():
+            with warnings.catch_warnings():
                 warnings.resetwarnings()
                 warnings.simplefilter("ignore", DeprecationWarning)
                 warnings.simplefilter("ignore", ResourceWarning)
                 warnings.simplefilter("ignore", PendingDeprecationWarning)
                 result = CliRunner().invoke(main, args, prog_name="focalgradient")
-        except Hangs as error:
-            return " ".join(args), f"Hangs: {error}"
         finally:
             os.chdir(here)
             web.run = serving
@@ -426,46 +393,3 @@ def judged(args: list[str], result: Any, before: dict[str, Any], after: dict[str
     if len(last) > 4000:  # a message names up to twenty places
         return f"a sentence of {len(last)} letters: {last[:200]!r}"
     return ""
-
-
-def run(count: int, seed: int = 0, only: str | None = None, show: bool = False) -> Counter[str]:
-    """Try cases one after the other; counts of them by command, and under "failed" those that failed."""
-    counts: Counter[str] = Counter()
-    for number in range(seed, seed + count):
-        start = time.perf_counter()
-        with silent():
-            line, wrong = case(number, only)
-        counts[line.split(" ")[0]] += 1
-        seconds = time.perf_counter() - start
-        if wrong or show:
-            print(f"--seed {number}: {wrong or 'passed'} ({seconds:.1f} s)\n    {line!r}", flush=True)
-        elif seconds > 20:
-            print(f"--seed {number}: {seconds:.1f} s\n    {line!r}", flush=True)
-        counts["failed"] += bool(wrong)
-        if (number - seed + 1) % 1000 == 0:
-            print(f"{number - seed + 1} cases, {counts['failed']} failed", flush=True)
-    return counts
-
-
-def main() -> int:
-    """Run what the command line asks for."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("cases", type=int)
-    parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--only", help="the lines of one command, as report or 'report table.csv'")
-    parser.add_argument("--show", action="store_true", help="print every case")
-    given = parser.parse_args()
-    os.environ.pop("DISPLAY", None)
-    base()
-    with contextlib.suppress(ImportError, OSError):
-        import resource
-
-        taken = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (taken + MEMORY + MEMORY,) * 2)
-    counts = run(given.cases, given.seed, given.only, given.show)
-    print(", ".join(f"{name} {count}" for name, count in sorted(counts.items())))
-    return bool(counts["failed"])
-
-
-if __name__ == "__main__":
-    sys.exit(main())

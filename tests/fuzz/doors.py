@@ -1,7 +1,7 @@
-"""Every door through which something comes in from outside, given something damaged.
+"""Every function that reads files, given damaged ones; the command line is tried by `commands.py`.
 
-A case is a door and a seed. It is passed where what comes out is a result or an `InputError` (from the command line:
-exit code 0, 1 or 2, and no traceback), in time, and nothing is left outside the folder it was given.
+A case is a door and a seed. It is passed where what comes out is a result or an `InputError`, in time, and nothing is
+left outside the folder it was given.
 """
 
 from __future__ import annotations
@@ -21,12 +21,11 @@ from typing import Any
 
 import cv2
 import numpy as np
-from click.testing import CliRunner
 from PIL import Image
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from mutations import NUMBERS, TEXTS, as_json, as_toml, damaged_bytes, damaged_text, damaged_tree  # noqa: E402
+from mutations import NUMBERS, as_json, as_toml, damaged_bytes, damaged_text, damaged_tree  # noqa: E402
 
 from focalgradient.errors import InputError  # noqa: E402
 
@@ -327,116 +326,9 @@ def resumables(chance: random.Random, folder: Path) -> None:
     run(study, [3], 0, file)
 
 
-OPTIONS: dict[str, tuple[str, ...]] = {
-    "depth": (
-        *("--near", "--far", "--psf", "--method", "--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"),
-        *("--encoding", "--align", "--calibration", "--out"),
-    ),
-    "calibrate": ("--out",),
-    "stream": (
-        "--near",
-        "--far",
-        "--focal-length",
-        "--f-number",
-        "--focus-distance",
-        "--pixel-pitch",
-        "--window",
-        "--out",
-    ),
-    "eye": ("--pupil", "--accommodation", "--views", "--amplitude", "--seed"),
-    "power": ("--subjects", "--effect", "--between", "--noise", "--lapses", "--bound", "--experiments", "--seed"),
-    "simulate": ("--observers", "--seed", "--observer", "--stimuli", "--workers", "--scheduler", "--design"),
-    "stimuli": (
-        "--size",
-        "--edge",
-        "--perspective",
-        "--speed",
-        "--frame-rate",
-        "--line-width",
-        "--aperture",
-        "--gamma",
-    ),
-    "report": ("--bound", "--ordinal", "--out"),
-    "validate": ("--stimuli", "--export"),
-}
-WHOLE = {
-    "depth": ["16.png", "5.6.png", "--out", "out"],
-    "calibrate": ["targets.toml", "--out", "camera.toml"],
-    "stream": ["a.avi", "--out", "depth.avi"],
-    "eye": ["sphere", "--out", "out"],  # no such scene: a whole eye takes too long here
-    "power": ["depth-rating", "--out", "out", "--experiments", "0"],
-    "simulate": ["necker", "--observers", "0", "--out", "out"],
-    "stimuli": ["necker", "--out", "out", "--size", "3"],
-    "report": ["nowhere", "--out", "out"],
-    "validate": ["nowhere"],
-}
-GOOD = {
-    "--focal-length": ["25"],
-    "--f-number": ["16", "5.6"],
-    "--focus-distance": ["0.85", "0.85"],
-    "--pixel-pitch": ["8"],
-    "--near": ["0.9"],
-    "--far": ["3"],
-}
-
-
-ARGUMENTS = [text for text in TEXTS if not {"\0", "\ud800"} & set(text)]  # no shell can pass the others
-
-
-def arguments(chance: random.Random, folder: Path) -> None:
-    from focalgradient.cli import main
-
-    _put(folder, {"16.png": _files()["a.png"], "5.6.png": _files()["b.png"], "a.avi": _video()})
-    _put(folder, {"targets.toml": as_toml(TARGETS), "camera.toml": as_toml(CALIBRATED), "views.toml": as_toml(VIEWS)})
-    command = chance.choice(["depth"] * 4 + ["stream"] * 2 + sorted(OPTIONS))
-    args = list(WHOLE[command])
-    if command in ("depth", "stream") and chance.random() < 0.8:
-        for option in ("--focal-length", "--f-number", "--focus-distance", "--pixel-pitch"):
-            for value in GOOD[option][: 1 if command == "stream" and option == "--focus-distance" else 2]:
-                args += [option, value]
-    for _ in range(chance.choice((1, 1, 2))):
-        option = chance.choice(OPTIONS[command])
-        value = chance.choice([*map(str, NUMBERS), *ARGUMENTS, "views.toml", "camera.toml", ".", "\udcff.avi", "-"])
-        if option in args and chance.random() < 0.7:
-            args[args.index(option) + 1] = value
-        else:
-            args += [option, value]
-    if chance.random() < 0.1:
-        args[0] = chance.choice(("views.toml", *ARGUMENTS))
-    before = os.getcwd()
-    os.chdir(folder)
-    try:
-        result = CliRunner().invoke(main, [command, *args], catch_exceptions=True)
-    finally:
-        os.chdir(before)
-    if "../x" in args:  # named so itself, as --out
-        shutil.rmtree(folder.parent / "x", ignore_errors=True)
-    if result.exception is not None and not isinstance(result.exception, SystemExit):
-        raise result.exception
-    assert result.exit_code in (0, 1, 2), result.exit_code
-    if result.exit_code == 2:
-        assert not (folder / "out").exists() or not any((folder / "out").iterdir()), "partial output"
-        assert result.stderr.rstrip("\n").splitlines()[-1].startswith("Error: "), result.stderr[-500:]
-
-
-DOORS: dict[str, Callable[[random.Random, Path], None]] = {
-    door.__name__: door
-    for door in (
-        settings,
-        images,
-        exif,
-        video,
-        calibrations,
-        cameras,
-        designs,
-        manifests,
-        datasets,
-        reports,
-        caches,
-        resumables,
-        arguments,
-    )
-}
+READERS = (settings, images, exif, video, calibrations, cameras)
+DATA = (designs, manifests, datasets, reports, caches, resumables)
+DOORS: dict[str, Callable[[random.Random, Path], None]] = {door.__name__: door for door in (*READERS, *DATA)}
 
 
 @contextlib.contextmanager

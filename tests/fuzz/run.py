@@ -1,11 +1,13 @@
 """Try damaged input at every door: `python tests/fuzz/run.py 100000 [--seed 0] [--door NAME] [--workers N]`.
 
-Prints each case that fails, with what to give to try it alone (--door, --seed, and 1 as the number), then counts.
+The door `commands` tries the command line, `commands:report table.csv` its lines that begin so. Prints each case that
+fails, with what to give to try it alone (--door, --seed, and 1 as the number), then counts.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import signal
 import sys
 import time
@@ -18,9 +20,10 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent))
 
+import commands
 from doors import DOORS, case, silent
 
-HANG_S, MEMORY = 60, 2 * 1024**3  # of processor time; of memory
+HANG_S, MEMORY = 60, 4 * 1024**3  # of processor time; of memory
 LIBRARIES = 2 * 1024**3  # of addresses, that libraries take when they are loaded and started
 
 
@@ -31,7 +34,11 @@ def attempt(job: tuple[str, int]) -> tuple[str, int, str, float]:
     wrong = ""
     try:
         with silent():
-            case(door, seed)
+            if door.startswith("commands"):
+                line, wrong = commands.case(seed, door.partition(":")[2] or None)
+                wrong = wrong and f"{wrong}: {line!r}"
+            else:
+                case(door, seed)
     except BaseException as error:
         last = [frame for frame in traceback.extract_tb(error.__traceback__) if "focalgradient" in frame.filename]
         at = f"{Path(last[-1].filename).name}:{last[-1].lineno}" if last else "test"
@@ -78,10 +85,11 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("cases", type=int)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--door", choices=list(DOORS))
+    parser.add_argument("--door", help=f"one of {', '.join(DOORS)}, commands, or commands:LINE")
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
-    doors = [given.door] if given.door else list(DOORS)
+    os.environ.pop("DISPLAY", None)
+    doors = [given.door] if given.door else [*DOORS, "commands"]
     jobs = [(doors[n % len(doors)], given.seed + n // len(doors)) for n in range(given.cases)]
     failures: Counter[str] = Counter()
     slowest, done = ("", 0, 0.0), 0

@@ -16,6 +16,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import openpyxl
 from mutations import as_json, as_toml, damaged_bytes, damaged_tree
 
 __all__ = ["is_text", "workbook", "wrong_file"]
@@ -63,16 +64,13 @@ def is_text(path: Path) -> bool:
 
 
 def workbook(rows: list[list[str]]) -> bytes:
-    """A workbook of one sheet, as spreadsheets save it, in its smallest form."""
-    lines = []
-    for number, row in enumerate(rows, start=1):
-        cells = "".join(
-            f'<c r="{chr(65 + at)}{number}" t="inlineStr"><is><t>{cell}</t></is></c>' for at, cell in enumerate(row)
-        )
-        lines.append(f'<row r="{number}">{cells}</row>')
-    sheet = f'<?xml version="1.0"?><worksheet xmlns="x"><sheetData>{"".join(lines)}</sheetData></worksheet>'
-    strings = '<?xml version="1.0"?><sst xmlns="x"><si><t>a</t></si></sst>'
-    return _zipped({"xl/worksheets/sheet1.xml": sheet.encode(), "xl/sharedStrings.xml": strings.encode()})
+    """A workbook of one sheet."""
+    book = openpyxl.Workbook()
+    for row in rows:
+        book.active.append(row)
+    file = io.BytesIO()
+    book.save(file)
+    return file.getvalue()
 
 
 def _zipped(parts: dict[str, bytes]) -> bytes:

@@ -1,4 +1,4 @@
-"""A few wrong values for every command: `commands.py` beside this tries as many as one likes."""
+"""A few wrong values for every command: `run.py` beside this tries as many as one likes."""
 
 import sys
 from pathlib import Path
@@ -12,14 +12,17 @@ from commands import LINES, base, case
 QUICK = ("blur", "collect", "repair", "run", "serve", "stream", "validate", "withdraw")
 """Commands whose cases take a tenth of a second."""
 
+CASES = dict.fromkeys(QUICK, 12) | dict.fromkeys(("calibrate", "depth", "eye", "power", "report", "simulate"), 3)
+"""Number of cases in the suite."""
 
-@pytest.mark.parametrize("command", QUICK)
+
+@pytest.mark.parametrize("command", CASES)
 @pytest.mark.filterwarnings("ignore")
 def test_wrong_values_are_refused_in_a_sentence(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
-    for seed in range(12):
+    for seed in range(CASES[command]):
         line, wrong = case(seed, command)
-        assert not wrong, f"python tests/fuzz/commands.py 1 --only {command} --seed {seed}: {line}: {wrong}"
+        assert not wrong, f"python tests/fuzz/run.py 1 --door commands:{command} --seed {seed}: {line}: {wrong}"
 
 
 def test_every_command_is_tried() -> None:

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, DistanceOfFixated, Magnitude, RelativeLayout
 from focalgradient.stimuli import slanted_plane
 
@@ -53,17 +52,3 @@ def test_answers_are_drawn_as_stated():
     drawn = np.log([Magnitude(2.0, 0.3).simulate(random) for _ in range(3000)])
     assert drawn.mean() == pytest.approx(np.log(2), abs=0.02)
     assert drawn.std() == pytest.approx(0.3, rel=0.05)
-
-
-@pytest.mark.parametrize(
-    ("layout", "fixation", "words"),
-    [
-        (np.ones((64, 65)), (32, 32), "shape"),
-        (np.ones((64, 64)), (64, 32), "fixation"),
-        (np.zeros((64, 64)), (32, 32), "positive numbers"),
-    ],
-)
-def test_what_cannot_be_looked_at_is_refused(layout, fixation, words):
-    light = np.random.default_rng(1).uniform(size=(64, 64))
-    with pytest.raises(InputError, match=words):
-        OBSERVERS["default"].look(light, DISPLAY, DistanceOfFixated(RelativeLayout(layout), fixation))

@@ -139,9 +139,7 @@ def test_answers_are_drawn_with_their_probabilities_and_a_guesser_guesses():
     ("light", "question", "words"),
     [
         (np.ones((32, 32)), BlurDiscrimination(np.ones((32, 32))), "64 pixels or more"),
-        (np.full((64, 64), np.nan), BlurDiscrimination(np.ones((64, 64))), "finite"),
         (np.ones((64, 64)), DepthOrder(np.ones((8, 8), bool), np.ones((8, 8), bool)), "picture's shape"),
-        (np.ones((64, 64)), DepthOrder(np.ones((64, 64)), np.ones((64, 64))), "booleans"),
         (np.ones((64, 64)), BlurDiscrimination(np.ones((64, 64))), "cannot be estimated"),
     ],
 )

@@ -2,22 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
 import focalgradient as fg
 from focalgradient.errors import InputError
-from focalgradient.eye import Cones, Scatter
-from focalgradient.optics import Aperture, own_blur
+from focalgradient.eye import Cones
+from focalgradient.optics import Aperture
 from focalgradient.psf import disc_transfer
 from focalgradient.render import blur_picture, cast
-from focalgradient.render.blurred import _margin
 from focalgradient.scenes import slant, spheres, step
 
-SCATTERING = replace(Cones.of(fg.Eye(0.004, 1.0), "L+M", wavelengths=3), scatter=Scatter(age=70))
 PIXEL = 8e-4
 SHAPE = (96, 128)
 
@@ -125,14 +121,6 @@ def test_a_wide_point_spread_is_not_cut_off() -> None:
     np.testing.assert_allclose(spread, expected, atol=0.03 * expected.max())
 
 
-@pytest.mark.parametrize(("optics", "margin"), [(fg.Eye(0.004, 1.0), 12), (SCATTERING, 12), (fg.Eye(0.002, 1.0), 48)])
-def test_the_margin_is_widened_only_where_that_recovers_light(optics, margin: int) -> None:
-    angle = np.radians((0.1 if margin > 12 else 0.5) / 60)
-    own = own_blur(optics)
-    assert own is not None
-    assert _margin(own, angle) == margin
-
-
 def test_cones_are_optics_as_well() -> None:
     cones = Cones.of(fg.Eye(0.004, 1.0), "L+M", wavelengths=3)
     picture = np.random.default_rng(2).random((48, 48))
@@ -161,10 +149,7 @@ def test_blur_then_depth_gives_the_distance_back() -> None:
     [
         ({"picture": np.ones(5)}, "picture has shape"),
         ({"distance": np.zeros((8, 8))}, "not positive"),
-        ({"picture": np.full((8, 8), np.nan)}, "NaN or infinite"),
         ({"picture": np.ones((8, 8), np.uint8)}, "type uint8, but must be .*: decode and convert it first"),
-        ({"pixel_angle": 0.0}, "pixel_angle"),
-        ({"optics": "a lens"}, "optics"),
     ],
 )
 def test_bad_input_is_refused_in_one_sentence(changes: dict, words: str) -> None:

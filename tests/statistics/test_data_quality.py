@@ -128,7 +128,7 @@ def test_the_cube() -> None:
 def test_bad_rules_and_tables() -> None:
     for bad, sentence in (
         ({"response_time": (3.0, 1.0)}, "a shortest and a longest time"),
-        ({"catch_passed": 70}, "catch_passed is 70, but must be a share"),
+        ({"catch_passed": 70}, "catch_passed is 70, but must be from 0 to 1"),
         ({"repeat_factor": 0.5}, "repeat_factor is 0.5, but must be a factor above 1"),
         ({"dropped_frames": -1}, "dropped_frames is -1"),
     ):

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import csv
-import html
 import io
 import math
-import zipfile
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 from click.testing import CliRunner
 
 from focalgradient import InputError
 from focalgradient.cli import main
+from focalgradient.files.cells import as_number
 from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
 from focalgradient.statistics.own_names import same_name
@@ -259,6 +259,10 @@ def test_times_in_milliseconds_are_refused_or_converted(tmp_path: Path) -> None:
     found = read(tmp_path, own, [*HEAD, "rt_ms"])
     assert found.table["response_time"].max() == pytest.approx(1.43)
     assert "rt_ms was multiplied by 0.001, for the unit" in found.notices[0]
+    jspsych = [[*row, "html-slider-response", "12"] for row in own]
+    found = read(tmp_path, jspsych, [*HEAD, "rt", "trial_type", "time_elapsed"])
+    assert found.table["response_time"].max() == pytest.approx(1.43)
+    assert "rt was multiplied by 0.001, for the unit that jsPsych writes" in found.notices[0]
 
 
 def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) -> None:
@@ -272,6 +276,13 @@ def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) ->
         assert word in str(caught.value)
     words = {"ZU": "pinhole", "halb ": "f/22", "Vorn": "near", "hinten": "far"}
     assert read(tmp_path, own, conditions=words).notices == ()
+
+
+def test_at_most_twenty_unknown_words_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
+    for words, more in ((20, ""), (23, "; and 3 more")):
+        own = [[f"P{n}", "a", f"word{n}", "near", "1.1"] for n in range(words)]
+        with pytest.raises(InputError, match=rf"aperture is 'word19'{more}, but"):
+            read(tmp_path, own)
 
 
 def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> None:
@@ -350,7 +361,7 @@ def test_any_delimiter_gives_the_same_notices(tmp_path: Path, write: Callable[[s
     own[3][0], own[5][4] = "p01 ", "999"
     path = tmp_path / "own.csv"
     path.write_text(write("\n".join(",".join(row) for row in [HEAD, *own])))
-    assert len(read_ratings(path).notices) == 2
+    assert len(read_ratings(path).notices) == 3
 
 
 def test_names_that_are_one_are_so_both_ways() -> None:
@@ -361,38 +372,15 @@ def test_names_that_are_one_are_so_both_ways() -> None:
 
 
 def workbook(rows: list[Row], sheets: int = 1) -> bytes:
-    """A workbook as spreadsheets write it: names as shared strings, numbers as numbers."""
-    texts: dict[str, int] = {}
-    lines = []
-    for number, row in enumerate(rows, start=1):
-        cells = []
-        for letter, value in zip("ABCDEFGH", row, strict=False):
-            try:
-                cells.append(f'<c r="{letter}{number}"><v>{float(value)!r}</v></c>')
-            except ValueError:
-                cells.append(f'<c r="{letter}{number}" t="s"><v>{texts.setdefault(value, len(texts))}</v></c>')
-        lines.append(f'<row r="{number}">{"".join(cells)}</row>')
-    space = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+    """A workbook with numbers as numbers, and an empty sheet last."""
+    book = openpyxl.Workbook()
+    for title in ("practice & x", "main")[:sheets]:
+        sheet = book.create_sheet(title)
+        for row in rows:
+            sheet.append([number if (number := as_number(cell)) is not None else cell for cell in row])
+    book.move_sheet(book.active, sheets)
     content = io.BytesIO()
-    with zipfile.ZipFile(content, "w") as archive:
-        for sheet in range(1, sheets + 1):
-            archive.writestr(
-                f"xl/worksheets/sheet{sheet}.xml",
-                f"<worksheet {space}><sheetData>{''.join(lines)}</sheetData></worksheet>",
-            )
-        names = zip(range(1, sheets + 1), ("practice &amp; x", "main"), strict=False)
-        listed = "".join(f'<sheet name="{name}" r:id="rId{number}"/>' for number, name in names)
-        office = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-        archive.writestr(
-            "xl/workbook.xml", f'<workbook {space} xmlns:r="{office}"><sheets>{listed}</sheets></workbook>'
-        )
-        places = "".join(
-            f'<Relationship Id="rId{sheet}" Target="worksheets/sheet{sheet}.xml"/>' for sheet in range(1, sheets + 1)
-        )
-        archive.writestr("xl/_rels/workbook.xml.rels", f"<Relationships>{places}</Relationships>")
-        archive.writestr("xl/worksheets/sheet9.xml", f"<worksheet {space}><sheetData/></worksheet>")
-        strings = "".join(f'<si><t xml:space="preserve">{html.escape(text)}</t></si>' for text in texts)
-        archive.writestr("xl/sharedStrings.xml", f"<sst {space}>{strings}</sst>")
+    book.save(content)
     return content.getvalue()
 
 
@@ -404,7 +392,7 @@ def test_a_workbook_passes_the_same_checks(tmp_path: Path) -> None:
     found = read_ratings(path)
     as_csv = read(tmp_path, [*own, ["Mean", *own[0][1:]]])
     assert found.notices == as_csv.notices
-    assert len(found.notices) == 3
+    assert len(found.notices) == 4
     assert found.table["rating"].tolist() == as_csv.table["rating"].tolist()
     path.write_bytes(workbook([HEAD, *own], 2))
     with pytest.raises(InputError, match=r"has 2 sheets with cells \(practice & x, main\), but must have one"):

@@ -84,7 +84,7 @@ def test_wide(tmp_path: Path) -> None:
         ["1", "room", "farthest", "f/5.6", 1.1],
         ["2", "room", "nearest", "pinhole", 1.0],
     ]
-    assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notes)
+    assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notices)
 
 
 def test_wide_with_words_for_the_pinhole(tmp_path: Path) -> None:
@@ -259,7 +259,17 @@ BAD = {
         "a,aperture,focus,rating\n1,0,near,1\n",
         r"participant \(its columns are a, aperture, focus, rating\): name it with columns=",
     ),
-    "no rating": ("subject,focus\n1,near\n", "no column of ratings"),
+    "no rating": ("subject,focus\n1,near\n", "no columns for aperture, rating "),
+    "no names": (
+        "Name,Stop,Mark\n1,0,1\n",
+        r"participant, aperture, fixation, rating \(its columns are Name, Stop, Mark\): name them with columns="
+        r'\{"participant": "NAME", "aperture": "NAME", "fixation": "NAME", "rating": "NAME"\}, or give each',
+    ),
+    "no aperture and fixation": (
+        "subject,rating\n1,1\n",
+        r"no columns for aperture, fixation .*, add columns that say pinhole or f/5.6 and near or far in each row, or",
+    ),
+    "wide without fixation": ("subject,f/8,f/4\n1,1,1\n", "no column for fixation .*add one that says near or far"),
     "twice": (
         "subject,subject,aperture,focus,rating\n1,2,0,near,1\n",
         "the column subject twice, with different cells",

@@ -21,10 +21,9 @@ from focalgradient.statistics.crossed import (
     own_means,
 )
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal, cumulative_fit
-from focalgradient.statistics.means import holm, paired_effect, t_interval, within_half_widths
+from focalgradient.statistics.means import holm, paired_effect, t_interval, welch, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.ordinal_people import _thresholds
-from focalgradient.statistics.own_factors import welch
 from focalgradient.statistics.subject_integrals import _height, _solved, conditional_modes, joint_densities
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}

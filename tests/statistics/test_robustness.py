@@ -6,7 +6,6 @@ import pytest
 
 from focalgradient.scales.analyses import ANALYSES
 from focalgradient.statistics import Rules, analyse, quality
-from focalgradient.statistics.effects import effects
 from focalgradient.statistics.robustness import ALL_RULES, robustness
 
 
@@ -57,7 +56,7 @@ def test_each_scale_is_analysed_by_its_own_analysis(analysis):
     if analysis.binary:
         table["rating"] = (table["rating"] > 1).astype(int)
     main = robustness(table, scale=analysis)[0]
-    effect = effects(analyse(quality(table, scale=analysis)[0], analysis))[0][0]
+    effect = analyse(quality(table, scale=analysis)[0], analysis).answers.primary[0].outcome
     assert (main.estimate, main.low, main.p) == pytest.approx((effect.estimate, effect.low, effect.p))
 
 

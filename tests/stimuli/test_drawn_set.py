@@ -63,9 +63,6 @@ def test_a_set_of_drawn_stimuli_is_read_as_others_are(stimuli: dict[str, Stimulu
 def test_what_makes_no_set_is_refused(stimuli: dict[str, Stimulus], tmp_path: Path) -> None:
     cube = fixated_cube(edge_deg=4, width_deg=8, height_deg=8, pixels_per_degree=DISPLAY.pixels_per_degree)
     for given, display, said in (
-        ({}, DISPLAY, "stimuli is empty"),
-        ({"a": 1}, DISPLAY, "a is not a Stimulus"),
-        ({"a/b": stimuli["plane"]}, DISPLAY, "plain file name"),
         ({**stimuli, "cube": cube}, DISPLAY, "cube has 288 x 288 pixels and a pupil of 12.0 mm, but the first has 144"),
         (stimuli, Display(distance=1.0), "plane is drawn for 35.95 pixels per degree, but the display has 63.08"),
         (stimuli, Display((120, 100)), "but the display 120 x 100"),

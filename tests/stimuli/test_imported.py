@@ -143,7 +143,6 @@ def test_without_depth_marks_are_in_the_middle_and_said_so(photos: Path, tmp_pat
         (HEADER + "yard.npy,yard,f/8,nearest,,", "row 2, column file: yard.npy cannot be read"),
         (HEADER + "a.png,..,f/8,nearest,,", "row 2, column scene"),
         ("file,scene,aperture,fixation,x_px,y_px\na.png,x,4,nearest,6,", "row 2, column y_px: is empty"),
-        ("file,file,scene,aperture,fixation\n", "has the column file twice"),
     ],
 )
 def test_wrong_tables_are_refused_by_row_and_column(photos: Path, tmp_path: Path, text: str, said: str) -> None:

@@ -91,11 +91,9 @@ def test_pictures_that_the_blur_nearly_fills_are_not_measured(side: int) -> None
 @pytest.mark.parametrize(
     ("photographs", "said"),
     [
-        ({}, "photographs is empty"),
         ({"a": (LIGHT[:, 1:], SLANT[:, 1:])}, "127 x 96 pixels, but both must be even"),
-        ({"a": (LIGHT, 0 * SLANT)}, "distances that are not positive"),
+        ({"a": (LIGHT, 0 * SLANT)}, "values that are not positive"),
         ({"yard": (LIGHT, np.where(SLANT > 1, 1e60, SLANT))}, r"yard contains a distance of 1e\+60 m, but .* 32-bit"),
-        ({"a/b": (LIGHT, SLANT)}, "plain file name"),
     ],
 )
 def test_wrong_photographs_are_refused(tmp_path: Path, photographs: dict, said: str) -> None:

@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from focalgradient import Eye, InputError, Lens
-from focalgradient.display import Display
 from focalgradient.eye import chromatic_stimulus, parts_needed, retinal_image
 from focalgradient.photographs import DepthPicture, picture_of
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
-from focalgradient.stimuli import Viewing, viewed_files
+from focalgradient.stimuli import Viewing
 
 ANGLE = math.radians(1 / 60)
 
@@ -74,22 +73,6 @@ def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
     assert seen.residuals["residual"] == list(found.residual)
 
 
-def test_the_files_of_each_viewing_and_their_record() -> None:
-    shown = picture()
-    through = [Viewing(Lens(0.05, 20.0, metres), white=0.5) for metres in (1.0, 2.0)]
-    with pytest.warns(match="brighter than white and are clipped in the PNG: give a larger white"):
-        files, facts = viewed_files(
-            shown, {"near": through[0], "far": through[1]}, Display(), lambda share, words: None
-        )
-    assert [*files] == ["near.png", "near.npy", "far.png", "far.npy"]
-    assert facts["picture"] == "room"
-    assert facts["size_px"] == [48, 32]
-    assert facts["pixel_arcmin"] == pytest.approx(1)
-    assert facts["distance_m"] == [1.0, 2.0]
-    assert len(facts["largest_blur_px"]) == 2
-    assert "wavelengths" not in facts
-
-
 @pytest.mark.parametrize(
     ("optics", "given", "said"),
     [
@@ -97,7 +80,6 @@ def test_the_files_of_each_viewing_and_their_record() -> None:
         (Eye(0.004, 1.0), {"illuminant": "A"}, "illuminant requires surfaces seen in colour: add chromatic"),
         (Eye(0.004, 1.0), {"screen": 1.0}, "screen requires an eye and a display at focus"),
         (Lens(0.05, 2.0, 1.0), {"chromatic": True}, "chromatic is the chromatic aberration of an eye"),
-        (Eye(0.004, 1.0), {"chromatic": True, "screen": math.inf}, "a finite focus"),
         (Eye(0.004, 1.0), {"psf": Disc()}, "psf is the shape of a lens's blur, but an eye has its own"),
     ],
 )

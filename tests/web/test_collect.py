@@ -299,11 +299,8 @@ def test_a_journal_that_was_changed_is_not_written_over(tmp_path: Path) -> None:
     ("words", "sentence"),
     [
         (("--export", "{}"), "contains files"),
-        (("--export", "{}/design.toml"), "exists and is not a folder"),
-        (("--export", "{}/new", "--participants", "0"), "--participants is '0'"),
         (("--export", "{}/new", "--participants", "20-10"), "--participants is '20-10'"),
         (("--export", "{}/new", "--data", "{}/data"), "--data requires a server"),
-        (("--export", "{}/new", "--invite", "3"), "--invite requires a server"),
         (("--export", "{}/new", "--datapipe", '"><script>'), "--datapipe is"),
         (("--export", "{}/new", "--completion", "javascript:alert(1)"), "--completion is"),
         (("--datapipe", "abc"), "--data is missing"),

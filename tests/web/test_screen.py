@@ -53,14 +53,6 @@ def test_two_standard_errors_of_a_matched_gamma_cover_nineteen_of_twenty(gamma: 
     assert 0.93 < np.mean(np.array(off) < 2) < 0.97
 
 
-def test_a_gamma_takes_two_matches_and_is_never_without_error() -> None:
-    assert gamma_of([]) is None
-    assert gamma_of([(0.5, 186)]) is None
-    gamma, sd = gamma_of([(0.5, 186)] * 4) or (0, 0)
-    assert gamma == pytest.approx(math.log(0.5) / math.log(186 / 255))
-    assert 0.005 < sd < 0.05
-
-
 def test_the_light_of_a_match_is_that_of_its_rows() -> None:
     """Against the package's own curve of a display, which knows nothing of matches."""
     display = Display(gamma=2.4)

@@ -12,7 +12,7 @@ import math
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,6 +23,7 @@ from focalgradient.errors import FocalGradientWarning, InputError, check_number,
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import blur_picture, cast
+from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.objects import Scene
 
 __all__ = ["INTEROCULAR", "stereo"]
@@ -40,24 +41,6 @@ MAX_INPAINTED_FRACTION = 0.25
 """Fraction of inpainted pixels in a view above which a warning is issued."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Geometry:
-    """Positions of the eyes and plane of zero disparity."""
-
-    interocular: float
-    vergence: float
-    pixel_angle: float
-
-    def disparity(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return the disparity in radians of a vergence in dioptres."""
-        return np.asarray(self.interocular * (vergence - self.vergence))
-
-    @property
-    def step(self) -> float:
-        """Disparity in pixels per dioptre."""
-        return self.interocular / self.pixel_angle
-
-
 class _Seen(NamedTuple):
     """One eye's radiance, true distance (m), distance for blur (m), vergence for disparity (D), inpainting mask."""
 
@@ -66,6 +49,88 @@ class _Seen(NamedTuple):
     blurred: NDArray[np.float64]
     placed: NDArray[np.float64]
     is_invented: NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class _Eyes:
+    """Optics and positions of the eyes, plane of zero disparity (D), and blur."""
+
+    optics: tuple[Optics, Optics]
+    interocular: float
+    vergence: float
+    pixel_angle: float
+    blur: bool
+    blur_distance: Distances | None
+    say: Progress
+
+    def disparity(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the disparity in radians of a vergence in dioptres."""
+        return np.asarray(self.interocular * (vergence - self.vergence))
+
+    def cast(self, scene: Scene, rays: dict[str, Any]) -> StereoPair:
+        """Return the pair, with each eye's view ray cast from its own position."""
+        if self.blur_distance is not None and not callable(self.blur_distance) and np.ndim(self.blur_distance) > 0:
+            raise InputError(
+                "blur_distance is an array, but each eye sees the scene from its own position: give a function."
+            )
+        found = []
+        for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
+            aside: dict[str, Any] = {
+                "place": side * self.interocular,
+                "ahead": -side * self.interocular * self.vergence,
+            }
+            own = own_blur(optics)
+            by_rays = self.blur and self.blur_distance is None and (own is None or not own.forms_views)
+            seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(self.say, number, 2))
+            shown = _distances(self.blur_distance, seen.distance, "blur_distance")
+            light = seen.view.image.astype(np.float32)
+            if self.blur and not by_rays:
+                light = blur_picture(light, shown, optics, pixel_angle=self.pixel_angle)
+            found.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
+        return self._pair(found)
+
+    def moved(
+        self, light: NDArray[np.float32], far: NDArray[np.float64], given: Distances | None, camera: float
+    ) -> StereoPair:
+        """Return the pair, with the pixels of a picture shifted by the disparity of the distances `given` or true."""
+        shown = _distances(self.blur_distance, far, "blur_distance")
+        placed = 1 / _distances(given, far, "disparity_distance")
+        found = []
+        for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
+            shift = (camera - side) * self.disparity(placed) / self.pixel_angle
+            source, is_invented = warp(shift, placed)
+            true, blurred, own = (_nearest(one, source) for one in (far, shown, placed))
+            picture = sample(light, shift, source)
+            if self.blur:
+                part = part_of(self.say, number, 2)
+                picture = blur_picture(picture, blurred, optics, pixel_angle=self.pixel_angle, progress=part)
+            found.append(_Seen(picture, true, blurred, own, is_invented))
+            if (share := float(is_invented.mean())) > MAX_INPAINTED_FRACTION:
+                warnings.warn(
+                    f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was "
+                    "inpainted: move zero disparity nearer to the scene (vergence of the screen), or give a wider "
+                    "picture.",
+                    FocalGradientWarning,
+                    stacklevel=3,
+                )
+        return self._pair(found)
+
+    def _pair(self, found: list[_Seen]) -> StereoPair:
+        """Combine the views, with the ground truth of their pixels."""
+        placed = [one.placed - self.vergence for one in found]
+        views = [
+            EyeView(
+                one.light,
+                optics,
+                one.distance,
+                self.disparity(one.placed),
+                np.abs(optics.focus_vergence - 1 / one.blurred) * (optics.aperture_diameter / 2 * self.blur),
+                monocular(placed[number], placed[1 - number], self.interocular / self.pixel_angle, 1 - 2 * number),
+                one.is_invented,
+            )
+            for number, (one, optics) in enumerate(zip(found, self.optics, strict=True))
+        ]
+        return StereoPair(views[0], views[1], self.pixel_angle, self.interocular, self.vergence)
 
 
 def stereo(
@@ -156,21 +221,23 @@ def stereo(
     zero = sum(one.focus_vergence for one in eyes) / 2 if vergence is None else vergence
     check_number("vergence", zero, "dioptres")
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
-    geometry = _Geometry(interocular, zero, pixel_angle)
-    say = progress or silent
+    both = _Eyes(eyes, interocular, zero, pixel_angle, blur, blur_distance, progress or silent)
     if isinstance(scene, Scene):
         if distance is not None:
             raise InputError("distance is given with a scene, which defines its own: leave it out.")
         if shape is None:
             raise InputError("shape is missing: give the height and width of the views in pixels.")
-        rays = {"shape": shape, "pixel_angle": pixel_angle, "samples": samples, "seed": seed}
+        rays: dict[str, Any] = {"shape": shape, "pixel_angle": pixel_angle, "samples": samples, "seed": seed}
         if disparity_distance is None:
-            return _cast_pair(scene, eyes, geometry, rays, blur, blur_distance, say)
-        middle = cast(scene, PINHOLE, **rays)  # type: ignore[arg-type]
+            return both.cast(scene, rays)
+        middle = cast(scene, PINHOLE, **rays)
         light, far = middle.view.image.astype(np.float32), middle.distance
+    elif distance is None:
+        raise InputError(f"distance is missing for a picture ({described(scene)}): give metres for every pixel.")
     else:
-        light, far = _checked(scene, distance)
-    return _moved_pair(light, far, eyes, geometry, blur, blur_distance, disparity_distance, camera, say)
+        picture, far = checked_picture(scene, distance, channels=3)  # type: ignore[arg-type]
+        light = picture.astype(np.float32)
+    return both.moved(light, far, disparity_distance, camera)
 
 
 def _eyes(eye: object) -> tuple[Optics, Optics]:
@@ -182,23 +249,6 @@ def _eyes(eye: object) -> tuple[Optics, Optics]:
     for one in pair:
         check_optics(one)
     return pair[0], pair[1]
-
-
-def _checked(picture: object, distance: object) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
-    if distance is None:
-        raise InputError(f"distance is missing for a picture ({described(picture)}): give metres for every pixel.")
-    light, far = np.asarray(picture), np.asarray(distance)
-    if light.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
-        raise InputError(f"picture and distance are of types {light.dtype} and {far.dtype}, but must be real numbers.")
-    if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or 0 in light.shape:
-        raise InputError(f"picture has shape {light.shape}, but must be H x W, or H x W x 3 (red, green, blue).")
-    if far.shape != light.shape[:2]:
-        raise InputError(f"distance has shape {far.shape} but picture {light.shape}: give metres for every pixel.")
-    if not (np.isfinite(light).all() and (far > 0).all()):
-        raise InputError(
-            "picture or distance contains values that are not finite or not positive: repair or crop them."
-        )
-    return light.astype(np.float32), far.astype(float)
 
 
 def _distances(given: Distances | None, true: NDArray[np.float64], name: str) -> NDArray[np.float64]:
@@ -214,96 +264,7 @@ def _distances(given: Distances | None, true: NDArray[np.float64], name: str) ->
     return np.broadcast_to(found, true.shape).astype(float)
 
 
-def _radius(optics: Optics, distance: NDArray[np.float64], blur: bool) -> NDArray[np.float64]:
-    """Return the blur radius in radians."""
-    if not blur:
-        return np.zeros(distance.shape)
-    return np.asarray(np.abs(optics.focus_vergence - 1 / distance) * (optics.aperture_diameter / 2))
-
-
-def _cast_pair(
-    scene: Scene,
-    eyes: tuple[Optics, Optics],
-    geometry: _Geometry,
-    rays: dict[str, object],
-    blur: bool,
-    blur_distance: Distances | None,
-    say: Progress,
-) -> StereoPair:
-    """Return the pair, with each eye's view ray cast from its own position."""
-    if blur_distance is not None and not callable(blur_distance) and np.ndim(blur_distance) > 0:
-        raise InputError(
-            "blur_distance is an array, but each eye sees the scene from its own position: give a function."
-        )
-    found = []
-    for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
-        aside = {"place": side * geometry.interocular, "ahead": -side * geometry.interocular * geometry.vergence}
-        own = own_blur(optics)
-        by_rays = blur and blur_distance is None and (own is None or not own.forms_views)
-        seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(say, number, 2))  # type: ignore[arg-type]
-        shown = _distances(blur_distance, seen.distance, "blur_distance")
-        light = seen.view.image.astype(np.float32)
-        if blur and not by_rays:
-            light = blur_picture(light, shown, optics, pixel_angle=geometry.pixel_angle)
-        found.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
-    return _pair(found, eyes, geometry, blur)
-
-
-def _moved_pair(
-    light: NDArray[np.float32],
-    far: NDArray[np.float64],
-    eyes: tuple[Optics, Optics],
-    geometry: _Geometry,
-    blur: bool,
-    blur_distance: Distances | None,
-    disparity_distance: Distances | None,
-    camera: float,
-    say: Progress,
-) -> StereoPair:
-    """Return the pair, with the pixels of a picture shifted by their disparity."""
-    shown = _distances(blur_distance, far, "blur_distance")
-    placed = 1 / _distances(disparity_distance, far, "disparity_distance")
-    found = []
-    for number, (optics, side) in enumerate(zip(eyes, (-0.5, 0.5), strict=True)):
-        shift = (camera - side) * geometry.disparity(placed) / geometry.pixel_angle
-        moved = warp(shift, placed)
-        columns = moved.source
-        true, blurred, own = (_nearest(one, columns) for one in (far, shown, placed))
-        picture = sample(light, shift, columns)
-        if blur:
-            picture = blur_picture(
-                picture, blurred, optics, pixel_angle=geometry.pixel_angle, progress=part_of(say, number, 2)
-            )
-        found.append(_Seen(picture, true, blurred, own, moved.is_invented))
-        if (share := float(moved.is_invented.mean())) > MAX_INPAINTED_FRACTION:
-            warnings.warn(
-                f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was inpainted: "
-                "move zero disparity nearer to the scene (vergence of the screen), or give a wider picture.",
-                FocalGradientWarning,
-                stacklevel=3,
-            )
-    return _pair(found, eyes, geometry, blur)
-
-
 def _nearest(values: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return a map's values at fractional columns by nearest neighbour, which creates no intermediate depth."""
     nearest = np.clip(np.rint(columns).astype(int), 0, values.shape[1] - 1)
     return np.take_along_axis(values, nearest, axis=1)
-
-
-def _pair(found: list[_Seen], eyes: tuple[Optics, Optics], geometry: _Geometry, blur: bool) -> StereoPair:
-    """Combine the views, with the ground truth of their pixels."""
-    placed = [one.placed - geometry.vergence for one in found]
-    views = [
-        EyeView(
-            one.light,
-            optics,
-            one.distance,
-            geometry.disparity(one.placed),
-            _radius(optics, one.blurred, blur),
-            monocular(placed[number], placed[1 - number], geometry.step, 1 - 2 * number),
-            one.is_invented,
-        )
-        for number, (one, optics) in enumerate(zip(found, eyes, strict=True))
-    ]
-    return StereoPair(views[0], views[1], geometry.pixel_angle, geometry.interocular, geometry.vergence)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.psf import Psf, psf_of
+from focalgradient.view import from_centre
 
 __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 
@@ -88,9 +89,8 @@ class Field:
     @staticmethod
     def coordinates(shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
         """Return the coordinates x (1 x W) and y (H x 1) of the pixels of a frame."""
-        longer = max(shape)
-        y, x = ((2 * np.arange(n) + 1 - n) / longer for n in shape)
-        return x[None], y[:, None]
+        x, y = (2 * way / max(shape) for way in from_centre(shape))
+        return x, y
 
     @staticmethod
     def terms(x: ArrayLike, y: ArrayLike) -> FloatArray:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from focalgradient.calibration.camera import Field
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.dual_pixel.halves import half_asymmetry, halves_of
 from focalgradient.errors import InputError, check_number
@@ -105,9 +106,8 @@ def calibrate_dual_pixel(views: Sequence[View], distance: float) -> DualPixelFit
             f"only {clear.mean():.0%} of the sheet shows the halves' asymmetry: check that left and right are not "
             "exchanged, the distances of the sheet and of the focus, and that the sheet has texture all over."
         )
-    y, x = ((2 * np.arange(n) + 1 - n) / max(found.shape) for n in found.shape)
-    x, y = np.broadcast_arrays(x[None], y[:, None])
-    terms = np.stack([np.ones_like(x), x, y, x**2, x * y, y**2])[:, clear].T
+    curved = Field.terms(*Field.coordinates(found.shape))
+    terms = np.concatenate([np.ones((1, *found.shape)), curved])[:, clear].T
     fitted, scale = fit_terms(terms, found[clear], 1 / np.hypot(sd[clear], 0.02), rounds=8)
     field = tuple(float(value) for value in fitted[1:] / fitted[0])
     lens = replace(optics.lens, aperture_tolerance=max(optics.lens.aperture_tolerance, LEFT_ERROR))

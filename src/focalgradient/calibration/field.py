@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.common_error import field_modes, spread_over
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.settings import used_blur
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.view import View
@@ -72,16 +74,11 @@ class FieldFit:
     coverage: float  # fraction of left-out pixels within two standard deviations; NaN without any
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Cells:
-    """Medians of the valid pixels of cells."""
+CELL = np.dtype([(name, float) for name in ("x", "y", "vergence", "defocus")] + [("which", int), ("fold", bool)])
+"""Fields of a cell: medians of its valid pixels (vergence and defocus in D), number of its map, half that it is in."""
 
-    which: NDArray[np.intp]  # index of the map
-    x: FloatArray
-    y: FloatArray
-    vergence: FloatArray
-    defocus: FloatArray
-    fold: NDArray[np.bool_]
+_Cells = Any
+"""A record array of `CELL`."""
 
 
 def _cells(maps: Sequence[DepthMap], focus: Sequence[float]) -> _Cells:
@@ -97,9 +94,8 @@ def _cells(maps: Sequence[DepthMap], focus: Sequence[float]) -> _Cells:
                     continue
                 middle = float(np.median(depth.vergence[part][valid]))
                 place = float(x[0, part[1]].mean()), float(y[part[0], 0].mean())
-                rows.append((number, *place, middle, middle - vergence_focus, (i // 2 + j // 2) % 2))
-    table = np.array(rows, float).reshape(-1, 6).T
-    return _Cells(table[0].astype(int), table[1], table[2], table[3], table[4], table[5] > 0)
+                rows.append((*place, middle, middle - vergence_focus, number, (i // 2 + j // 2) % 2))
+    return np.array(rows, CELL).view(np.recarray)
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,14 +161,8 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
     if not kept.any():
         return FieldFit(Field(), nothing, nothing, np.nan, np.nan, np.nan)
     places = np.unique(cells.which[kept])
-    cells = _Cells(
-        np.searchsorted(places, cells.which[kept]),
-        cells.x[kept],
-        cells.y[kept],
-        cells.vergence[kept],
-        cells.defocus[kept],
-        cells.fold[kept],
-    )
+    cells = cells[kept]
+    cells.which = np.searchsorted(places, cells.which)
     best, error = _Terms(), _spread(_left_out(cells, _Terms()))
     without = error
     x, y = Field.coordinates(maps[0].shape)
@@ -248,8 +238,6 @@ def _radius(camera: Calibration, f_number: float, focus: float) -> float:
 
 def _parts(depth: DepthMap, views: Sequence[View]) -> tuple[FloatArray, FloatArray]:
     """Return the SDs in dioptres due to the split-band test and due to noise (H x W each)."""
-    from focalgradient.depth.model_error import LEAST_BLUR  # deferred import: needed only with a map
-
     tau = float(depth.details.get("split_band", {}).get("tau", 0.0))
     pixel_angle = views[0].pixel_angle
     slopes = [view.optics.aperture_diameter / 2 / pixel_angle for view in views]

@@ -20,6 +20,12 @@ from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Reading
 from focalgradient.calibration.fit import Priors, calibrate
+from focalgradient.depth.equalise.likelihood import equalise
+from focalgradient.depth.noise import noise_from_residuals
+from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.read import parabola_minimum
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.search import Search
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, Blend, Disc, Gaussian, Psf, psf_of
 from focalgradient.view import View
@@ -129,13 +135,6 @@ def _measured_beside(
     focus: float, views: Sequence[View], f_numbers: Sequence[float], psf: Psf, noise: float | None
 ) -> PairBlur | None:
     """Measure the blur on one side of the stand-in optics' `focus` (D): beyond `LARGEST`, or nearer than 0."""
-    from focalgradient.depth.equalise.likelihood import equalise
-    from focalgradient.depth.noise import noise_from_residuals
-    from focalgradient.depth.numerics import block_sum
-    from focalgradient.depth.read import parabola_minimum
-    from focalgradient.depth.registration import RegisteredViews
-    from focalgradient.depth.search import Search
-
     optics = [_Stop(2 * ANGLE * min(f_numbers) / number, focus) for number in f_numbers]
     registered = RegisteredViews.of(
         [View(view.image, stop, ANGLE, mask=view.mask) for view, stop in zip(views, optics, strict=True)], True

@@ -20,8 +20,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter, minimum_filter
 
 from focalgradient.calibration.camera import Calibration, Field
+from focalgradient.calibration.field import apply_calibration
 from focalgradient.calibration.fit import Priors
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.errors import InputError
@@ -133,8 +135,6 @@ class _Pixels:
 
 def _away_from_jumps(distance: FloatArray) -> NDArray[np.bool_]:
     """Return a mask of pixels without a discontinuity or hole of the depth camera's map within `BESIDE_JUMP` pixels."""
-    from scipy.ndimage import maximum_filter, minimum_filter
-
     log = np.log(np.where(np.isfinite(distance) & (distance > 0), distance, 1.0))
     jump = (maximum_filter(log, 3) - minimum_filter(log, 3) > JUMP) | ~np.isfinite(distance)
     return np.asarray(~maximum_filter(jump, 2 * BESIDE_JUMP + 1), bool)
@@ -280,14 +280,12 @@ def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, f
     The scene's map, computed with the marks on the lens, is converted to the fitted camera, which is exact for views
     with one focus.
     """
-    from focalgradient.calibration.field import apply_calibration
-
     camera = fit.calibration
     marked = scene.views[0].optics.focus_vergence
     lenses = [camera.lens(*mark) for mark in marks]
     share = lenses[0].aperture_diameter / scene.views[0].optics.aperture_diameter
     vergence = lenses[0].focus_vergence + (scene.depth.vergence - marked) / share
-    views = [replace_optics(view, lens) for view, lens in zip(scene.views, lenses, strict=True)]
+    views = [replace(view, optics=lens) for view, lens in zip(scene.views, lenses, strict=True)]
     moved = replace(scene.depth, vergence=vergence, vergence_sd=scene.depth.vergence_sd / share)
     found = apply_calibration(moved, views, camera, marks)
     true = 1 / (scene.distance + camera.offset)
@@ -307,8 +305,3 @@ def score_scene(scene: KnownScene, fit: SceneFit, marks: Sequence[tuple[float, f
         float(np.mean(np.minimum(relative, 1.0))),
         float((np.abs(off) < 2 * sd).mean()),
     )
-
-
-def replace_optics(view: View, optics: object) -> View:
-    """Return a view with other optics."""
-    return View(view.image, optics, view.pixel_angle, mask=view.mask)  # type: ignore[arg-type]

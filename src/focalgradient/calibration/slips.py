@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -69,6 +69,25 @@ class _Stated:
     focal_length: float
     pixel_pitch: float
     priors: Priors
+
+    def scaled(self, factor: float, *names: str) -> _Stated:
+        """Return the values with the fields `names` of each reading, where known, multiplied by a factor."""
+
+        def change(reading: Reading) -> Reading:
+            known = {name: getattr(reading, name) for name in names}
+            return replace(reading, **{name: factor * value for name, value in known.items() if value is not None})
+
+        return replace(self, readings=[change(reading) for reading in self.readings])
+
+    def exchanged(self, name: str, values: dict[float, float], **only: float) -> _Stated:
+        """Return the values with the field `name` changed as in `values`, of readings whose fields are as in `only`."""
+
+        def change(reading: Reading) -> Reading:
+            value = getattr(reading, name)
+            within = all(getattr(reading, key) == wanted for key, wanted in only.items())
+            return replace(reading, **{name: values.get(value, value)}) if within else reading
+
+        return replace(self, readings=[change(reading) for reading in self.readings])
 
     def improbability(self) -> float:
         """Return minus twice the log posterior density of the best camera; infinite if none is possible."""
@@ -230,20 +249,13 @@ def prediction_errors(
 def _candidates(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
     """Yield likely errors in words, with the corrected values."""
     readings = stated.readings
-
-    def changed(change: Callable[[Reading], Reading]) -> _Stated:
-        return replace(stated, readings=[change(reading) for reading in readings])
-
     for unit, metres in UNITS.items():
-        yield f"distances in {unit}: give distance_m in metres", changed(_scaled("distance", metres))
+        yield f"distances in {unit}: give distance_m in metres", stated.scaled(metres, "distance")
         if any(reading.focus_distance for reading in readings):
             text = f"focus marks in {unit}: give focus_distance_m in metres"
-            yield text, changed(_scaled("focus_distance", metres))
-            both = [_scaled("focus_distance", metres)(_scaled("distance", metres)(reading)) for reading in readings]
-            yield (
-                f"distances and focus marks in {unit}: give distance_m and focus_distance_m in metres",
-                replace(stated, readings=both),
-            )
+            yield text, stated.scaled(metres, "focus_distance")
+            text = f"distances and focus marks in {unit}: give distance_m and focus_distance_m in metres"
+            yield text, stated.scaled(metres, "distance", "focus_distance")
     for name, key, unit in (
         ("distance", "distance_m", " m"),
         ("f_number", "f_number", ""),
@@ -254,21 +266,14 @@ def _candidates(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
         what = name.replace("_", "-" if name == "f_number" else " ")
         for one, other in combinations(values, 2):
             text = f"the {what}s {words[one]} and {words[other]} exchanged: check {key} of these photographs"
-            yield text, changed(_exchanged(name, {one: other, other: one}))
+            yield text, stated.exchanged(name, {one: other, other: one})
         if len(values) > 3:
             turned = dict(zip(values, values[::-1], strict=True))
-            yield f"the {what}s in reverse order: check {key}", changed(_exchanged(name, turned))
+            yield f"the {what}s in reverse order: check {key}", stated.exchanged(name, turned)
     for factor in PITCHES:
         pitch = 1e6 * factor * stated.pixel_pitch
         text = f"a pixel pitch of {pitch:.3g} um: check pixel_pitch_um, of the photographs as they are given"
-        yield (
-            text,
-            replace(
-                stated,
-                pixel_pitch=stated.pixel_pitch * factor,
-                readings=[replace(r, width=factor * r.width, width_sd=factor * r.width_sd) for r in readings],
-            ),
-        )
+        yield text, replace(stated.scaled(factor, "width", "width_sd"), pixel_pitch=stated.pixel_pitch * factor)
     for factor in LENGTHS:
         length = 1e3 * factor * stated.focal_length
         text = f"a focal length of {length:.3g} mm: check focal_length_mm, which is not the full-frame equivalent"
@@ -283,20 +288,15 @@ def _single_values(stated: _Stated) -> Iterator[tuple[str, _Stated]]:
         return
     for distance in distances:
         for factor in DIGITS:
-            change = _exchanged("distance", {distance: factor * distance})
             text = f"{factor * distance:g} m for the distance of {distance:g} m: measure it again"
-            yield text, replace(stated, readings=[change(reading) for reading in readings])
+            yield text, stated.exchanged("distance", {distance: factor * distance})
         for one, other in combinations(stops, 2):
-            change = _exchanged("f_number", {one: other, other: one})
-            corrected = [change(r) if r.distance == distance else r for r in readings]
             text = f"f/{one:g} and f/{other:g} exchanged at {distance:g} m: check f_number of these photographs"
-            yield text, replace(stated, readings=corrected)
+            yield text, stated.exchanged("f_number", {one: other, other: one}, distance=distance)
     for stop in stops if len(stops) > 1 else ():
         for one, other in combinations(distances, 2):
-            change = _exchanged("distance", {one: other, other: one})
-            corrected = [change(r) if r.f_number == stop else r for r in readings]
             text = f"{one:g} m and {other:g} m exchanged at f/{stop:g}: check distance_m of these photographs"
-            yield text, replace(stated, readings=corrected)
+            yield text, stated.exchanged("distance", {one: other, other: one}, f_number=stop)
 
 
 def _without_each(stated: _Stated) -> Iterator[tuple[str, _Stated, float]]:
@@ -307,23 +307,3 @@ def _without_each(stated: _Stated) -> Iterator[tuple[str, _Stated, float]]:
         expected = len(stated.readings) - len(others)  # chi-square of correct readings
         text = f"another distance than {distance:g} m: measure it again"
         yield text, replace(stated, readings=others), SINGLE_VALUE_PENALTY + expected
-
-
-def _scaled(name: str, factor: float) -> Callable[[Reading], Reading]:
-    """Return a function that multiplies the field `name` of a reading by a factor, if it is known."""
-
-    def change(reading: Reading) -> Reading:
-        value = getattr(reading, name)
-        return reading if value is None else replace(reading, **{name: factor * value})
-
-    return change
-
-
-def _exchanged(name: str, values: dict[float, float]) -> Callable[[Reading], Reading]:
-    """Return a function that replaces the field `name` of a reading by the value assigned to it in `values`."""
-
-    def change(reading: Reading) -> Reading:
-        value = getattr(reading, name)
-        return replace(reading, **{name: values.get(value, value)})
-
-    return change

@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from focalgradient.depth.edges import average_segments, measure_edges
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.view import View
 
@@ -62,8 +63,6 @@ def measure_target(view: View) -> TargetBlur:
     FocalGradientWarning
         If few edges look like blurred steps, because of texture, a tone curve or sharpening; all edges are then used.
     """
-    from focalgradient.depth.edges import average_segments, measure_edges
-
     edges = measure_edges(view.image, mask=view.mask)
     contrast = np.where(np.isfinite(edges.radius), edges.high - edges.low, 0.0)
     strong = contrast > MIN_RELATIVE_CONTRAST * np.quantile(contrast, 0.99) if contrast.size else contrast > 0

@@ -22,12 +22,13 @@ from focalgradient.cli.program import (
     writable,
     write_set,
 )
-from focalgradient.cli.shapes import ShapeAsked
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
 from focalgradient.depth.settings import AUTO
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_json, refuse_overwriting
+from focalgradient.options.shapes import ShapeAsked
 from focalgradient.plausibility import given_as
+from focalgradient.progress import part_of
 from focalgradient.quantities import CENTIMETRES, METRES, POSITIVE
 
 if TYPE_CHECKING:
@@ -159,7 +160,6 @@ def blur(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     from focalgradient.photographs import depth_pairs
-    from focalgradient.progress import part_of
     from focalgradient.stimuli import Viewing, viewed_files, with_frames
     from focalgradient.stimuli.sets import npy
 

@@ -11,9 +11,9 @@ import click
 
 from focalgradient.cli.generate import command, options_named
 from focalgradient.cli.program import announce, placing, resumable, show, warnings_given, writable
-from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_toml, refuse_overwriting
+from focalgradient.options.shapes import AUTO_SHAPE, ShapeAsked
 
 __all__ = ["calibrate"]
 

@@ -23,11 +23,11 @@ from focalgradient.cli.program import (
     with_options,
     writable,
 )
-from focalgradient.cli.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.depth.known_points import KnownPoint, checked_points
 from focalgradient.depth.recover import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.options.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
 
@@ -105,7 +105,8 @@ def depth(
     differ between pixels, and common_sd for errors common to the frame, such as that of the focus. Pixels that are not
     valid have no usable estimate; with --dense they have a completed one, and `evidence` is 2 where depth is measured,
     1 near such pixels and 0 where it is extrapolated. `beyond` is -1 where depth lies farther than the search, 1 where
-    it lies nearer; with --method autofocus, at or beyond the focus at that end.
+    it lies nearer; with --method autofocus, at or beyond the focus at that end. With one focus and two apertures more
+    blur than is searched may lie on either side of it: the summary states the distances.
 
     \b
     Methods and their uses:

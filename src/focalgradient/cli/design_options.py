@@ -7,22 +7,21 @@ from typing import Any
 
 import click
 
+from focalgradient.errors import InputError, check_one_of
+from focalgradient.tasks import task_named, task_names
+from focalgradient.tasks.registry import load_file
+
 __all__ = ["TASK_FILE", "simulated_task", "with_trials"]
 
 
 def _load(_: click.Context, __: click.Parameter, files: tuple[Path, ...]) -> None:
     """Load task files, before other options are parsed that may name their tasks."""
-    from focalgradient.tasks.registry import load_file
-
     for file in files:
         load_file(file)
 
 
 def simulated_task(argument: str, given: str) -> str:
     """Return the name of a task with simulated observers, by its name or Python file."""
-    from focalgradient.errors import InputError, check_one_of
-    from focalgradient.tasks import task_named, task_names
-
     name = task_named(given).called if given.endswith(".py") else given
     tasks = [task_named(each) for each in task_names()]
     name = next((task.called for task in tasks if task.name == name), name)

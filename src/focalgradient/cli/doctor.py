@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
-from focalgradient.cli.generate import File, Folder, command
+from focalgradient.cli.generate import Folder, Made, command
 from focalgradient.cli.program import show, writable, write_set
 from focalgradient.errors import InputError
-from focalgradient.quantities import Quantity
+from focalgradient.luminance import parse_luminance, read_luminance
 
 if TYPE_CHECKING:
     from focalgradient.lab.computer import Check
@@ -23,17 +23,9 @@ __all__ = ["doctor", "table"]
 @command("Check screen, keyboard and disk for the experiments.")
 def doctor(
     *,
-    monitor: Annotated[str | None, "NAME"] = None,
-    screen: Annotated[int, click.IntRange(min=0)] = 0,
+    asked: Annotated[Any, Made("focalgradient.lab.options:CheckOptions")],
     data: Folder = Path("data"),
-    seconds: Annotated[float, Quantity(words="seconds", least=0.1, most=600)] = 10.0,
-    windowed: bool = False,
-    luminance: File | None = None,
     photometer: Annotated[str | None, "NAME:PORT"] = None,
-    markers: File | None = None,
-    triggers: Annotated[tuple[str, ...], "PORT"] = (),
-    codes: File | None = None,
-    card: bool = False,
 ) -> None:
     """Check what the experiments need: screen and frames, size, gamma, keyboard, triggers, clock, disk, versions.
 
@@ -50,51 +42,22 @@ def doctor(
 
     Parameters
     ----------
-    monitor
-        Name of the screen in PsychoPy's Monitor Center.
-    screen
-        Number of the screen.
     data
         Folder to which data will be written.
-    seconds
-        Duration of counting dropped frames, in seconds: 0.1 to 600.
-    windowed
-        Check a window instead of the whole screen.
-    luminance
-        Photometer measurements (CSV: level, red, green, blue, grey in cd/m2): fitted, plotted as FILE-fit.png, and
-        stored for the experiments with --monitor.
     photometer
         Measure with a photometer, such as LS100:/dev/ttyUSB0, and write the FILE of --luminance.
-    markers
-        Python file with mark(), as for run: test pulses of code 60 are sent and timed.
-    triggers
-        Trigger port, as for run (parallel:..., serial:..., lsl, file:PATH): test pulses are sent and timed.
-    codes
-        TOML file with custom event codes, as for run.
-    card
-        Measure the screen's size with a bank card held against it.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.lab.computer import check_disk, check_screen, check_versions, measure_luminance
 
-    measured, light = None, []
+    measured, light, luminance = None, [], asked.luminance
     if photometer is not None:
         if luminance is None:
             raise InputError("--photometer needs a file for its measurements: give --luminance FILE.")
         writable(luminance.parent, [luminance.name, _drawing(luminance).name])
-        measured = measure_luminance(photometer, screen=screen, windowed=windowed)
+        measured = measure_luminance(photometer, screen=asked.screen, windowed=asked.windowed)
     if luminance is not None:
-        light = [*_luminance(luminance, measured, monitor)]
-    window = check_screen(
-        screen=screen,
-        seconds=seconds,
-        monitor=monitor,
-        windowed=windowed,
-        luminance=luminance,
-        markers=markers,
-        triggers=triggers,
-        codes=codes,
-        card=card,
-    )
+        light = [*_luminance(luminance, measured, asked.monitor)]
+    window = check_screen(asked)
     checks = [*window, *light, *check_disk(data), check_versions()]
     well = all(check.well for check in checks)
     show({"well": well, "checks": [asdict(check) for check in checks]}, table(checks))
@@ -109,7 +72,6 @@ def _drawing(path: Path) -> Path:
 def _luminance(path: Path, measured: str | None, monitor: str | None) -> Iterator[Check]:
     """Fit and plot a photometer's table, which is written too if it is newly measured; return its checks."""
     from focalgradient.lab.computer import check_luminance
-    from focalgradient.luminance import parse_luminance, read_luminance
     from focalgradient.plotting.figures import as_file
     from focalgradient.plotting.luminance import luminance_figure
 

@@ -14,6 +14,7 @@ from focalgradient.cli.program import resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting, write_whole
+from focalgradient.optics import refocused
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import METRES, POSITIVE
 
@@ -71,7 +72,6 @@ def focus_series(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.live import FocusSeries, packed
     from focalgradient.live.kept import MARK
-    from focalgradient.optics import refocused
 
     names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if web else [])]
     writable(out, names, [picture, depth])

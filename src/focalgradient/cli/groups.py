@@ -11,6 +11,7 @@ import click
 
 from focalgradient.cli.generate import Given, Made
 from focalgradient.errors import InputError
+from focalgradient.parallel import shared, workers_for
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import CENTIMETRES, LUMINANCE, METRES, MICROMETRES
 
@@ -76,8 +77,6 @@ class Work:
 
         `seconds` is the approximate time on one core: without --workers, longer work is run in parallel.
         """
-        from focalgradient.parallel import shared, workers_for
-
         if self.workers is not None and self.scheduler is not None:
             raise InputError("--workers and --scheduler both set where the work is done: give one of them.")
         return shared(self.workers or workers_for(seconds), self.scheduler)

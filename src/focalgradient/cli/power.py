@@ -17,6 +17,7 @@ from focalgradient.cli.program import announce, resumable, show, writable, write
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.quantities import POSITIVE
+from focalgradient.tasks import task_named
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -132,8 +133,8 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
-    from focalgradient.power import TaskStudy, run
     from focalgradient.power import power as sum_up
+    from focalgradient.power import run
     from focalgradient.power import sensitivity as power_by_assumption
     from focalgradient.statistics import as_table
 
@@ -154,8 +155,7 @@ def power(
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
-    who = "observers of the task" if isinstance(study, TaskStudy) else "subjects from a statistical model"
-    lines = [f"Simulated {who}: proportion of experiments that find"]
+    lines = [f"Simulated {study.people}: proportion of experiments that find"]
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:
@@ -200,7 +200,6 @@ def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> 
     """Return the power study of a task, given its design and options."""
     from focalgradient.design import design_of
     from focalgradient.power import study_of
-    from focalgradient.tasks import task_named
 
     task = task_named(name)
     shown = design_of(task.name, design)

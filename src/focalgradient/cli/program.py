@@ -19,7 +19,6 @@ from typing import Any, NoReturn
 import click
 import numpy as np
 
-from focalgradient.cli.messages import missing, usage, with_options
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import (
     earlier_files,
@@ -31,6 +30,7 @@ from focalgradient.files import (
     replace_set,
     replacing,
 )
+from focalgradient.options.messages import missing, usage, with_options
 from focalgradient.progress import Progress
 from focalgradient.termination import exit_code, terminable
 

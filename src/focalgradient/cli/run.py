@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from focalgradient.errors import check_one_of
+from focalgradient.tasks import task_named
 
 __all__ = ["run"]
 
@@ -44,7 +45,6 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
         click.echo(context.get_help())
         return
     from focalgradient import lab
-    from focalgradient.tasks import task_named
 
     program = f"{context.command_path} {name}"
     if name.endswith(".py"):

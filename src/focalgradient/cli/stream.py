@@ -26,6 +26,7 @@ from focalgradient.cli.program import (
 )
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting
+from focalgradient.optics import Lens
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import APERTURE_RATIO, FOCUS, MICROMETRES, MILLIMETRES
 
@@ -104,7 +105,6 @@ def stream(
     }
     _check(optics)
     settings["psf"] = settings["psf"].shape()
-    from focalgradient.optics import Lens
     from focalgradient.video import DepthStream, Source, luminance, radiance_levels, write_depth
 
     places = _places(video, out, values)

@@ -15,10 +15,10 @@ from focalgradient.cli.groups import OF_DEPTH, DepthFile
 from focalgradient.cli.person import PERSON, eye_notes, eye_of, eye_state
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.optics import Lens, Optics
 from focalgradient.quantities import APERTURE_RATIO, DEGREES, METRES, MICROMETRES, MILLIMETRES
 
 if TYPE_CHECKING:
-    from focalgradient.optics import Optics
     from focalgradient.photographs import DepthPicture
 
 __all__ = ["DISTANCE", "NAMED", "LensOrEye", "Read", "Stored", "Through", "read_picture_and_depth", "settings_given"]
@@ -74,8 +74,6 @@ class Through:
 
     def focused(self, vergence: float) -> Optics:
         """Return the lens or eye, focused at a vergence (D)."""
-        from focalgradient.optics import Lens
-
         pupil = self.pupil is not None or self.person.has_natural_pupil
         if not self.person.is_empty and (self.is_lens or self.eye_file is not None or not pupil):
             raise InputError(

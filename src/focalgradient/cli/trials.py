@@ -10,6 +10,7 @@ from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import Folder, command
 from focalgradient.errors import InputError
 from focalgradient.files import printable, write_whole
+from focalgradient.tasks import task_named
 
 __all__ = ["trials"]
 
@@ -53,7 +54,6 @@ def trials(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.design import load_design
     from focalgradient.stimuli import read_set, trial_list
-    from focalgradient.tasks import task_named
 
     chosen = load_design(design) if design.endswith(".toml") else task_named(design).design()
     pictures = None if stimuli is None else read_set(stimuli)

@@ -2,13 +2,14 @@
 
 from focalgradient.dataset.answers import Answer, Apparatus, Chosen, Noted, Rated, Response, Watched, answer_event
 from focalgradient.dataset.bids import Files, Kind, begin_dataset, export, journals
-from focalgradient.dataset.checks import VALIDATOR, Findings, bids_problems, checking, checking_bids, validate
+from focalgradient.dataset.checks import Findings, checking, validate
 from focalgradient.dataset.journal import Journal, Log, read_journal
 from focalgradient.dataset.mend import Repair, repair
 from focalgradient.dataset.percepts import Percept, Press, Seen, percepts
 from focalgradient.dataset.read import DataSet, read_dataset
 from focalgradient.dataset.session import Session
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
+from focalgradient.dataset.validator import VALIDATOR, bids_problems, checking_bids
 from focalgradient.dataset.withdrawal import withdraw
 
 __all__ = [

@@ -5,14 +5,18 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
-from typing import Any
+from typing import Annotated, Any
 
 from focalgradient.dataset.percepts import Press, percepts
 from focalgradient.errors import InputError, check_fields
+from focalgradient.quantities import Range
 from focalgradient.tasks import Noted, Response
 from focalgradient.tasks.noted import EXTRA, OpenRecord
 
 __all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event", "fields_of"]
+
+
+GAMMA = Range("exponents of luminance", positive=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,34 +54,31 @@ class Apparatus:
     """
 
     clock: str
-    screen_px: tuple[int, int] | None = None
-    screen_m: tuple[float, float] | None = None
-    screen_sd_m: tuple[float, float] | None = None
-    viewing_distance_m: float | None = None
-    viewing_distance_sd_m: float | None = None
-    refresh_hz: float | None = None
-    gamma: float | None = None
-    gamma_channels: tuple[float, float, float] | None = None
-    gamma_seen: tuple[float, float] | None = None
-    white_cd_m2: float | None = None
+    screen_px: Annotated[tuple[int, int], Range("pixels", positive=True)] | None = None
+    screen_m: Annotated[tuple[float, float], Range("metres", positive=True)] | None = None
+    screen_sd_m: Annotated[tuple[float, float], Range("metres", 0)] | None = None
+    viewing_distance_m: Annotated[float, Range("metres", positive=True)] | None = None
+    viewing_distance_sd_m: Annotated[float, Range("metres", 0)] | None = None
+    refresh_hz: Annotated[float, Range("hertz", positive=True)] | None = None
+    gamma: Annotated[float, GAMMA] | None = None
+    gamma_channels: Annotated[tuple[float, float, float], GAMMA] | None = None
+    gamma_seen: Annotated[tuple[float, float], Range("exponents of luminance", 0)] | None = None
+    white_cd_m2: Annotated[float, Range("cd/m^2", positive=True)] | None = None
     versions: Mapping[str, str] = field(default_factory=dict)
     stereoscope: Mapping[str, Any] | None = None
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rated(metaclass=OpenRecord):
-    """Answer to a rating trial.
+class Rated(Response):
+    """Answer to a rating trial, with the parameters of `Response`; `onset` is that of the picture.
 
     Parameters
     ----------
-    onset
-        Onset of the picture, in s on the clock of the sitting.
     rating
         Ratio to the standard, or a value on the design's other scale.
-    response_time
-        Time from the question to the answer, in s.
-    dropped_frames
-        Number of frames dropped during the trial.
     confidence
         Confidence from 0 to 1, if it was asked for.
     stimulus
@@ -88,24 +89,18 @@ class Rated(metaclass=OpenRecord):
         Largest distance of a fixation from the object to be fixated, in degrees; None if unknown or not recorded.
     gaze_left
         Whether that exceeds the design's limit or is unknown; None if gaze was not recorded.
-    extra
-        Additional values by name, from keywords other than the fields above.
     """
 
-    onset: float
     rating: float
-    response_time: float
-    dropped_frames: int = 0
     confidence: float | None = None
     stimulus: str | None = None
     start: float | None = None
     gaze_away: float | None = None
     gaze_left: bool | None = None
-    extra: Mapping[str, Noted] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_fields(self)
-        _finite(self, "onset", "response_time", "confidence", "gaze_away")
+        Response.__post_init__(self)
+        _finite(self, "confidence", "gaze_away")
         if not math.isfinite(self.rating):
             raise InputError(f"rating is {self.rating!r}, but must be a finite number.")
 
@@ -150,47 +145,37 @@ class Watched(metaclass=OpenRecord):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chosen(metaclass=OpenRecord):
+class Chosen(Response):
     """Answer to a two-interval forced-choice (2IFC) trial, with the level that a procedure had chosen.
+
+    It also has the parameters of `Response`; `onset` is that of the first picture.
 
     Parameters
     ----------
-    onset
-        Onset of the first picture, in s on the clock of the sitting.
     level
         Level added in one interval, in dioptres or millimetres.
     answer
         Interval chosen, 1 or 2.
     correct
         Whether the interval with the added level was chosen.
-    response_time
-        Time from the question to the answer, in s.
-    dropped_frames
-        Number of frames dropped during the trial.
     stimulus
         File of the picture that was blurred, as named in the manifest.
-    extra
-        Additional values by name, from keywords other than the fields above.
     """
 
-    onset: float
     level: float
     answer: int
     correct: bool
-    response_time: float
-    dropped_frames: int = 0
     stimulus: str | None = None
-    extra: Mapping[str, Noted] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        check_fields(self)
-        _finite(self, "onset", "level", "response_time")
+        Response.__post_init__(self)
+        _finite(self, "level")
         if self.answer not in (1, 2):
             raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")
 
 
-Answer = Rated | Watched | Chosen | Response
-"""Answer to any trial; `Response` belongs to user-defined tasks."""
+Answer = Response | Watched
+"""Answer to any trial."""
 
 
 def answer_event(answer: Answer) -> dict[str, Any]:

@@ -376,11 +376,12 @@ def make_table(journal: Path) -> Files:
     """Write table and sidecar of a journal that the caller owns: see `export`."""
     log = read_journal(journal)
     files = files_of(log)
-    if files.table.exists() and not _begins(table_text(log), read_bytes(files.table, "a table")):
+    made = derived_files(log, files)
+    if files.table.exists() and not _begins(made[files.table].decode(), read_bytes(files.table, "a table")):
         raise InputError(f"{files.table} differs from its journal {journal}: move it away, and it is written again.")
     with writing(files.table):
         make_folder(files.table.parent)
-        for path, content in derived_files(log, files).items():
+        for path, content in made.items():
             create_whole(path, content, replace=True)
         if failed_practice(log) and (files.root / "participants.tsv").exists():
             _state_practice(files.root, files.participant, files.task)
@@ -460,12 +461,11 @@ def sidecar_of(log: Log) -> dict[str, Any]:
         "Keys": head["keys"],
         "StimuliSHA256": head["stimuli"],
         "Sittings": [{"Apparatus": sitting["apparatus"], "Versions": sitting["versions"]} for sitting in sittings],
+        "Journal": {"Events": len(log.events), "Chain": log.last},
     }
     about = head.get("about")
     if isinstance(about, dict) and (seen := {key: value for key, value in about.items() if key not in ABOUT}):
         content["Participant"] = seen
-    if log.chained:
-        content["Journal"] = {"Events": len(log.events), "Chain": log.last}
     repaired = [{key: value for key, value in event.items() if key != "event"} for event in log.of("repaired")]
     if repaired:
         content["Repaired"] = repaired

@@ -20,7 +20,9 @@ from pydantic import (
     model_validator,
 )
 
+from focalgradient.dataset.answers import Apparatus
 from focalgradient.dataset.columns import columns_of
+from focalgradient.errors import InputError
 from focalgradient.files.columns import MOST, Column, cell_test
 from focalgradient.tasks import is_task, task_named
 from focalgradient.tasks.noted import NAME
@@ -83,6 +85,14 @@ class _Sitting(_Model):
     apparatus: dict[str, Any] = Field(description="a table")
     versions: dict[str, Any] = Field(description="a table")
     time: Annotated[str, AfterValidator(_with_zone)] = Field(description="a date and time with its zone")
+
+    @model_validator(mode="after")
+    def _has_apparatus(self) -> Self:
+        try:
+            Apparatus(**self.apparatus, versions=self.versions)
+        except (InputError, TypeError) as error:
+            raise ValueError(f"apparatus: {str(error).rpartition(':')[0] or error}") from error
+        return self
 
 
 class _Begun(_Sitting):
@@ -230,6 +240,8 @@ NOTES: dict[Any, type[_Model]] = {
 }
 FOCUS_NOTES: dict[Any, type[_Model]] = {"eye tracker": _Tracker, "focus": _Focus, "gaze": _FocusGaze}
 EVENTS: dict[str, type[_Model]] = {"begun": _Begun, "resumed": _Sitting}
+WITHOUT_MODEL = ("note", "repaired")
+"""Events of any content."""
 FOCUS_EVENTS: dict[str, type[_Model]] = {"begun": _FocusBegun}
 
 
@@ -256,6 +268,8 @@ def event_error(event: Event, head: Event, tests: CellTests | None = None) -> st
     'trial is 0, but must be a whole number of 1 or more'
     """
     model = _model_of(event, head)
+    if model is None and event["event"] not in WITHOUT_MODEL:
+        return f"event is {_shown(event, 'event')}, but must be one of {', '.join((*EVENTS, 'trial', *WITHOUT_MODEL))}"
     if model is None:
         return None
     if tests is None and issubclass(model, _Trial):

@@ -5,8 +5,7 @@ lines are kept, and at most the last one is truncated: it is skipped and listed,
 newline.
 
 Each line ends with its "chain": the digest of the previous line, and its own, computed from that and the rest of the
-line. Lines that were changed, added or removed later break the chain. Journals of earlier versions have no chain; lines
-appended to them chain everything above.
+line. Lines that were changed, added or removed later break the chain.
 """
 
 from __future__ import annotations
@@ -73,8 +72,6 @@ class Log:
         Numbers of lines whose own digest is wrong.
     lines
         Line number of each event.
-    chained
-        Whether every line is chained.
     last
         Digest of the last line; "" for an empty journal.
     """
@@ -86,7 +83,6 @@ class Log:
     changed: tuple[str, ...] = ()
     altered: tuple[int, ...] = ()
     lines: tuple[int, ...] = ()
-    chained: bool = False
     last: str = ""
 
     @property
@@ -355,7 +351,6 @@ class _Scan:
         self.altered: list[int] = []
         self.tests: CellTests | None = None
         self.last = ""
-        self.first_chained = 0
         self.cut = 0
         self.beheaded = False
 
@@ -397,12 +392,10 @@ class _Scan:
         """Verify the chain at a line."""
         found = CHAIN.search(line, max(len(line) - LONGEST_CHAIN, 0))
         if found is None:
-            if self.first_chained or "chain" in event:
-                self._change(f"line {number} was added or changed after the session: it has no chain")
-                self.altered.append(number)
+            self._change(f"line {number} was added or changed after the session: it has no chain")
+            self.altered.append(number)
             self.last = _digest(self.last, line)
             return
-        self.first_chained = self.first_chained or number
         before, own = ((part or b"").decode() for part in found.groups())
         if _digest(before, line[: found.start()] + b"}") != own:
             self._change(f"line {number} was changed after it was written")
@@ -416,7 +409,6 @@ class _Scan:
         if self.beheaded or not self.events:
             sentence = f"{self.path} does not start with the first line of a journal: restore the file from a copy."
             self.damaged.insert(0, sentence)
-        first = self.lines[0] if self.lines else 0
         return Log(
             self.path,
             tuple(self.events),
@@ -425,7 +417,6 @@ class _Scan:
             tuple(self.changed),
             tuple(self.altered),
             tuple(self.lines),
-            bool(self.lines) and self.first_chained == first,
             self.last,
         )
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import BeforeValidator, ConfigDict, Field
 
@@ -164,8 +164,6 @@ class _Condition(Table):
 
 class _CodesFile(Table):
     """File of codes."""
-
-    tables: ClassVar[dict[str, type[Table]]] = {"codes": _OwnMarker, "condition": _Condition}
 
     codes: dict[str, Annotated[_OwnMarker, BeforeValidator(_with_code)]] = Field(
         {}, description="a table of names with their codes, such as picture = 11"

@@ -45,6 +45,9 @@ CLOCK_TOLERANCE = timedelta(days=1)
 EARLIEST = datetime(2026, 1, 1, tzinfo=UTC)
 """Year of the first version: an earlier date is that of a clock that was not set."""
 
+NO_PICTURE: tuple[str, str, str, Mapping[str, str]] = ("", "", "", {})
+"""Picture of a trial that shows none of the set, which no manifest lists."""
+
 LEAVE_OUT = "compare the journal with a copy, or leave the session out."
 
 
@@ -89,9 +92,14 @@ def implausible(
         if event["event"] == "trial" and event["phase"] == "main":
             shown.append((sitting, event))
         sitting += event["event"] == "resumed"
-    found = [*_wrong_times(shown, design), *_wrong_further(shown, design), *_wrong_pictures(shown, design, pictures)]
+    main = {trial.trial: trial for trial in planned if trial.phase == "main"}
+    found = [
+        *_wrong_times(shown, design),
+        *_wrong_further(shown, design),
+        *_wrong_pictures(shown, design, main, pictures),
+    ]
     if task_named(design.task).percepts:
-        found += _wrong_presses(log, design, {trial.trial: trial for trial in planned if trial.phase == "main"})
+        found += _wrong_presses(log, design, main)
     yield from (f"{what}: {LEAVE_OUT}" for what in found)
 
 
@@ -172,11 +180,20 @@ def _wrong_further(shown: Sequence[tuple[int, Event]], design: Design) -> Iterat
 
 
 def _wrong_pictures(
-    shown: Sequence[tuple[int, Event]], design: Any, pictures: Mapping[tuple[str, ...], str]
+    shown: Sequence[tuple[int, Event]],
+    design: Any,
+    planned: Mapping[int, Trial],
+    pictures: Mapping[tuple[str, ...], str],
 ) -> Iterator[str]:
     task = task_named(design.task)
-    for _, event in shown if pictures else ():
-        name, wanted = event.get("stimulus"), task.picture_file(design, event, pictures)
+    if task.pictured is None or not pictures:
+        return
+    for _, event in shown:
+        if event["trial"] not in planned:
+            continue  # reported by the replay
+        scene, aperture, fixation, levels = task.pictured(design, planned[event["trial"]]).get("picture", NO_PICTURE)
+        key = scene, aperture, fixation, *(f"{factor}={level}" for factor, level in sorted(levels.items()))
+        name, wanted = event.get("stimulus"), pictures.get(key)
         if name != wanted:
             other = wanted or "none of the manifest"
             yield f"trial {event['trial']}: its picture is {name or 'missing'}, but its condition's is {other}"

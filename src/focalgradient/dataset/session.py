@@ -336,7 +336,8 @@ class Session:
                 raise InputError(f"{wrong[0]!r} is a reserved name in data sets: use another name.")
             if not (noted := _noted(answer_event(answer))).keys() <= self._noted.keys():
                 check_noted([*self._noted.values(), *noted.values()])
-        self.task.check_answer(self.design, trial, answer)
+        if self.task.check_answer is not None:
+            self.task.check_answer(self.design, trial, answer)
 
     def note(self, kind: str, **content: Any) -> None:
         """Record another event, such as a break, in the journal."""

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.optics_check import likelier_slip
-from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING, OUTSIDE
+from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING
 from focalgradient.depth.estimate import Estimate, Problem
-from focalgradient.depth.registration import RegisteredViews, resample
+from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
+from focalgradient.depth.validity import OUTSIDE
 
 __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes", "shows_nothing"]
 
@@ -141,6 +142,8 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
             "distances, and their order (f_number, focus_distance)"
         )
         causes = sorted([Cause("optics", 1.0, text), *causes], key=_rank)
+    if causes[0].name == "displacement" and (text := _magnification(problem)):
+        causes = [Cause("optics", causes[0].evidence, text), *causes]
     causes = [cause for cause in causes if cause.evidence > 0]
     explained = float(estimate.details.get("share_of_texture_explained", 1.0))
     if causes and causes[0].name == "edges" and explained < EXPLAINED:
@@ -150,6 +153,17 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
     lacking = "no sharp edge that stands alone" if problem.settings.method == "edges" else "too little texture"
     unclear = estimate.details.get("rejected", f"the views show {lacking}, or contradict each other")
     return [Cause("unclear", 1.0, str(unclear)), *causes]
+
+
+def _magnification(problem: Problem) -> str:
+    """Return how the optics misstate a magnification that explains most of the largest displacement, else ""."""
+    registered, views = problem.registered, problem.views
+    shape, shifts = registered.shape, registered.placements
+    number = max(range(1, len(views)), key=lambda at: shifts[at].displacement(shape))
+    misstated = misstated_magnification(number + 1, shifts[number], views[0], views[number])
+    if misstated and misstated[1].displacement(shape) < shifts[number].displacement(shape) / 2:
+        return misstated[0]
+    return ""
 
 
 def _contradiction(problem: Problem, estimate: Estimate, explained: float) -> Cause:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.optics import Optics, capabilities
+from focalgradient.view import from_centre
 
 __all__ = ["common_modes", "field_modes", "modes_of_optics", "spread_over", "stated_parts"]
 
@@ -118,10 +119,10 @@ def field_modes(shape: tuple[int, int], optics: Sequence[Optics]) -> NDArray[np.
     if sd == 0:
         return np.zeros((0, *shape), np.float32)
     half = math.hypot(*(n - 1 for n in shape)) / 2
-    y, x = (((np.arange(n) - (n - 1) / 2) / max(half, 0.5)).astype(np.float32) for n in shape)
+    x, y = ((way / max(half, 0.5)).astype(np.float32) for way in from_centre(shape))
     modes = np.empty((3, *shape), np.float32)
-    modes[0] = sd * (x**2 + y[:, None] ** 2)
-    modes[1], modes[2] = sd * x, sd * y[:, None]
+    modes[0] = sd * (x**2 + y**2)
+    modes[1], modes[2] = sd * x, sd * y
     return modes
 
 

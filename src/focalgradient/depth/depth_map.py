@@ -184,6 +184,33 @@ class DepthMap:
             return share
         return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
 
+    def blurred_alike_in_words(self) -> str:
+        """Return which distances, on the other side of focus, are blurred as those searched; empty if views tell them.
+
+        >>> one = np.ones((1, 1))
+        >>> DepthMap(one, one, one > 0, one > 0, {"blurred_alike_D": [0.625, 1.25]}).blurred_alike_in_words()
+        '0.8 to 1.6 m have the same blur'
+        """
+        if not (alike := self.details.get("blurred_alike_D")):
+            return ""
+        far, near = alike
+        if far > 0:
+            return f"{1 / near:.2g} to {1 / far:.2g} m have the same blur"
+        return f"from {1 / near:.2g} m on, the blur is the same"
+
+    def outside_in_words(self) -> tuple[str, str]:
+        """Return what it means that `beyond` is -1, and that it is 1."""
+        if self.details.get("method") == "autofocus":
+            return "at or beyond the farthest focus", "at or nearer than the nearest"
+        farther, nearer = "farther than the search", "nearer than the search"
+        if alike := self.details.get("blurred_alike_D"):  # more blur than is searched may lie on either side
+            lowest, highest = alike
+            if lowest >= self.details["searched_vergence_D"][1]:
+                farther += f", or nearer than {1 / highest:.2g} m"
+            elif lowest > 0:
+                nearer += f", or farther than {1 / lowest:.2g} m"
+        return farther, nearer
+
     def summary(self) -> str:
         """Summarise the map in a few lines: method, range and precision of valid pixels, side of focus.
 
@@ -209,12 +236,11 @@ class DepthMap:
             lines.append(f"no pixel is valid: {self.details['rejected']}")
         if self.beyond is not None and self.beyond.any():
             farther, nearer = (f"{np.mean(self.beyond == way):.0%}" for way in (-1, 1))
-            ends = ("at or beyond the farthest focus", "at or nearer than the nearest")
-            if self.details.get("method") != "autofocus":
-                ends = ("farther than the search", "nearer than the search")
-            lines.append(f"{ends[0]}: {farther}; {ends[1]}: {nearer}")
+            lines.append("{0}: {2}; {1}: {3}".format(*self.outside_in_words(), farther, nearer))
         if "side" in self.details:
-            lines.append(f"side of focus: {self.details['side']}")
+            lines.append(
+                "; ".join(filter(None, [f"side of focus: {self.details['side']}", self.blurred_alike_in_words()]))
+            )
         lines += [f"assumed: {sentence}" for sentence in self.details.get("assumes", ())]
         return "\n".join(lines)
 

@@ -332,6 +332,8 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
     assumptions = dict.fromkeys(capabilities(optics).assumption for optics in search.optics)
     if any(assumptions):
         details["assumes"] = [sentence for sentence in assumptions if sentence]
+    if search.side_known and (alike := search.blurred_alike(settings.psf)):
+        details["blurred_alike_D"] = list(alike)
     if causes:
         details["rejected"] = causes[0].text
         details["rejected_causes"] = [asdict(cause) for cause in causes]

@@ -17,7 +17,15 @@ from focalgradient.optics import Lens, capabilities
 from focalgradient.parallel import share_rows
 from focalgradient.view import View
 
-__all__ = ["Placement", "RegisteredViews", "filled", "measure_placement", "resample", "shrunk"]
+__all__ = [
+    "Placement",
+    "RegisteredViews",
+    "filled",
+    "measure_placement",
+    "misstated_magnification",
+    "resample",
+    "shrunk",
+]
 
 Image = NDArray[np.float32]
 
@@ -357,15 +365,10 @@ def _placement_warnings(
             raise InputError(f"{trouble}, but views can be aligned only if they show one scene: check the files.")
         yield f"{trouble}: check that they show one scene."
         return
-    magnified = f"view {number} is magnified against view 1"
-    left, corner = math.log(shift.scale), math.hypot(*view.shape) / 2
-    for scale, tolerance, text in _other_scales(first, view, shift.scale):
-        other = math.log(scale)
-        if abs(other) * corner >= max(1.0, 6 * error) and abs(left / other - 1) <= tolerance:
-            yield f"{magnified} {text}"
-            shift = replace(shift, scale=math.exp(left - other))  # explained
-            displacement = shift.displacement(view.shape)
-            break
+    if misstated := misstated_magnification(number, shift, first, view, error):
+        text, shift = misstated
+        displacement = shift.displacement(view.shape)
+        yield f"{text}."
     if not align and displacement > max(SHIFT_WARNING, 3 * error):
         angle = math.degrees(shift.turn)
         turned = f"turned by {abs(angle):.2f} degrees {'counter' * (angle < 0)}clockwise and "
@@ -376,6 +379,19 @@ def _placement_warnings(
         )
 
 
+def misstated_magnification(
+    number: int, shift: Placement, first: View, view: View, error: float = 0.0
+) -> tuple[str, Placement] | None:
+    """Return how the optics seem to misstate a magnification, and the shift without it; None if they do not."""
+    left, corner = math.log(shift.scale), math.hypot(*view.shape) / 2
+    for scale, tolerance, text in _other_scales(first, view, shift.scale):
+        other = math.log(scale)
+        if abs(other) * corner >= max(1.0, 6 * error) and abs(left / other - 1) <= tolerance:
+            explained = replace(shift, scale=math.exp(left - other))
+            return f"view {number} is magnified against view 1 {text}", explained
+    return None
+
+
 def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float, float, str]]:
     """Yield the scale that remains if the optics are misstated in a likely way, its relative tolerance, and the text.
 
@@ -384,8 +400,8 @@ def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float,
     """
     stated = first.pixel_angle / view.pixel_angle
     by = f"by {1 / (stated * left):.4f}, where its focus makes it {1 / stated:.4f}: the focus distances seem to be in"
-    yield stated**-2, SCALE_ALIKE, f"{by} the opposite order (focus_distance)."
-    yield stated ** (1 / FOOT_M - 1), FEET_ALIKE, f"{by} feet: give them in metres (focus_distance)."
+    yield stated**-2, SCALE_ALIKE, f"{by} the opposite order (focus_distance)"
+    yield stated ** (1 / FOOT_M - 1), FEET_ALIKE, f"{by} feet: give them in metres (focus_distance)"
     if not (isinstance(first.optics, Lens) and isinstance(view.optics, Lens)):
         return
     lens = view.optics.sensor_distance / first.optics.sensor_distance
@@ -395,7 +411,7 @@ def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float,
         (lens if is_telecentric else 1.0) / stated,
         SCALE_ALIKE,
         f"as by a lens that is {seems} on the image side, but the optics state otherwise, which changes the angle of a "
-        f"pixel and all depths: check telecentric ({flag}).",
+        f"pixel and all depths: check telecentric ({flag})",
     )
 
 

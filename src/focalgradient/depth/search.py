@@ -143,7 +143,7 @@ class Search:
                 f"{'give both limits' if one else 'focus nearer to what is searched, or reduce the pictures'}."
             )
         stated = [capabilities(one) for one in optics]
-        tells_side = not psf.symmetric if isinstance(psf, Psf) else any(one.tells_side for one in stated)
+        tells_side = _tells_side(stated, psf)
         side_known, side_text = True, "estimated from the views"
         if one_focus(focus):
             shared = float(focus[0])
@@ -213,6 +213,16 @@ class Search:
         ends = self.lowest > 0, True
         shared = one_focus(self.focus)
         return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
+
+    def blurred_alike(self, psf: BlurSource | None) -> tuple[float, float] | None:
+        """Lowest and highest vergence (D) on the other side of the focus that views share, blurred as those searched.
+
+        None: the views, blurred by `psf`, tell the sides, or nothing lies there.
+        """
+        if not one_focus(self.focus) or _tells_side(self.stated, psf):
+            return None
+        lowest, highest = (max(0.0, 2 * float(self.focus[0]) - end) for end in (self.highest, self.lowest))
+        return (lowest, highest) if highest > lowest else None
 
     def blurs(self, psf: BlurSource) -> Blurs:
         """Return each view's blur at every level, of the shape `psf` or by the views' own optics.
@@ -304,6 +314,11 @@ def _through_focus(
     table = np.asarray(found, np.complex64).reshape(levels, -1)
     table.setflags(write=False)
     return table
+
+
+def _tells_side(stated: Sequence[Capabilities], psf: BlurSource | None) -> bool:
+    """Return whether blur by `psf`, or by optics of these capabilities, differs between the sides of focus."""
+    return not psf.symmetric if isinstance(psf, Psf) else any(one.tells_side for one in stated)
 
 
 def one_focus(focus: NDArray[np.float64]) -> bool:

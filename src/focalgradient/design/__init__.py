@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -86,7 +87,25 @@ def design_text(name: str) -> str:
     >>> design_text("necker").splitlines()[0]
     '# Experiment 2: does the rotating Necker cube look rigid, or does it wobble, by its focal gradient?'
     """
-    return task_named(name).settings()
+    task = task_named(name)
+    if task.settings_file:
+        return (files(__name__) / "files" / f"{task.settings_file}.toml").read_text(encoding="utf-8")
+    settings = task.design().model_dump(mode="json")
+    lines = [f"{key} = {_toml(value)}" for key, value in settings.items() if not isinstance(value, dict)]
+    return "\n".join([f"# {task.title}", *lines]) + "\n"
+
+
+def _toml(value: Any) -> str:
+    """Format a value for a settings file.
+
+    >>> _toml(["a", 1.5, True])
+    '["a", 1.5, true]'
+    """
+    if isinstance(value, list):
+        return f"[{', '.join(map(_toml, value))}]"
+    if isinstance(value, bool):
+        return str(value).lower()
+    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"' if isinstance(value, str) else repr(value)
 
 
 def load_design(path: str | os.PathLike[str]) -> Design:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from statistics import fmean
-from types import SimpleNamespace
 from typing import Any
 
 from focalgradient.design.draws import Draws
@@ -179,7 +178,7 @@ class ConstantStimuli:
         return Draws("constant stimuli", *self.draws, number).shuffled(self.levels)[place]
 
 
-@dataclass(slots=True)
+@dataclass(frozen=True, slots=True)
 class Quest:
     """QUEST+ procedure over given levels, for two-interval tasks (library questplus; extra ``thresholds``).
 
@@ -195,12 +194,22 @@ class Quest:
     """
 
     levels: tuple[float, ...]
-    _procedure: Any = field(default=None, repr=False)
 
     def level(self, answers: Answers) -> float:
         """Return the level of the next trial; `answers` are all those so far."""
-        if self._procedure is None or self._procedure.learnt != list(answers)[: len(self._procedure.learnt)]:
-            self._procedure = Procedure(SimpleNamespace(levels=self.levels))
-        self._procedure.learn(answers)
-        found: float = self._procedure.level()
-        return found
+        key = (self.levels, tuple(answers))
+        if key not in _CHOSEN:
+            before = _CHOSEN.pop((self.levels, key[1][:-1]), None)
+            procedure = Procedure(self) if before is None else before[1]
+            while len(_CHOSEN) >= MOST_CHOSEN:
+                _CHOSEN.pop(next(iter(_CHOSEN)))
+            procedure.learn(answers)
+            _CHOSEN[key] = procedure.level(), procedure
+        return _CHOSEN[key][0]
+
+
+MOST_CHOSEN = 200
+"""Maximum number of procedures that are kept: more than the participants that one server has at once."""
+
+_CHOSEN: dict[tuple[tuple[float, ...], tuple[tuple[float, bool], ...]], tuple[float, Procedure]] = {}
+"""Levels chosen by QUEST+, by levels and answers, with the procedures, which each learn one more answer."""

@@ -14,7 +14,7 @@ from focalgradient.design.adaptive import Quest, answers_of
 from focalgradient.design.draws import Draws
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 
-__all__ = ["BlurThresholdDesign", "BlurTrial", "Judged"]
+__all__ = ["BlurThresholdDesign", "BlurTrial", "Judged", "LevelTrial"]
 
 Judged = Literal["blur", "depth"]
 """Attribute in which the two intervals are compared."""
@@ -49,24 +49,6 @@ class LevelTrial(BlurTrial):
     """Trial to be shown, with its level."""
 
     level: float
-
-
-_QUESTS: dict[tuple[tuple[float, ...], tuple[tuple[float, bool], ...]], tuple[float, Quest]] = {}
-"""Procedures by levels and answers, with the level that they choose: each learns one more answer."""
-
-MOST_QUESTS = 200
-"""Maximum size of `_QUESTS`: more than the participants that one server has at once."""
-
-
-def _next_level(levels: tuple[float, ...], answered: tuple[tuple[float, bool], ...]) -> float:
-    """Return the level that QUEST+ chooses after these answers."""
-    key = (levels, answered)
-    if key not in _QUESTS:
-        _, quest = _QUESTS.pop((levels, answered[:-1]), (0.0, Quest(levels)))
-        while len(_QUESTS) >= MOST_QUESTS:
-            _QUESTS.pop(next(iter(_QUESTS)))
-        _QUESTS[key] = quest.level(answered), quest
-    return _QUESTS[key][0]
 
 
 class BlurThresholdDesign(Plan):
@@ -149,7 +131,7 @@ class BlurThresholdDesign(Plan):
         """Return a trial at the level that the answers so far give: the largest in practice and catch trials."""
         level = self.levels[-1]
         if trial.phase == "main" and not trial.catch:
-            level = _next_level(self.levels, tuple(answers_of(recorded)))
+            level = Quest(self.levels).level(answers_of(recorded))
         return LevelTrial(**asdict(trial), level=level)
 
     @property

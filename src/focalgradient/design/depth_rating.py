@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from itertools import product
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,7 +16,6 @@ from focalgradient.design.factors import Factor, between, check_factors, crossed
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
 from focalgradient.scales import ResponseScale, scale_of
-from focalgradient.tables import Table
 
 __all__ = ["EXAMPLES", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
@@ -27,6 +27,9 @@ EXAMPLES: dict[str, str] = {"flatter": "example-flat", "deeper": "example-deep"}
 
 Fixation = str
 """Object that is fixated and in focus: "nearest", "farthest", or a user-defined name."""
+
+SCALE_SETTINGS = ("scale", "steps", "labels", "least_rating", "most_rating", "answer", "reference")
+"""Settings of a design that define its response scale."""
 
 FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -52,6 +55,11 @@ def aperture_mm(aperture: str, focal_length_mm: float) -> float:
     if not (found and float(found[1]) > 0):
         raise InputError(f"aperture is {aperture!r}, but must be 'pinhole' or an f-number like 'f/5.6'.")
     return focal_length_mm / float(found[1])
+
+
+@lru_cache(maxsize=64)
+def _scale(settings: tuple[tuple[str, Any], ...]) -> ResponseScale:
+    return scale_of(dict(settings))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -166,7 +174,6 @@ class DepthRatingDesign(Plan):
         "practice_rounds": 1,
     }
     closed: ClassVar[tuple[str, ...]] = ("scene", "aperture", "fixation")
-    tables: ClassVar[dict[str, type[Table]]] = {**Plan.tables, "factors": Factor}
 
     @model_validator(mode="after")
     def _check(self) -> DepthRatingDesign:
@@ -190,8 +197,8 @@ class DepthRatingDesign(Plan):
 
     @property
     def response_scale(self) -> ResponseScale:
-        """Response scale defined by the settings."""
-        return scale_of(dict(self))
+        """Response scale defined by the settings, made once for equal settings."""
+        return _scale(tuple((name, getattr(self, name)) for name in SCALE_SETTINGS))
 
     def _check_scale(self) -> None:
         scale = self.response_scale

@@ -128,7 +128,7 @@ class NeckerDesign(Plan):
         self.trials("01")  # some orders are impossible: raise before the participant arrives
         return self
 
-    def keys_of(self, participant: str) -> dict[Gradient, str]:
+    def keys_of(self, participant: str) -> dict[str, str]:
         """Return the keys that a participant holds for "rigid" and for "nonrigid".
 
         Raises

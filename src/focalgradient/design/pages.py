@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from focalgradient.design.plain_pages import PlainPages
 from focalgradient.design.sequence import Pages
 from focalgradient.design.words import Words
 from focalgradient.tasks import task_named
@@ -21,4 +22,6 @@ def pages_of(design: Any, words: Words, participant: str, *, browser: bool = Fal
     browser
         Whether they are shown in a browser, where a button stops the session and no experimenter is present.
     """
-    return task_named(design.task).pages(design, words, participant, browser)
+    task = task_named(design.task)
+    pages: Pages = PlainPages(task, words) if task.pages is None else task.pages(design, words, participant, browser)
+    return pages

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from focalgradient.design.plan import Trial
 from focalgradient.design.sequence import Page, Standard
 from focalgradient.design.words import Words
-
-if TYPE_CHECKING:
-    from focalgradient.tasks.base import Task
+from focalgradient.tasks import Task
 
 __all__ = ["PlainPages"]
 

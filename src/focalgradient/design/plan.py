@@ -78,8 +78,8 @@ def no_repeats(key: str, values: Sequence[object]) -> None:
 PILOT = 4
 """Number of practice trials, and of main trials, that a pilot run takes from a given list (our choice)."""
 
-LATER = frozenset({"also", "given_trials", "practice_required", "smallest_screen"})
-"""Settings added after version 0.2 with an empty default: designs without them are recorded as before."""
+RECORDED_IF_SET = frozenset({"also", "given_trials", "practice_required", "smallest_screen"})
+"""Settings with an empty default, which are recorded only where they are set."""
 
 _LAST_ORDER: dict[tuple[str, str, str | None], tuple[Any, ...]] = {}
 
@@ -136,8 +136,6 @@ class Plan(Table):
     ] = ()
     """Minimum size of a browser window, width first; touch is then sufficient. Default: 640 x 480 and a keyboard."""
 
-    tables: ClassVar[dict[str, type[Table]]] = {"also": Also}
-
     closed: ClassVar[tuple[str, ...]] = ()
     """Fields of a trial whose values in a given list must occur in the design's own list."""
 
@@ -170,7 +168,7 @@ class Plan(Table):
     def _stated(self, write: SerializerFunctionWrapHandler) -> dict[str, Any]:
         """Return the settings as recorded: without later settings that are empty."""
         settings: dict[str, Any] = write(self)
-        return {key: value for key, value in settings.items() if value or key not in LATER}
+        return {key: value for key, value in settings.items() if value or key not in RECORDED_IF_SET}
 
     @field_validator("language")
     @classmethod

@@ -16,7 +16,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed, described
+from focalgradient.errors import InputError, check_fields, check_finite, checked, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.cones import S_FINEST_CPD, Cones
 from focalgradient.eye.fluctuation import Microfluctuations, growth
@@ -25,12 +25,12 @@ from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.pulse import Pulse, PulsedPlant
-from focalgradient.eye.ranges import check_kind, check_pupil
+from focalgradient.eye.ranges import check_pupil
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import NEAREST, Motion, Tracker
 from focalgradient.progress import Progress
 from focalgradient.psf import disc_transfer
-from focalgradient.quantities import Range
+from focalgradient.quantities import Range, Seed
 from focalgradient.view import View
 
 __all__ = ["Accommodation", "Course", "Cue", "Rendering", "Stimulus", "accommodate", "target_course"]
@@ -205,13 +205,14 @@ class Course:
         return "\n".join(["time_s,target_D,accommodation_D,estimate_D,estimate_sd_D", *rows, ""])
 
 
+@checked
 def accommodate(
     target: Callable[[float], float],
-    duration: float,
+    duration: Annotated[float, Range("seconds", positive=True)],
     eye: Accommodation | None = None,
     stimulus: Stimulus | None = None,
     *,
-    seed: int = 0,
+    seed: Seed = 0,
     progress: Progress | None = None,
 ) -> Course:
     """Simulate closed-loop accommodation to a target for `duration` seconds.
@@ -249,14 +250,10 @@ def accommodate(
     (True, 30)
     """
     eye, stimulus = eye or Accommodation(), stimulus or Stimulus()
-    check_kind("eye", eye, Accommodation, "give Accommodation(pupil_diameter=0.004)")
-    check_kind("stimulus", stimulus, Stimulus, "give Stimulus()")
     if not callable(target):
         raise InputError(
             f"target is {described(target)}, but must be a function of time: give target_course(times, vergences)."
         )
-    check_seed(seed)
-    check_number("duration", duration, "seconds", positive=True)
     if round(duration * eye.rate) < 1:
         raise InputError(f"duration is {duration:g} s, but the eye looks every {1 / eye.rate:g} s: give more.")
     step, before = 1 / eye.rate, round(SETTLE * eye.rate)

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.light import Light
-from focalgradient.eye.ranges import ages, wavelengths
+from focalgradient.eye.ranges import ages, check_age, wavelengths
 
 __all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
 
@@ -107,8 +107,7 @@ def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
     >>> lens_density([420, 450, 560], 32).round(3).tolist(), lens_density([420, 450, 560], 70).round(3).tolist()
     ([0.643, 0.266, 0.114], [1.25, 0.616, 0.166])
     """
-    check_number("age", age, "years")
-    ages(age)
+    check_age(age)
     nm, square = wavelengths(wavelength_nm), age**2
     return np.asarray(
         (0.15 + 0.000031 * square) * (400 / nm) ** 4

@@ -9,19 +9,21 @@ red, green and blue whose retinal image, of the display in focus, comes closest 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, checked
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.model_eye import Eye
-from focalgradient.eye.ranges import check_kind
+from focalgradient.eye.ranges import PixelAngle
 from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
 from focalgradient.eye.spectral import SpectralBasis
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 
 __all__ = ["ChromaticStimulus", "chromatic_stimulus"]
 
@@ -55,13 +57,14 @@ class ChromaticStimulus:
     alike: tuple[float, float, float]
 
 
+@checked
 def chromatic_stimulus(
     picture: ArrayLike,
     distance: ArrayLike,
     eye: Eye,
     *,
-    screen: float,
-    pixel_angle: float,
+    screen: Annotated[float, Range("metres", positive=True)],
+    pixel_angle: PixelAngle,
     wavelengths: int | None = None,
     primaries: str = PRIMARIES,
     basis: SpectralBasis | None = None,
@@ -112,12 +115,8 @@ def chromatic_stimulus(
     >>> max(found.residual) < 0.3 * max(found.alike)
     True
     """
-    check_number("screen", screen, "metres", positive=True)
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
-    check_kind("eye", eye, Eye, "give Eye(pupil_diameter, accommodation)")
     say = progress or silent
     basis = SpectralBasis.of_display(primaries) if basis is None else basis
-    check_kind("basis", basis, SpectralBasis, "give SpectralBasis.of_display()")
     if basis.components != 3:
         raise InputError(f"basis has {basis.components} spectra, but a display has 3: red, green and blue.")
     if wavelengths is None:

@@ -8,32 +8,38 @@ are in cycles per degree of visual angle, where a degree is pi/180 rad.
 from __future__ import annotations
 
 import warnings
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, check_finite, check_number
+from focalgradient.errors import FocalGradientWarning, check_finite, checked
 from focalgradient.eye.quadrature import RADIANS, panels
-from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.ranges import Pupil, Wavelength
+from focalgradient.quantities import Range
 
 __all__ = ["clear_transfer", "cutoff_cpd", "mean_eye_mtf", "optical_transfer"]
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
 
-def cutoff_cpd(pupil_diameter: float, wavelength_nm: float) -> float:
+@checked
+def cutoff_cpd(pupil_diameter: Pupil, wavelength_nm: Wavelength) -> float:
     """Return the cut-off frequency of a pupil (m) in cycles per degree: diameter / wavelength, per radian.
 
     >>> round(cutoff_cpd(0.003, 555), 1)
     94.3
     """
-    check_pupil(pupil_diameter)
-    check_number("wavelength_nm", wavelength_nm, "nanometres")
-    return float(np.pi / 180 * pupil_diameter / (1e-9 * wavelengths(wavelength_nm)))
+    return float(np.pi / 180 * pupil_diameter / (1e-9 * wavelength_nm))
 
 
+@checked
 def optical_transfer(
-    frequency_cpd: ArrayLike, *, pupil_diameter: float, wavelength_nm: float, defocus: float
+    frequency_cpd: ArrayLike,
+    *,
+    pupil_diameter: Pupil,
+    wavelength_nm: Wavelength,
+    defocus: Annotated[float, Range("dioptres")],
 ) -> NDArray[np.float64]:
     """Return the OTF of a clear round pupil with diffraction and defocus: real, negative where contrast reverses.
 
@@ -69,10 +75,6 @@ def optical_transfer(
     >>> optical_transfer([0, 10, 20], pupil_diameter=0.003, wavelength_nm=555, defocus=1.0).round(4).tolist()
     [1.0, -0.1012, 0.0471]
     """
-    check_number("defocus", defocus, "dioptres")
-    check_pupil(pupil_diameter)
-    check_number("wavelength_nm", wavelength_nm, "nanometres")
-    wavelengths(wavelength_nm)
     frequency = check_finite("frequency_cpd", frequency_cpd, "cycles per degree")
     return clear_transfer(np.degrees(frequency), pupil_diameter, wavelength_nm, defocus)
 
@@ -102,7 +104,8 @@ def clear_transfer(
     return transfer[where].reshape(frequency.shape)
 
 
-def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[np.float64]:
+@checked
+def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: Pupil) -> NDArray[np.float64]:
     """Return the mean radial MTF of best-corrected eyes in white light (Watson 2013).
 
     (1 + (u / u1)^2)^-0.62 sqrt(D(u)), with u1 = 21.95 - 5.512 d + 0.3922 d^2 (d in mm) and D the transfer of
@@ -130,7 +133,6 @@ def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: float) -> NDArray[
     >>> mean_eye_mtf([0, 10, 30], pupil_diameter=0.003).round(3).tolist()
     [1.0, 0.563, 0.164]
     """
-    check_pupil(pupil_diameter)
     mm = 1e3 * pupil_diameter
     if not 2 - 1e-9 <= mm <= 6 + 1e-9:
         warnings.warn(

@@ -15,11 +15,12 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import boxcox, inv_boxcox
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
+from focalgradient.errors import InputError, check_fields, check_finite, checked
 from focalgradient.eye.quadrature import panels
-from focalgradient.eye.ranges import check_pupil, ordered_times
-from focalgradient.quantities import Range
+from focalgradient.eye.ranges import Pupil, ordered_times
+from focalgradient.quantities import Range, Seed
 
 __all__ = ["Microfluctuations", "Oscillation", "growth"]
 
@@ -148,7 +149,7 @@ class Microfluctuations:
     high_share: Annotated[float, Range("shares of the variance", 0, 1)] = 0.15
     beta: Annotated[float, Range("powers of frequency", 0)] = 1.3
     lowest: Annotated[float, Range("hertz", positive=True)] = 0.02
-    seed: int = 0
+    seed: Seed = 0
     drift: Annotated[float, Range("dioptres", 0)] = 0.0
 
     def __post_init__(self) -> None:
@@ -159,14 +160,14 @@ class Microfluctuations:
             raise InputError(
                 f"lowest is {self.lowest!r}, but drift goes from {SLOWEST:.2g} Hz up to it: give more, or no drift."
             )
-        check_seed(self.seed)
 
     @classmethod
+    @checked
     def of(
         cls,
-        pupil_diameter: float,
-        luminance: float = 100.0,
-        response: float = 1.0,
+        pupil_diameter: Pupil,
+        luminance: Annotated[float, Range("cd/m^2", positive=True)] = 100.0,
+        response: Annotated[float, Range("dioptres", 0)] = 1.0,
         *,
         drift: float = 0.1,
         seed: int = 0,
@@ -190,9 +191,6 @@ class Microfluctuations:
         >>> round(wide.rms, 3), round(pinhole.rms, 3)
         (0.203, 0.42)
         """
-        check_pupil(pupil_diameter)
-        check_number("luminance", luminance, "cd/m^2", positive=True)
-        check_number("response", response, "dioptres", least=0)
         power = (RESTING + PER_DIOPTRE * response) ** 2
         low = (1 - HIGH_SHARE) * power
         low *= (1 + (SMALL_PUPIL / pupil_diameter) ** 2) * (1 + DIM / luminance)
@@ -204,8 +202,6 @@ class Microfluctuations:
 
         That is rms^2 + drift^2.
         """
-        from scipy.special import boxcox  # deferred: slow to import
-
         f = np.asarray(frequency, dtype=float)
         total = np.zeros(f.shape)
         for start, end, slope, variance in self._bands():
@@ -234,8 +230,6 @@ class Microfluctuations:
 
     def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
         """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all courses."""
-        from scipy.special import boxcox  # deferred: slow to import
-
         delay = check_finite("delay", delay, "seconds")
         longest = float(np.abs(delay).max(initial=0))
         changed = np.zeros(delay.shape)
@@ -255,8 +249,6 @@ def _waves(
     bands: tuple[tuple[float, float, float, float], ...], seed: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Return the sinusoids' frequencies, and the amplitudes of their cosines and sines."""
-    from scipy.special import boxcox, inv_boxcox  # deferred: slow to import
-
     made = []
     for number in (slice(0, 2), slice(2, 3)):  # drift comes last, for the others to be the same without it
         some = bands[number]

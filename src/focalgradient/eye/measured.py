@@ -17,11 +17,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM
-from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.ranges import check_pupil, check_wavelength
 from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.containers import refuse_other_container
+from focalgradient.files.matlab import read_matlab
 from focalgradient.files.tables import parse_table, read_cells
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
@@ -240,15 +241,7 @@ def _named(line: str) -> list[float] | None:
 
 def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
     """Read the vector ``zcoeffs`` of a MATLAB file."""
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
-        raise InputError(
-            f"{printable(path)} cannot be read as a MATLAB file of version 7 or before: save it with -v7."
-        ) from error
+    content = read_matlab(path)
     structs = [value for name, value in content.items() if hasattr(value, "zcoeffs") and not name.startswith("__")]
     found = content.get("zcoeffs", structs[0].zcoeffs if structs else None)
     values = np.atleast_1d(np.asarray(found, dtype=object))
@@ -345,8 +338,7 @@ class ZernikePopulation:
 
     def __post_init__(self) -> None:
         check_pupil(self.measured_diameter)
-        check_number("measured_nm", self.measured_nm, "nanometres")
-        wavelengths(self.measured_nm)
+        check_wavelength(self.measured_nm, "measured_nm")
         zernike_terms(self.mean_um)
         self._root()
 

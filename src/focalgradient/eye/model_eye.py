@@ -8,8 +8,8 @@ for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two mo
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass, fields, replace
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,14 +17,14 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
-from focalgradient.eye.ranges import check_pupil, ordered_times, wavelengths
+from focalgradient.eye.measured import resized_zernike, zernike_terms
+from focalgradient.eye.prescription import prescribed
+from focalgradient.eye.ranges import check_pupil, check_wavelength, ordered_times
+from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
 from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
-
-if TYPE_CHECKING:
-    from focalgradient.eye.refraction import Correction, Refraction
 
 __all__ = ["Eye", "TimeCourse"]
 
@@ -156,8 +156,6 @@ class Eye:
                     f"accommodation and {name} are both given, but accommodation is the vergence in focus of an eye "
                     "that has neither a refraction nor an age: give looking_at or response instead."
                 )
-            from focalgradient.eye.prescription import prescribed  # needed by a person's eye only
-
             pupil_diameter, accommodation, aberrations = prescribed(
                 refraction=refraction,
                 age=age,
@@ -169,22 +167,15 @@ class Eye:
                 field_deg=field_deg,
                 aberrations=aberrations,
             )
-        kept = object.__setattr__
-        kept(self, "pupil_diameter", pupil_diameter)
-        kept(self, "accommodation", accommodation)
-        kept(self, "wavelength_nm", wavelength_nm)
-        kept(self, "chromatic_scale", chromatic_scale)
-        kept(self, "aberrations", aberrations)
-        kept(self, "stiles_crawford", stiles_crawford)
-        kept(self, "pupil_offset", pupil_offset)
-        kept(self, "lens", lens)
+        given = dict(locals())
+        for field in fields(Eye):
+            object.__setattr__(self, field.name, given[field.name])
         self._check()
 
     def _check(self) -> None:
         check_pupil(self.pupil_diameter)
         check_number("accommodation", self.accommodation, "dioptres")
-        check_number("wavelength_nm", self.wavelength_nm, "nanometres")
-        wavelengths(self.wavelength_nm)
+        check_wavelength(self.wavelength_nm)
         check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
         check_aberrations(self.aberrations)
         check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
@@ -247,8 +238,6 @@ class Eye:
         >>> round(eye.focus_vergence, 3), [(n, m, round(c, 4)) for n, m, c in eye.aberrations]
         (0.335, [(4, 0, 0.0198)])
         """
-        from focalgradient.eye.measured import resized_zernike, zernike_terms  # whose tables nothing else here needs
-
         check_pupil(pupil_diameter)
         whole = pupil_diameter if measured_diameter is None else measured_diameter
         check_pupil(whole)

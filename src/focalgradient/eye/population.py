@@ -67,22 +67,17 @@ def draw_people(
     for name, number, fewest in (("count", count, 1), ("seed", seed, 0)):
         if not (isinstance(number, int) and number >= fewest):
             raise InputError(f"{name} is {number!r}, but must be a whole number of {fewest} or more.")
-    pairs = {"pupil_diameter": pupil_diameter, "chromatic_span": chromatic_span, "rms": rms, "beta": beta}
-    for name, pair in pairs.items():
+    for name, pair, low, high, what in (
+        ("pupil_diameter", pupil_diameter, 1.5e-3, 9e-3, "a mean between 0.0015 and 0.009, and a standard deviation"),
+        ("chromatic_span", chromatic_span, 0.3, np.inf, "a mean above 0.3, and a standard deviation"),
+        ("rms", rms, 1e-9, np.inf, "the lower and the upper end of a range"),
+        ("beta", beta, 0.0, np.inf, "the lower and the upper end of a range"),
+    ):
         if not (isinstance(pair, tuple | list) and len(pair) == 2 and all(map(is_number, pair))):
             raise InputError(f"{name} is {described(pair)}, but must be two numbers.")
-    for name, (first, second), low, high in (
-        ("pupil_diameter", pupil_diameter, 1.5e-3, 9e-3),
-        ("chromatic_span", chromatic_span, 0.3, np.inf),
-    ):
-        if not (low < first < high and 0 <= second < np.inf):
-            raise InputError(
-                f"{name} is {(first, second)!r}, but must be a mean between {low:g} and {high:g}, and a standard "
-                "deviation."
-            )
-    for name, (first, second), least in (("rms", rms, 1e-9), ("beta", beta, 0.0)):
-        if not least <= first <= second < np.inf:
-            raise InputError(f"{name} is {(first, second)!r}, but must be the lower and the upper end of a range.")
+        least = pair[0] if what.startswith("the lower") else 0
+        if not (low <= pair[0] < high and least <= pair[1] < np.inf):
+            raise InputError(f"{name} is {pair!r}, but must be {what}.")
     largest = 9e-3 if aberrations is None else min(9e-3, aberrations.measured_diameter)
     if not pupil_diameter[0] < largest:
         raise InputError(

@@ -3,15 +3,28 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_finite, described, is_number
+from focalgradient.errors import FocalGradientWarning, InputError, check_finite, check_number, described, is_number
 from focalgradient.plausibility import likely, stated, unit_of
+from focalgradient.quantities import Check, Range
 
-__all__ = ["ages", "check_kind", "check_pupil", "ordered_times", "warn_if_artificial", "wavelengths"]
+__all__ = [
+    "PixelAngle",
+    "Pupil",
+    "Wavelength",
+    "ages",
+    "check_age",
+    "check_kind",
+    "check_pupil",
+    "check_wavelength",
+    "ordered_times",
+    "warn_if_artificial",
+    "wavelengths",
+]
 
 SMALLEST_PUPIL, LARGEST_PUPIL = 1e-4, 9e-3
 """Range of the pupil's diameter in metres. Dilated pupils reach 9 mm. Through less than 0.1 mm an eye resolves 3 cycles
@@ -32,6 +45,18 @@ def ages(age: ArrayLike) -> NDArray[np.float64]:
     if not np.all((values >= 0) & (values <= OLDEST)):
         raise InputError(f"age is {_shown(age)}, but must be from 0 to {OLDEST:g}: give it in years.")
     return values
+
+
+def check_age(age: Any) -> None:
+    """Raise `InputError` unless `age` is one age in years, from 0 to 120."""
+    check_number("age", age, "years")
+    ages(age)
+
+
+def check_wavelength(wavelength_nm: Any, name: str = "wavelength_nm") -> None:
+    """Raise `InputError` unless given one visible wavelength (380 to 780 nm)."""
+    check_number(name, wavelength_nm, "nanometres")
+    wavelengths(wavelength_nm, name)
 
 
 def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
@@ -90,3 +115,12 @@ def ordered_times(times: ArrayLike) -> NDArray[np.float64]:
 def _shown(values: ArrayLike) -> str:
     text = repr(values) if np.ndim(values) == 0 else np.array2string(np.asarray(values), threshold=6, edgeitems=3)
     return text.replace("\n", "")
+
+
+Pupil = Annotated[float, Check(check_pupil)]
+"""Diameter of a pupil in metres."""
+
+Wavelength = Annotated[float, Check(check_wavelength)]
+"""A visible wavelength in nanometres."""
+
+PixelAngle = Annotated[float, Range("radians", positive=True)]

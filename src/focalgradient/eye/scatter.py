@@ -17,6 +17,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import j0
 
 from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.quantities import Range
@@ -98,8 +99,6 @@ class Scatter:
 @lru_cache(maxsize=32)
 def _table(age: float, pigment: float) -> tuple[FloatArray, FloatArray]:
     """Return frequencies (cycles per degree) and the Hankel transform of the scattered light: at 0 its share."""
-    from scipy.special import j0  # deferred: slow to import
-
     near = np.geomspace(NEAREST, 1.0, 400)
     theta = np.concatenate([near, np.arange(1.0 + STEP_DEG, FARTHEST, STEP_DEG)])
     light = Scatter(age, pigment).veil(theta) * 2 * np.pi * np.sin(np.radians(theta))

@@ -73,19 +73,29 @@ class SpectralBasis:
             raise InputError("radiance holds negative values, or white is dark, but spectra of light are 0 or more.")
 
     @classmethod
+    @lru_cache(maxsize=16)
     def grey(cls, light: str = "D65") -> SpectralBasis:
         """Return surfaces that reflect all wavelengths alike, in the `light` of an illuminant: one component."""
-        return _grey(light)
+        nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, 1.0), np.float64)  # as `band_light` has it
+        white = illuminant(nm, light)
+        return cls(nm, white[:, None], white)
 
     @classmethod
+    @lru_cache(maxsize=16)
     def of_srgb(cls, light: str = "D65") -> SpectralBasis:
         """Return reflectances from linear sRGB by Mallett and Yuksel (2019), in the `light` of an illuminant."""
-        return _of_srgb(light)
+        basis = spectra().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
+        nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, STEP_NM), np.float64)
+        white = illuminant(nm, light)
+        own = np.stack([np.interp(nm, basis.wavelengths, column) for column in basis.values.T], axis=1)
+        return cls(nm, own * white[:, None], white)
 
     @classmethod
+    @lru_cache(maxsize=8)
     def of_display(cls, primaries: str = PRIMARIES) -> SpectralBasis:
         """Return the measured red, green and blue light of a display."""
-        return _of_display(primaries)
+        nm, light = display_primaries(primaries)
+        return cls(nm, light, light.sum(axis=1))
 
     @classmethod
     def of_reflectances(cls, wavelength_nm: ArrayLike, reflectances: ArrayLike, light: str = "D65") -> SpectralBasis:
@@ -141,28 +151,6 @@ class SpectralBasis:
         amount = np.asarray(amounts, dtype=float)
         seen = band_sensitivity(band, self.wavelength_nm)
         return Light(np.asarray(self.wavelength_nm), np.clip(seen * (self.radiance @ amount), 0, None))
-
-
-@lru_cache(maxsize=16)
-def _grey(light: str) -> SpectralBasis:
-    nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, 1.0), np.float64)  # as `band_light` has it
-    white = illuminant(nm, light)
-    return SpectralBasis(nm, white[:, None], white)
-
-
-@lru_cache(maxsize=16)
-def _of_srgb(light: str) -> SpectralBasis:
-    basis = spectra().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
-    nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, STEP_NM), np.float64)
-    white = illuminant(nm, light)
-    own = np.stack([np.interp(nm, basis.wavelengths, column) for column in basis.values.T], axis=1)
-    return SpectralBasis(nm, own * white[:, None], white)
-
-
-@lru_cache(maxsize=8)
-def _of_display(primaries: str) -> SpectralBasis:
-    nm, light = display_primaries(primaries)
-    return SpectralBasis(nm, light, light.sum(axis=1))
 
 
 @lru_cache(maxsize=256)

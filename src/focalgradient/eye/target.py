@@ -16,6 +16,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.eye.chromatic import PRIMARIES_NM
+from focalgradient.eye.cones import Cones
+from focalgradient.eye.model_eye import Eye
 from focalgradient.optics import Optics
 from focalgradient.psf import pixel_transfer
 from focalgradient.quantities import Range
@@ -158,9 +160,6 @@ class Target:
         >>> Target(contrast=0.35).film([1.0], [1.5], 0.004)[0].shape
         (320, 320, 3)
         """
-        from focalgradient.eye.cones import Cones
-        from focalgradient.eye.model_eye import Eye
-
         frames, unused = [], np.random.default_rng(0)
         for vergence, focus in np.column_stack([vergences, accommodation]).tolist():
             cones = [Cones(Eye(pupil_diameter, focus), "L+M", (nm,)) for nm in PRIMARIES_NM]

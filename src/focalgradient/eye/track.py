@@ -16,6 +16,7 @@ from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.special import ndtri
 
 from focalgradient.depth.equalise.patch import likelihood_of_transfers, ring_transfer
 from focalgradient.errors import InputError, check_fields, check_finite, check_list, check_number
@@ -154,8 +155,6 @@ class Tracker:
 
     def start(self, vergence: float, sd: float) -> None:
         """Initialise with a normal distribution of this mean and standard deviation (D)."""
-        from scipy.special import ndtri  # deferred: slow to import
-
         deviates = self._random.permutation(ndtri((np.arange(self.samples) + 0.5) / self.samples))
         self._vergence = np.clip(vergence + sd * deviates, GRID[0], GRID[-1])
         self._velocity = self.motion.speed * self._random.standard_normal(self.samples)

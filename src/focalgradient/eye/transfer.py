@@ -19,6 +19,7 @@ from focalgradient.eye.protocol import is_eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
+from focalgradient.optics.own_blur import Transfer
 from focalgradient.psf import Geometric, Psf, psf_of
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]
@@ -96,10 +97,17 @@ def blur_transfer(
     if shape is None and own is not None:
         _no_light(wavelength_nm, light)
         return own.optical_transfer(down, right, vergence)
-    transfers = (
-        share * _one_transfer(down, right, one, nm, vergence, shape)
-        for one, nm, share in in_light(optics, wavelength_nm, light)
-    )
+
+    def seen(optics: Optics, nm: float) -> Transfer:
+        if shape is not None:
+            geometric = Geometric(shape, optics.aperture_diameter, optics.focus_vergence)
+            return geometric.through_focus(down, right, vergence)[0]
+        own = None if hasattr(optics, "pupil") else own_blur(optics)
+        if own is not None:
+            return own.optical_transfer(down, right, vergence)
+        return _pupil(optics, nm, vergence).transfer(down, right)
+
+    transfers = (share * seen(one, nm) for one, nm, share in in_light(optics, wavelength_nm, light))
     return sum(transfers, np.zeros(()))
 
 
@@ -176,25 +184,6 @@ def in_light(optics: Any, wavelength_nm: float | None, light: Light | None) -> I
         samples = [(float(wavelengths(one)), 1.0)]
     for nm, part in samples:
         yield (optics.in_light(nm) if is_eye(optics) else optics), nm, part
-
-
-def _one_transfer(
-    down: NDArray[np.float64],
-    right: NDArray[np.float64],
-    optics: Optics,
-    nm: float,
-    vergence: float,
-    shape: Psf | None,
-) -> NDArray[np.float64] | NDArray[np.complex128]:
-    """Return the transfer in one wavelength."""
-    if shape is not None:
-        return Geometric(shape, optics.aperture_diameter, optics.focus_vergence).through_focus(down, right, vergence)[0]
-    own = None if hasattr(optics, "pupil") else own_blur(optics)
-    return (
-        _pupil(optics, nm, vergence).transfer(down, right)
-        if own is None
-        else own.optical_transfer(down, right, vergence)
-    )
 
 
 def _pupil(optics: Any, nm: float, vergence: float) -> Pupil:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from functools import cache
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 from numba import njit
@@ -18,10 +18,12 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
-from focalgradient.errors import InputError, check_finite, check_list, check_number
+from focalgradient.errors import InputError, check_finite, check_list, check_number, checked
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
-from focalgradient.eye.ranges import check_pupil, wavelengths
+from focalgradient.eye.ranges import Pupil as PupilDiameter
+from focalgradient.eye.ranges import check_pupil, check_wavelength
+from focalgradient.quantities import Range
 
 if TYPE_CHECKING:
     from focalgradient.eye.zones import ZonedLens
@@ -49,14 +51,13 @@ from the quadrature by at most 3e-4 (`tests/eye/test_wavefront_grid.py`)."""
 _CHUNK = 1 << 20  # values at a time, to bound memory
 
 
-def zernike_defocus(defocus: float, *, pupil_diameter: float) -> float:
+@checked
+def zernike_defocus(defocus: Annotated[float, Range("dioptres")], *, pupil_diameter: PupilDiameter) -> float:
     """Return the Zernike coefficient c(2, 0) in micrometres of a `defocus` (D), as `defocus_term` computes it.
 
     >>> round(zernike_defocus(1.0, pupil_diameter=0.004), 4)
     0.5774
     """
-    check_number("defocus", defocus, "dioptres")
-    check_pupil(pupil_diameter)
     return defocus_term(defocus, pupil_diameter)
 
 
@@ -303,8 +304,7 @@ class Pupil:
         self.clear = not (aberrations or stiles_crawford or lens)
         check_aberrations(aberrations)
         check_number("stiles_crawford", stiles_crawford, "1/mm^2", least=0)
-        check_number("wavelength_nm", wavelength_nm, "nanometres")
-        wavelengths(wavelength_nm)
+        check_wavelength(wavelength_nm)
         check_number("defocus", defocus, "dioptres")
         terms = (*aberrations, (2, 0, defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre

@@ -2,31 +2,23 @@
 
 from __future__ import annotations
 
-import math
 import random
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.dataset import Press
 from focalgradient.errors import InputError
 from focalgradient.lab.forms import WARN
-from focalgradient.lab.questions import Given
+from focalgradient.lab.questions import ENTER, HOLD, STEP, SWEEP, Given, respond
+from focalgradient.scales import Scale
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
 __all__ = ["adjust"]
 
-STEP = 1 / 60
-"""Step of one key press or wheel notch, as a fraction of the range; one key press moves the rating slider as far."""
-
 COARSE_STEPS = 6
 """Number of steps per press of the up or down arrow key."""
-
-SWEEP_S = 2.5
-"""Time in which a held arrow key turns the knob across its whole range, in s, as for the rating slider."""
-
-HOLD_S = 0.3
-"""Time in s after which a pressed key counts as held."""
 
 INK, BAND = 0.9, -0.6
 """Greys of texts and of the bands behind them, from -1 to 1: contrast 11:1, where WCAG 2.1 requires 7:1."""
@@ -99,53 +91,49 @@ def adjust(
     if screen.practice:
         still.append(screen.text(screen.words("web.practice"), height=0.024, y=0.405, bold=True, color=WARN))
     marker = screen.triangle(0.03 * unit, fillColor=INK)
-    share = random.uniform(0.1, 0.9) if start is None else _share(start, least, most, ratios)
-    begun, turned, dragged = _value(share, least, most, ratios), False, False
+    scale = Scale(question, "", least, most, ratios)
+    share = random.uniform(0.1, 0.9) if start is None else scale.share(start)
+    begun, turned, dragged = scale.value(share), False, False
     held: dict[str, float] = {}
 
-    def show() -> float:
-        draw(_value(share, least, most, ratios))
+    def show() -> None:
+        draw(scale.value(share))
         for part in still:
             part.draw()
         marker.pos = ((2 * share - 1) * half, (PLACE + 0.014) * unit)
         marker.draw()
-        return screen.frame(lit=True)
 
     def turn(taps: float) -> None:
         nonlocal share, turned
         share, turned = min(max(share + taps * STEP, 0.0), 1.0), turned or taps != 0
 
-    screen.wait_out()
-    screen.keys.clear()
+    def answer(press: Press, seconds: float) -> Given | None:
+        if press.key in KEYS and press.down:
+            turn(KEYS[press.key])  # apply at once: Enter may arrive within the same frame
+            held[press.key] = press.time
+        elif press.key in KEYS:
+            held.pop(press.key, None)
+        elif press.down and press.key in ENTER and turned:
+            return Given(round(scale.value(share), 6), seconds, round(begun, 6))
+        return None
+
+    def move(before: float) -> None:
+        nonlocal share, turned, dragged
+        for key, since in held.items():
+            if before - since > HOLD:
+                turn(KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP / STEP)
+        x, y = screen.mouse.getPos()
+        dragged = screen.mouse.getPressed()[0] and (
+            dragged or (abs(y - PLACE * unit) < 0.06 * unit and abs(x) < half + 0.05 * unit)
+        )
+        if dragged:
+            share, turned = min(max((float(x) / half + 1) / 2, 0.0), 1.0), True
+
+    def wheel() -> None:
+        turn(float(screen.mouse.getWheelRel()[1]))
+
     screen.mouse.getWheelRel()
-    asked = before = show()
-    screen.window.mouseVisible = True
-    screen.on_event(event, asked)
-    try:
-        while True:
-            turn(_turns(screen.mouse.getWheelRel()))
-            found = screen.keys.events()
-            screen.stop_if_asked(found)
-            for press in found:
-                if press.key in KEYS and press.down:
-                    turn(KEYS[press.key])  # apply at once: Enter may arrive within the same frame
-                    held[press.key] = press.time
-                elif press.key in KEYS:
-                    held.pop(press.key, None)
-                elif press.down and press.key in ("return", "num_enter") and turned:
-                    return Given(round(_value(share, least, most, ratios), 6), press.time - asked, round(begun, 6))
-            for key, since in held.items():
-                if before - since > HOLD_S:
-                    turn(KEYS[key] / abs(KEYS[key]) * screen.frame_s / SWEEP_S / STEP)
-            x, y = screen.mouse.getPos()
-            dragged = screen.mouse.getPressed()[0] and (
-                dragged or (abs(y - PLACE * unit) < 0.06 * unit and abs(x) < half + 0.05 * unit)
-            )
-            if dragged:
-                share, turned = min(max((float(x) / half + 1) / 2, 0.0), 1.0), True
-            before = show()
-    finally:
-        screen.window.mouseVisible = False
+    return respond(screen, show, event, answer, first=wheel, last=move, pointer=True, lit=True)
 
 
 KEYS = {"left": -1, "right": 1, "down": -COARSE_STEPS, "up": COARSE_STEPS}
@@ -157,15 +145,3 @@ def _band(screen: Screen, low: float, high: float) -> Any:
     band, (width, unit) = screen.whole(min(screen.background, BAND)), screen.size
     band.size, band.pos = (width, (high - low) * unit), (0, (low + high) / 2 * unit)
     return band
-
-
-def _turns(wheel: Any) -> float:
-    return float(wheel[1])
-
-
-def _value(share: float, least: float, most: float, ratios: bool) -> float:
-    return least * (most / least) ** share if ratios else least + (most - least) * share
-
-
-def _share(value: float, least: float, most: float, ratios: bool) -> float:
-    return math.log(value / least) / math.log(most / least) if ratios else (value - least) / (most - least)

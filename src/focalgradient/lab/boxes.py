@@ -5,7 +5,6 @@ A separate thread time-stamps the bytes of a serial port as they arrive.
 
 from __future__ import annotations
 
-import argparse
 import threading
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -15,7 +14,7 @@ from typing import Any, Protocol
 from focalgradient.dataset import Press
 from focalgradient.errors import InputError, check_installed
 
-__all__ = ["Box", "Gamepad", "add_boxes", "check_keys", "keys_of", "open_boxes", "open_gamepad", "xid_presses"]
+__all__ = ["Box", "Gamepad", "check_keys", "keys_of", "open_boxes", "open_gamepad", "xid_presses"]
 
 BAUD = 115200
 """Default rate of a serial port, in bits per second; Cedrus boxes use this rate."""
@@ -127,29 +126,6 @@ class Gamepad:
         self._device.close()
 
 
-def add_boxes(add: Callable[..., object]) -> None:
-    """Add the options --box, --pointer and --box-keys with a parser's `add_argument` method."""
-    add(
-        "--box",
-        action="append",
-        default=[],
-        metavar="PORT",
-        help="response box whose buttons count as keys: serial:PORT[:BAUD] (one letter or digit per press), "
-        "cedrus:PORT "
-        "(XID) or gamepad; may be given more than once",
-    )
-    add(
-        "--pointer",
-        action="store_true",
-        help="allow responses by mouse or touch alone: pages and questions show buttons",
-    )
-    add(
-        "--box-keys",
-        metavar="LIST",
-        help="keys assigned to the buttons of the box, such as 1=left,2=right,3=space,4=return",
-    )
-
-
 def keys_of(given: str | None) -> dict[str, str]:
     """Parse the value of --box-keys into keys by button.
 
@@ -230,9 +206,9 @@ def open_gamepad(window: Any, keys: Mapping[str, str]) -> Box:
     return Gamepad(found[0], keys)
 
 
-def check_keys(options: argparse.Namespace, known: set[str]) -> dict[str, str]:
-    """Parse --box-keys of a command; raise `InputError` for keys outside `known`."""
-    keys = keys_of(options.box_keys)
+def check_keys(given: str | None, known: set[str]) -> dict[str, str]:
+    """Parse the value of --box-keys; raise `InputError` for keys outside `known`."""
+    keys = keys_of(given)
     if wrong := [key for key in keys.values() if key not in known]:
         raise InputError(
             f"--box-keys has the key {wrong[0]!r}, but must name keys of a keyboard, such as left, space or return."

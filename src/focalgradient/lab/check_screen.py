@@ -6,7 +6,6 @@ it did not.
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -15,7 +14,6 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import asdict
-from pathlib import Path
 from statistics import median
 from types import ModuleType
 from typing import TYPE_CHECKING
@@ -23,10 +21,12 @@ from typing import TYPE_CHECKING
 from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
 from focalgradient.lab.computer import Check
+from focalgradient.lab.options import CheckOptions
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.lab.running import PART
-from focalgradient.lab.triggers import Port, Triggers, add_triggers, open_triggers
+from focalgradient.lab.triggers import Port, Triggers, open_triggers
 from focalgradient.luminance import UNEQUAL, read_luminance
+from focalgradient.options import parsed
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Calibration, Screen
@@ -55,21 +55,13 @@ PULSES, PULSE_MS, PULSE_GAP = 20, 2.0, 0.02
 
 def main() -> int:
     """Run and print the checks; return exit code 2, with one sentence on standard error, if no window can be opened."""
-    add = (parser := argparse.ArgumentParser(description=__doc__)).add_argument
-    add("--screen", type=int, default=0)
-    add("--monitor")
-    add("--seconds", type=float, default=10.0)
-    add("--windowed", action="store_true")
-    add("--luminance", type=Path)
-    add_triggers(add)
-    add("--card", action="store_true")
-    options = parser.parse_args()
     try:
+        options = parsed(CheckOptions, sys.argv[1:], program="check_screen", about=__doc__)
         module = import_screen()
         if options.luminance is not None and options.monitor is not None:
             module.store_luminance(options.monitor, read_luminance(options.luminance))
         calibration = None if options.monitor is None else module.calibration_of(options.monitor)
-        with closing(open_triggers(options.markers, options.triggers, options.codes)) as triggers:
+        with closing(open_triggers(options)) as triggers:
             checks = [*_geometry(options, module, calibration), *_window(options, module, triggers)]
             print(json.dumps([asdict(check) for check in checks]))
     except InputError as error:
@@ -78,7 +70,7 @@ def main() -> int:
     return 0
 
 
-def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibration | None) -> Iterator[Check]:
+def _geometry(options: CheckOptions, module: ModuleType, found: Calibration | None) -> Iterator[Check]:
     size = module.screen_size(options.screen)
     yield Check("screen", f"{size[0]} x {size[1]} px", True)
     if found is None or not (found.width and found.distance):
@@ -103,7 +95,7 @@ def _geometry(options: argparse.Namespace, module: ModuleType, found: Calibratio
         yield Check("white", f"{found.white:.1f} cd/m2", True)
 
 
-def _window(options: argparse.Namespace, module: ModuleType, triggers: Triggers) -> Iterator[Check]:
+def _window(options: CheckOptions, module: ModuleType, triggers: Triggers) -> Iterator[Check]:
     display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
     screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
     try:
@@ -209,7 +201,7 @@ def _pulses(triggers: Triggers, port: Port) -> Check:
     return Check("triggers", text, max(times) <= PULSE_MS, remedy, f"{PULSE_MS:g} ms each")
 
 
-def _card(screen: Screen, options: argparse.Namespace, module: ModuleType) -> Check:
+def _card(screen: Screen, options: CheckOptions, module: ModuleType) -> Check:
     """Measure the screen's width: the participant matches a frame to the size of a bank card held to the screen."""
     wide = float(round(CARD[0] / ASSUMED_PITCH))
     head = screen.text("Hold a bank card flat to the screen, in the frame.", height=0.035, y=0.42)

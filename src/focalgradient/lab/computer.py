@@ -14,12 +14,14 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from subprocess import CompletedProcess
 
 from focalgradient.errors import InputError
 from focalgradient.files import existing, printable
+from focalgradient.lab.options import CheckOptions, MeterOptions
 from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, Luminance
 
 __all__ = ["Check", "check_disk", "check_luminance", "check_screen", "check_versions", "measure_luminance"]
@@ -60,8 +62,13 @@ class Check:
     limit: str = ""
 
 
-def _run(program: Sequence[str], words: Sequence[str]) -> tuple[subprocess.CompletedProcess[str], str]:
-    """Run a program; return its output, and the last line of its errors."""
+def _run(program: Sequence[str], options: CheckOptions | MeterOptions) -> tuple[CompletedProcess[str], str]:
+    """Run a program with options; return its output, and the last line of its errors."""
+    words = list[str]()
+    for one in fields(options):
+        value, name = getattr(options, one.name), f"--{one.name}"
+        given = value if isinstance(value, tuple) else () if value in (None, False) else (value,)
+        words += [word for part in given for word in ([name] if part is True else [name, str(part)])]
     run = subprocess.run([*program, *words], capture_output=True, text=True, encoding="utf-8")
     return run, (run.stderr.strip().splitlines() or [f"it ended with {run.returncode}"])[-1]
 
@@ -86,7 +93,7 @@ def measure_luminance(photometer: str, *, screen: int = 0, windowed: bool = Fals
     InputError
         If the photometer is unknown or does not respond, or the measurement was stopped.
     """
-    run, last = _run(PHOTOMETER, [photometer, "--screen", str(screen), *(["--windowed"] if windowed else [])])
+    run, last = _run(PHOTOMETER, MeterOptions(device=photometer, screen=screen, windowed=windowed))
     if run.returncode == 0 and "level," in run.stdout:
         return run.stdout[run.stdout.index("level,") :]
     raise InputError(last if run.returncode == 2 else f"the photometer's program failed ({last}): run it again.")
@@ -132,55 +139,9 @@ def check_luminance(found: Luminance, drawn: Path, monitor: str | None = None) -
         yield Check("additivity", text, abs(found.additivity) <= ADDITIVE, remedy, f"{ADDITIVE:.0%}")
 
 
-def check_screen(
-    *,
-    screen: int = 0,
-    seconds: float = 10.0,
-    monitor: str | None = None,
-    windowed: bool = False,
-    luminance: Path | None = None,
-    markers: Path | None = None,
-    triggers: Sequence[str] = (),
-    codes: Path | None = None,
-    card: bool = False,
-) -> list[Check]:
-    """Check screen, keyboard, clock and trigger ports in a PsychoPy window.
-
-    Parameters
-    ----------
-    screen
-        Number of the screen.
-    seconds
-        Duration of counting dropped frames, in seconds.
-    monitor
-        Name of the screen in PsychoPy's Monitor Center.
-    windowed
-        Whether to check a window instead of the whole screen.
-    luminance
-        Photometer's table to store with the monitor.
-    markers, triggers, codes
-        Trigger ports and event codes, as the experiments take them: test pulses are sent and timed.
-    card
-        Whether the experimenter measures the screen's size with a bank card.
-
-    Returns
-    -------
-    list of Check
-        One failed check if no window can be opened.
-    """
-    given: dict[str, Sequence[object]] = {
-        "screen": [screen],
-        "seconds": [seconds],
-        "monitor": [monitor],
-        "luminance": [luminance],
-        "markers": [markers],
-        "triggers": triggers,
-        "codes": [codes],
-    }
-    each = [(f"--{name}", str(value)) for name, values in given.items() for value in values if value is not None]
-    words = [word for pair in each for word in pair]
-    words += [f"--{name}" for name, asked in (("windowed", windowed), ("card", card)) if asked]
-    run, last = _run(SCREEN, words)
+def check_screen(options: CheckOptions) -> list[Check]:
+    """Check screen, keyboard, clock and trigger ports in a PsychoPy window; one failed check if none can be opened."""
+    run, last = _run(SCREEN, options)
     try:
         return [Check(**one) for one in json.loads(run.stdout.strip().splitlines()[-1])]
     except (IndexError, ValueError, TypeError):

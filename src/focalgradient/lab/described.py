@@ -21,7 +21,7 @@ from focalgradient.lab.sound import tone
 from focalgradient.scales import Held
 from focalgradient.tasks import Task
 from focalgradient.tasks.noted import noted_start, with_noted
-from focalgradient.tasks.steps import BLANK_S, Look, Step, control_of, judged, pauses, steps_of
+from focalgradient.tasks.steps import BLANK_S, Look, Step, control_of, judged, pauses, steps_of, stimulus_of
 
 __all__ = ["described_experiment", "show_described"]
 
@@ -31,7 +31,7 @@ WHITE_S = 0.5
 
 def described_experiment(task: Task) -> Experiment:
     """Return the experiment of a task whose trials are described as data, or shown by its own `run`."""
-    trial = partial(show_described, task) if type(task).run is Task.run else task.run
+    trial = partial(show_described, task) if task.run is None else task.run
     return Experiment(
         task=task.name,
         about=cleandoc(type(task).__doc__ or task.title),
@@ -49,7 +49,8 @@ def _check(task: Task, design: Any, display: Display, room: tuple[int, int]) -> 
     """Raise `InputError` if a key of the design is unknown, or a device does not respond."""
     from focalgradient.lab.screen import key_names
 
-    task.check_devices(design)
+    if task.check_devices is not None:
+        task.check_devices(design)
     for key in getattr(design, "keys", ()):
         if key not in key_names():
             raise InputError(f"keys has {key!r}, but must name keys of a keyboard, such as 'f', 'left' or 'space'.")
@@ -86,6 +87,7 @@ def _lead(task: Task, sitting: Sitting, labels: Sequence[Any] = ()) -> None:
                 screen.on_event(step.ends, screen.blank())
             continue
         degree = screen.display.pixels_per_degree
+        assert task.standard is not None
         part = _loaded(sitting, task.standard(design, step.form, degree, sitting.stimuli, sitting.words))
         _warm(sitting, [part])
         _show(sitting, part, 0.0)
@@ -220,7 +222,7 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
         away = sitting.taken.away
         noted |= {"gaze_away": Noted(away), "gaze_left": Noted(away is None or away > design.gaze_within_deg)}
     when = {"onset": sitting.since_start(onset), "response_time": seconds}
-    answer = task.answered(design, trials[0], value, **when, **task.stimulus(design, trials[0], sitting.stimuli))
+    answer = task.answered(design, trials[0], value, **when, **stimulus_of(task, design, trials[0], sitting.stimuli))
     return with_noted(answer, noted, task.columns(design.model_dump(mode="json")))
 
 
@@ -261,6 +263,7 @@ def _adjusted(task: Task, sitting: Sitting, planned: Any) -> Any:
     screen, design = sitting.screen, sitting.design
     _lead(task, sitting)
     trial = task.adapted(design, planned, sitting.recorded)
+    assert task.adjustment is not None
     asked = task.adjustment(design, sitting.words, trial, screen.display.pixels_per_degree)
     views = [(screen.refocused(one.series, one.pos), one.focus) for one in asked.views]
 

@@ -7,7 +7,6 @@ first frame that shows it; the square of --photodiode is inverted at that frame.
 
 from __future__ import annotations
 
-import argparse
 import sys
 from collections.abc import Sequence
 from contextlib import closing
@@ -25,18 +24,19 @@ from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
 from focalgradient.lab.experiment import Again, Quit
 from focalgradient.lab.gaze import Gaze, open_gaze
+from focalgradient.lab.options import FollowOptions
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
     ASSUMED_PITCH,
     WINDOW,
-    Arguments,
     gamma_shown,
     import_screen,
 )
 from focalgradient.lab.running import guard
-from focalgradient.lab.trackers import add_tracker, tracker_settings
-from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
+from focalgradient.lab.trackers import tracker_settings
+from focalgradient.lab.triggers import Triggers, open_triggers
 from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
+from focalgradient.options import parsed
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -49,54 +49,9 @@ eye tracker.
 """
 
 
-def _arguments(given: Sequence[str] | None, program: str | None) -> argparse.Namespace:
-    parser = Arguments(program, description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    add = parser.add_argument
-    add(
-        "--series",
-        type=Path,
-        required=True,
-        metavar="DIR",
-        help="folder written by 'focalgradient focus-series', or by 'focalgradient blur' with at least two foci",
-    )
-    add("--gaze", choices=("mouse", "tracker"), default="mouse", help="source of the gaze position (default: mouse)")
-    add_tracker(parser)
-    add(
-        "--transition",
-        choices=("eye", "immediate"),
-        default="eye",
-        help="how focus changes: with the eye's time constant of 0.3 s, or at once (default: eye)",
-    )
-    add("--seconds", type=float, default=60.0, metavar="S", help="duration in s (default: 60)")
-    add(
-        "--participant",
-        default="pilot",
-        metavar="LABEL",
-        help="label of the participant: letters and digits (default: pilot)",
-    )
-    add("--session", metavar="LABEL", help="label of the session, for participants with more than one")
-    add("--data", type=Path, default=Path("data"), metavar="DIR", help="folder of the data set (default: data)")
-    add(
-        "--windowed",
-        action="store_true",
-        help=f"show a window of {WINDOW[0]} x {WINDOW[1]} pixels instead of the whole screen",
-    )
-    add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
-    add(
-        "--monitor",
-        metavar="NAME",
-        help="name of the screen in PsychoPy's Monitor Center, for its size, viewing distance and gamma",
-    )
-    add(
-        "--photodiode",
-        choices=("left", "right"),
-        help="show a square in this lower corner that is inverted when focus changes",
-    )
-    add("--language", default="en", metavar="NAME", help="language of the texts: en, de, or a TOML file (default: en)")
-    add_triggers(add)
-    options = parser.parse_args(given)
-    if not 0 < options.seconds <= 3600:
-        raise InputError(f"--seconds is {options.seconds:g}, but must be above 0 and at most 3600.")
+def _options(given: Sequence[str] | None, program: str | None) -> FollowOptions:
+    words, name = (sys.argv[1:] if given is None else given), program or Path(sys.argv[0]).name
+    options = parsed(FollowOptions, words, program=name, about=__doc__)
     if options.tracker is not None and options.gaze != "tracker":
         raise InputError("--tracker is given, but --gaze is mouse: give --gaze tracker too.")
     if options.windowed and options.gaze == "tracker":
@@ -117,7 +72,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         Exit code: 0 at the end, 1 if stopped earlier, 2 with one sentence on standard error if it cannot run.
     """
     try:
-        options = _arguments(given, program)
+        options = _options(given, program)
         series = read_series(options.series)
         files = Files(options.data, "gazefocus", options.participant, options.session)
         kind, settings = tracker_settings(options.gaze, options.tracker)
@@ -134,7 +89,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
             )
         about = _about(options, series, kind)
         with (
-            closing(open_triggers(options.markers, options.triggers, options.codes)) as triggers,
+            closing(open_triggers(options)) as triggers,
             closing(_begin(files, options, about)) as journal,
         ):
             return _window(module, options, display, series, (kind, settings), triggers, journal)
@@ -143,7 +98,7 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         return 2
 
 
-def _display(options: argparse.Namespace, module: Any) -> Display:
+def _display(options: FollowOptions, module: Any) -> Display:
     size = module.screen_size(options.screen)
     if options.monitor is None:
         return Display(size, ASSUMED_PITCH, ASSUMED_DISTANCE)
@@ -156,7 +111,7 @@ def _display(options: argparse.Namespace, module: Any) -> Display:
     return Display(size, found.width / size[0], found.distance, gamma_shown(found) or "sRGB")
 
 
-def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[str, Any]:
+def _about(options: FollowOptions, series: FocusSeries, kind: str) -> dict[str, Any]:
     """Return the settings and software versions of the session."""
     return {
         "task": "gazefocus",
@@ -172,7 +127,7 @@ def _about(options: argparse.Namespace, series: FocusSeries, kind: str) -> dict[
     }
 
 
-def _begin(files: Files, options: argparse.Namespace, about: dict[str, Any]) -> Journal:
+def _begin(files: Files, options: FollowOptions, about: dict[str, Any]) -> Journal:
     """Create the data set if necessary, and the journal of this session."""
     begin_dataset(options.data, "human")
     path = files.journal.with_name(files.journal.name.replace("_beh.", "_events."))
@@ -187,7 +142,7 @@ def _begin(files: Files, options: argparse.Namespace, about: dict[str, Any]) -> 
 
 def _window(
     module: Any,
-    options: argparse.Namespace,
+    options: FollowOptions,
     display: Display,
     series: FocusSeries,
     tracker: tuple[str, dict[str, Any]],
@@ -270,7 +225,7 @@ def _follow(
     gaze: Gaze,
     series: FocusSeries,
     view: Any,
-    options: argparse.Namespace,
+    options: FollowOptions,
     journal: Journal,
     start: float,
 ) -> None:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping
+from dataclasses import replace
 
 from focalgradient.design.form import GIVEN, USUAL, check_about
 from focalgradient.lab.experiment import Sitting
 from focalgradient.lab.forms import form
+from focalgradient.lab.options import SessionOptions
 from focalgradient.lab.preparation import check_session
 
 __all__ = ["ask_participant"]
 
 
-def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[str, str]:
+def ask_participant(sitting: Sitting, options: SessionOptions) -> Mapping[str, str]:
     """Ask for missing data until they are valid; return the data to be recorded about the participant."""
     words = sitting.words
     given = {name: getattr(options, name) for name in GIVEN if getattr(options, name)}
@@ -35,10 +36,7 @@ def ask_participant(sitting: Sitting, options: argparse.Namespace) -> Mapping[st
         if "participant" not in typed:
             return
         session = typed.get("session") or options.session
-        check_session(
-            argparse.Namespace(**{**vars(options), "participant": typed["participant"], "session": session}),
-            sitting.design,
-        )
+        check_session(replace(options, participant=typed["participant"], session=session), sitting.design)
         sitting.participant, options.session = typed["participant"], session
 
     fields = {name: (words(f"form.{name}"), words(f"form.{name}_hint")) for name in asked}

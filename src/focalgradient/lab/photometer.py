@@ -5,7 +5,6 @@ PsychoPy's package for the photometer controls it. The table of luminances is pr
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import math
@@ -18,8 +17,10 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab.options import MeterOptions
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.luminance import GUNS, fit_luminance
+from focalgradient.options import parsed
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -154,12 +155,8 @@ def _read(photometer: Any, where: str) -> float:
 
 def main() -> int:
     """Print the table; return exit code 2, with one sentence on standard error, if the measurement fails."""
-    add = (parser := argparse.ArgumentParser(description=__doc__)).add_argument
-    add("--screen", type=int, default=0)
-    add("--windowed", action="store_true")
-    add("device")
-    options = parser.parse_args()
     try:
+        options = parsed(MeterOptions, sys.argv[1:], program="photometer", about=__doc__)
         module = import_screen()
         photometer = open_photometer(options.device)
         display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)

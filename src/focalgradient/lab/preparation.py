@@ -6,7 +6,6 @@ that is slow.
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import os
@@ -17,7 +16,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 
@@ -26,15 +25,17 @@ from focalgradient.design import Design, check_label, design_of, design_text
 from focalgradient.design.consent import Consent, read_consent
 from focalgradient.design.form import GIVEN, check_about
 from focalgradient.design.given_list import read_trials
-from focalgradient.design.words import LANGUAGES, Words, load_words, words_text
+from focalgradient.design.words import Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.boxes import Box, add_boxes, check_keys, open_boxes
+from focalgradient.lab.boxes import Box, check_keys, open_boxes
 from focalgradient.lab.experiment import Experiment
+from focalgradient.lab.options import SessionOptions
 from focalgradient.lab.stereoscope import Stereoscope, eye_displays, open_stereoscope
-from focalgradient.lab.trackers import add_tracker, tracker_settings
-from focalgradient.lab.triggers import Triggers, add_triggers, open_triggers
+from focalgradient.lab.trackers import tracker_settings
+from focalgradient.lab.triggers import Triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
+from focalgradient.options import parsed
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import check_task, task_named
 
@@ -42,7 +43,6 @@ __all__ = [
     "ASSUMED_DISTANCE",
     "ASSUMED_PITCH",
     "WINDOW",
-    "Arguments",
     "Prepared",
     "check_session",
     "import_screen",
@@ -65,6 +65,8 @@ class Prepared:
     ----------
     options
         Parsed command line.
+    program, given
+        Name and words of the command that resumes the session, without `--resume`.
     design, stimuli
         Design; and the set of pictures, if it shows any.
     tracker
@@ -88,7 +90,9 @@ class Prepared:
         Warnings for the experimenter.
     """
 
-    options: argparse.Namespace
+    options: SessionOptions
+    program: str
+    given: Sequence[str]
     design: Design
     stimuli: StimulusSet | None
     tracker: tuple[str, dict[str, Any]] | None
@@ -111,7 +115,8 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     InputError
         At the first fault found.
     """
-    options = _arguments(experiment, given, program)
+    words, program = (sys.argv[1:] if given is None else given), program or Path(sys.argv[0]).name
+    options = _options(experiment, words, program)
     _psychopy()
     design = design_of(experiment.task, options.design)
     if options.trials is not None:
@@ -124,12 +129,12 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         _same_design(options, given_design, design)
     tracker = _tracker(options, design)
     stimuli = _stimuli(options, experiment, design)
-    words = load_words(design.language, None if options.design is None else options.design.parent)
+    texts = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
     setup = open_stereoscope(options)
     if setup is not None and tracker is not None:
         raise InputError("--stereoscope is given, but the gaze cannot be recorded through mirrors: give --gaze none.")
-    triggers = open_triggers(options.markers, options.triggers, options.codes)
+    triggers = open_triggers(options)
     try:
         screen = import_screen()
         display, calibrated, warnings = _display(options, screen, stimuli, setup)
@@ -140,96 +145,27 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         experiment.check(design, display, room)
         check_task(
             design,
-            words,
+            texts,
             pixels_per_degree=display.pixels_per_degree,
             room=None if options.pilot else room,
             stimuli=None if task_named(design.task).adapts else stimuli,
         )
-        boxes = open_boxes(options.box, check_keys(options, screen.key_names()))
+        boxes = open_boxes(options.box, check_keys(options.box_keys, screen.key_names()))
     except BaseException:
         triggers.close()
         raise
-    parts = (design, stimuli, tracker, words, consent, triggers, boxes, screen, display, calibrated, stereoscope)
-    return Prepared(options, *parts, warnings)
+    parts = (design, stimuli, tracker, texts, consent, triggers, boxes, screen, display, calibrated, stereoscope)
+    return Prepared(options, program, _to_repeat(words), *parts, warnings)
 
 
-class Arguments(argparse.ArgumentParser):
-    """Argument parser that raises `InputError` instead of exiting."""
-
-    def error(self, message: str) -> NoReturn:
-        """Raise `InputError` with the parser's message."""
-        raise InputError(f"{message.rstrip('.')}: see --help.")
-
-
-class _PrintDesign(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> None:
-        print(design_text(self.const), end="")
-        parser.exit()
-
-
-class _PrintWords(argparse.Action):
-    def __call__(self, parser: argparse.ArgumentParser, namespace: object, values: Any, option: object = None) -> None:
-        print(words_text(values), end="")
-        parser.exit()
-
-
-def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str | None = None) -> argparse.Namespace:
-    add = (parser := Arguments(program, description=experiment.about)).add_argument
-    add(
-        "--participant",
-        metavar="LABEL",
-        help="label of the participant: letters and digits (default: asked for on the screen)",
-    )
-    add("--session", metavar="LABEL", help="label of the session, for participants with more than one")
-    add("--age", metavar="YEARS", help="age, recorded in the table of participants")
-    add("--sex", metavar="WORD", help="sex, recorded in the table of participants")
-    add("--handedness", metavar="WORD", help="handedness, recorded in the table of participants")
-    add("--eye", metavar="WORD", help="viewing eye: left, right or both")
-    add("--data", type=Path, metavar="DIR", help="folder of the data set (default: data; with --pilot: pilot)")
-    add("--stimuli", type=Path, metavar="DIR", help="folder of the pictures, written by 'focalgradient stimuli'")
-    add("--design", type=Path, metavar="FILE", help="settings file of the design (default: the settings of the paper)")
-    add(
-        "--print-design",
-        action=_PrintDesign,
-        nargs=0,
-        const=experiment.task,
-        help="print the settings file of the paper, as a template",
-    )
-    add(
-        "--print-words",
-        action=_PrintWords,
-        metavar="LANGUAGE",
-        help=f"print all texts shown on the screen in {' or '.join(LANGUAGES)}, as a template",
-    )
-    add("--trials", type=Path, metavar="FILE", help="list of trials instead of the design's own (CSV, XLSX)")
-    add("--consent", type=Path, metavar="FILE", help="consent text, shown before everything else")
-    add("--resume", action="store_true", help="continue an interrupted session, with the design that it began with")
-    add("--pilot", action="store_true", help="make a short test run in a small window")
-    add(
-        "--windowed",
-        action="store_true",
-        help=f"show a window of {WINDOW[0]} x {WINDOW[1]} pixels instead of the whole screen",
-    )
-    add("--screen", type=int, default=0, metavar="N", help="number of the screen (default: 0)")
-    add(
-        "--monitor",
-        metavar="NAME",
-        help="name of the screen in PsychoPy's Monitor Center, for its size and viewing distance",
-    )
-    add("--uncalibrated", action="store_true", help="run although the screen's size and viewing distance are unknown")
-    add(
-        "--photodiode",
-        choices=("left", "right"),
-        help="show a square in this lower corner that is white while a stimulus is shown",
-    )
-    add("--stereoscope", type=Path, metavar="FILE", help="settings of a mirror stereoscope or two screens (TOML)")
-    add_triggers(add)
-    add_boxes(add)
-    if "gaze" in task_named(experiment.task).design.model_fields:  # its trials have an object to fixate
-        add("--gaze", choices=("none", "mouse", "tracker"), help="source of recorded gaze, instead of the design's")
-        add_tracker(parser)
-    options = parser.parse_args(given)
-    options.given, options.program = _to_repeat(sys.argv[1:] if given is None else given), parser.prog
+def _options(experiment: Experiment, given: Sequence[str], program: str) -> SessionOptions:
+    fixated = "gaze" in task_named(experiment.task).design.model_fields  # its trials have an object to fixate
+    without = () if fixated else ("gaze", "tracker")
+    options = parsed(SessionOptions, given, program=program, about=experiment.about, without=without)
+    if options.print_design or options.print_words is not None:
+        text = design_text(experiment.task) if options.print_words is None else words_text(options.print_words)
+        print(text, end="")
+        sys.exit(0)
     check_about({name: text for name in GIVEN if (text := getattr(options, name))}, GIVEN)
     if options.screen < 0:
         raise InputError(f"--screen is {options.screen}, but must be 0 or more.")
@@ -238,7 +174,6 @@ def _arguments(experiment: Experiment, given: Sequence[str] | None, program: str
         options.participant = options.participant or "pilot"
         if not options.resume:
             options.session = options.session or datetime.now().strftime("%Y%m%dT%H%M%S")
-    options.data = options.data or Path("pilot" if options.pilot else "data")
     if options.resume and not options.participant:
         raise InputError(
             "--resume is given without the participant whose session is to be resumed: give --participant."
@@ -253,12 +188,12 @@ def _to_repeat(given: Sequence[str]) -> list[str]:
     for word in words:
         if word == "--trials":
             next(words, None)
-        elif not word.startswith("--trials="):
+        elif not word.startswith("--trials=") and word != "--resume":
             kept.append(word)
     return kept
 
 
-def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
+def _with_gaze(options: SessionOptions, design: Design) -> Design:
     """Return the design with gaze recorded as the options require; in a pilot, the mouse replaces an eye tracker."""
     if not hasattr(design, "gaze"):
         return design
@@ -266,10 +201,10 @@ def _with_gaze(options: argparse.Namespace, design: Design) -> Design:
     return design.model_copy(update={"gaze": "mouse" if options.pilot and gaze == "tracker" else gaze})
 
 
-def _tracker(options: argparse.Namespace, design: Design) -> tuple[str, dict[str, Any]] | None:
+def _tracker(options: SessionOptions, design: Design) -> tuple[str, dict[str, Any]] | None:
     """Return the eye tracker's class and settings, if gaze is recorded; "mouse" for the pointer."""
     gaze = getattr(design, "gaze", "none")
-    if gaze != "tracker" and getattr(options, "tracker", None) is not None:
+    if gaze != "tracker" and options.tracker is not None:
         raise InputError(f"--tracker is given, but the gaze is {gaze!r}: give --gaze tracker, or leave it out.")
     if gaze == "none":
         return None
@@ -281,14 +216,14 @@ def _tracker(options: argparse.Namespace, design: Design) -> tuple[str, dict[str
     return tracker_settings(gaze, options.tracker)
 
 
-def check_session(options: argparse.Namespace, design: Design) -> Design:
+def check_session(options: SessionOptions, design: Design) -> Design:
     """Check labels, data and disk space for the session that the options request; return the design to be run."""
     if options.session is not None:
         check_label("the session", options.session)
     if options.participant is None:
         return design
     return Session.check(
-        options.data,
+        options.folder,
         design,
         options.participant,
         options.session,
@@ -297,9 +232,9 @@ def check_session(options: argparse.Namespace, design: Design) -> Design:
     )
 
 
-def _same_design(options: argparse.Namespace, given: Design, began: Design) -> None:
+def _same_design(options: SessionOptions, given: Design, began: Design) -> None:
     """Raise `InputError` if a session is resumed with a design other than the one that it began with."""
-    own, recorded = (design.of(options.participant).model_dump(mode="json") for design in (given, began))
+    own, recorded = (design.of(options.participant or "").model_dump(mode="json") for design in (given, began))
     if changed := sorted(
         name for name in own if own[name] != recorded.get(name) and name not in ("gaze", "given_trials")
     ):
@@ -309,7 +244,7 @@ def _same_design(options: argparse.Namespace, given: Design, began: Design) -> N
         )
 
 
-def _stimuli(options: argparse.Namespace, experiment: Experiment, design: Any) -> StimulusSet | None:
+def _stimuli(options: SessionOptions, experiment: Experiment, design: Any) -> StimulusSet | None:
     """Read the set of pictures, and check that it has everything that the design requires."""
     needed = experiment.pictures(design)
     if not needed:
@@ -416,14 +351,14 @@ def gamma_shown(found: Any) -> float | tuple[float, float, float] | None:
     return None if found.gamma is None else min(max(found.gamma, 1.0), 4.0)
 
 
-def _room(options: argparse.Namespace, size: tuple[int, int], setup: Stereoscope | None) -> tuple[int, int]:
+def _room(options: SessionOptions, size: tuple[int, int], setup: Stereoscope | None) -> tuple[int, int]:
     """Return the size in pixels that one eye sees: of window or screen or, with a stereoscope, of the eye's part."""
     whole = WINDOW if options.windowed else size
     return whole if setup is None else setup.part(whole, options.windowed)
 
 
 def _display(
-    options: argparse.Namespace, screen: Any, stimuli: StimulusSet | None, setup: Stereoscope | None = None
+    options: SessionOptions, screen: Any, stimuli: StimulusSet | None, setup: Stereoscope | None = None
 ) -> tuple[Display, bool, list[str]]:
     """Return geometry and encoding of the screen, whether they are calibrated, and warnings."""
     size, gamma, warnings = screen.screen_size(options.screen), None, []

@@ -8,17 +8,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.dataset import Press
 from focalgradient.lab.forms import Letters, edited, warn_colour
-from focalgradient.scales import Control, Scale, Steps, Ways
+from focalgradient.scales import Control, OwnControl, Scale, Steps, Ways
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["Given", "ask", "ask_which", "explain"]
+__all__ = ["Given", "ask", "ask_which", "explain", "respond"]
 
 SWEEP = 2.5  # time in s in which a held key moves the marker across the slider
 STEP = 1 / 60  # step of one key press, as a fraction of the slider
 HOLD = 0.3  # time in s after which a pressed key counts as held
+SIGNS = {"left": -1, "right": 1}  # direction in which each key moves the marker
+ENTER = ("return", "num_enter")
 STEP_KEY = "step "  # followed by its index: name of the key that a click on a step stands for
 WIDTH, LOW = 0.9, -0.05  # length of the slider, and its height above the centre, as fractions of the screen's height
 
@@ -42,8 +45,10 @@ class Given:
     start: float | None = None
 
 
-def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
+def ask(screen: Screen, scale: Control | OwnControl, event: str = "question") -> Given:
     """Ask for a response on a control.
+
+    A control of a user's own has a method `ask(screen, event)`, which may call `respond`.
 
     Responses are given on a slider (arrow keys or mouse), as a typed number, or as a rating step, and confirmed with
     the Enter key; a choice between two alternatives is the first press of an arrow key.
@@ -55,12 +60,64 @@ def ask(screen: Screen, scale: Control, event: str = "question") -> Given:
         return ask_which(screen, scale.question, scale.ways, event)
     if isinstance(scale, Steps):
         return _steps(screen, scale, event)
-    if scale.typed:
-        return _typed(screen, scale, event)
+    if isinstance(scale, Scale):
+        return (_typed if scale.typed else _slider)(screen, scale, event)
+    given: Given = scale.ask(screen, event)
+    return given
+
+
+def respond(
+    screen: Screen,
+    draw: Callable[[], object],
+    event: str,
+    answer: Callable[[Press, float], Given | None],
+    *,
+    first: Callable[[], object] = lambda: None,
+    last: Callable[[float], object] = lambda before: None,
+    pointer: bool = False,
+    lit: bool = False,
+) -> Given:
+    """Draw a question at each frame until a key press answers it.
+
+    Parameters
+    ----------
+    screen
+        PsychoPy window.
+    draw
+        Draws the question.
+    event
+        Name of its event marker.
+    answer
+        Returns the response that a press or release gives, None for any other; it receives the press, and its time in s
+        from the onset of the question.
+    first, last
+        Called at each frame before and after the keys; `last` receives the time of the frame before.
+    pointer
+        Whether the mouse pointer is shown; only with the question, since the blank after a picture must not show it.
+    lit
+        Whether the square of --photodiode is white.
+    """
+    screen.wait_out()
+    screen.keys.clear()
+    draw()
+    asked = before = screen.frame(lit)
     try:
-        return _slider(screen, scale, event)
+        if pointer:
+            screen.window.mouseVisible = True
+        screen.on_event(event, asked)
+        while True:
+            first()
+            found = screen.keys.events()
+            screen.stop_if_asked(found)
+            for press in found:
+                if (given := answer(press, press.time - asked)) is not None:
+                    return given
+            last(before)
+            draw()
+            before = screen.frame(lit)
     finally:
-        screen.window.mouseVisible = False
+        if pointer:
+            screen.window.mouseVisible = False
 
 
 def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
@@ -96,21 +153,16 @@ def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str =
     still.append(screen.text(f"←   {ways[0]}", height=0.04, x=-0.25, y=LOW))
     still.append(screen.text(f"{ways[1]}   →", height=0.04, x=0.25, y=LOW))
     screen.warm(*still)
-    screen.wait_out()
-    screen.keys.clear()
-    _draw(still)
-    screen.offer(left=ways[0], right=ways[1])
-    asked = screen.frame()
-    screen.on_event(event, asked)
-    while True:
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            if press.down and press.key in ("left", "right"):
-                return Given(1.0 if press.key == "left" else 2.0, press.time - asked)
+
+    def draw() -> None:
         _draw(still)
         screen.offer(left=ways[0], right=ways[1])
-        screen.frame()
+
+    def answer(press: Press, seconds: float) -> Given | None:
+        chosen = {"left": 1.0, "right": 2.0}.get(press.key)
+        return Given(chosen, seconds) if press.down and chosen is not None else None
+
+    return respond(screen, draw, event, answer)
 
 
 def _draw(parts: Sequence[Any]) -> None:
@@ -184,43 +236,41 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
         if place is not None:
             marker(place)
 
-    screen.warm(*still)
-    screen.wait_out()
-    screen.keys.clear()
-    screen.mouse.clickReset()
-    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale, so that it suggests no response
-    draw()
-    asked = before = screen.frame()
-    screen.window.mouseVisible = True  # only now: the blank after a picture must not show the pointer
-    screen.on_event(event, asked)
-    while True:
-        # Before the keys, so that a click and its confirmation are both accepted if they come within one frame.
+    def click() -> None:
+        nonlocal place
         held, pressed = screen.mouse.getPressed(getTime=True)
         if held[0] or pressed[0]:
             screen.mouse.clickReset()
             x, y = screen.mouse.getPos()
             if abs(y - LOW * unit) < 0.08 * unit and abs(x) < half + 0.05 * unit:
                 place = min(max((x / half + 1) / 2, 0), 1)
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            if press.key in ("left", "right"):
-                if press.down:
-                    moving[press.key] = press.time
-                    if place is None:
-                        place = random.random()
-                        start = round(scale.value(place), 4)
-                    else:
-                        place = min(max(place + (STEP if press.key == "right" else -STEP), 0), 1)
-                else:
-                    moving.pop(press.key, None)
-            if press.down and press.key in ("return", "num_enter") and place is not None:
-                return Given(round(scale.value(place), 4), press.time - asked, start)
+
+    def answer(press: Press, seconds: float) -> Given | None:
+        nonlocal place, start
+        if press.key in SIGNS and press.down:
+            moving[press.key] = press.time
+            if place is None:
+                place = random.random()
+                start = round(scale.value(place), 4)
+            else:
+                place = min(max(place + SIGNS[press.key] * STEP, 0), 1)
+        elif press.key in SIGNS:
+            moving.pop(press.key, None)
+        if press.down and press.key in ENTER and place is not None:
+            return Given(round(scale.value(place), 4), seconds, start)
+        return None
+
+    def move(before: float) -> None:
+        nonlocal place
         for key, since in moving.items():
             if place is not None and before - since > HOLD:
-                place = min(max(place + screen.frame_s / SWEEP * (1 if key == "right" else -1), 0), 1)
-        draw()
-        before = screen.frame()
+                place = min(max(place + SIGNS[key] * screen.frame_s / SWEEP, 0), 1)
+
+    screen.warm(*still)
+    screen.mouse.clickReset()
+    screen.mouse.setPos((0, -0.25 * screen.size[1]))  # away from the scale, so that it suggests no response
+    # Clicks come before keys, so that a click and its confirmation are both accepted if they come within one frame.
+    return respond(screen, draw, event, answer, first=click, last=move, pointer=True)
 
 
 def _typed(screen: Screen, scale: Scale, event: str) -> Given:
@@ -235,32 +285,27 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
         number.text = typed.replace(".", screen.words("common.decimal")) or " "
         _draw([*still, number, wrong])
 
-    screen.warm(*still)
-    screen.wait_out()
     letters = Letters()
-    screen.keys.clear()
-    draw()
-    asked = screen.frame()
-    screen.on_event(event, asked)
-    while True:
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            key = letters.of(press)
-            if not press.down:
-                continue
-            typed = edited(typed, key, "0123456789.", 8)
-            if press.key in ("return", "num_enter"):
-                try:
-                    value = float(typed)
-                except ValueError:
-                    value = math.nan
-                if scale.least <= value <= scale.most:
-                    return Given(value, press.time - asked)
-                ends = (screen.words.number(end, "g") for end in (scale.least, scale.most))
-                wrong.text = screen.words("scale.typed_wrong", **dict(zip(("least", "most"), ends, strict=True)))
-        draw()
-        screen.frame()
+
+    def answer(press: Press, seconds: float) -> Given | None:
+        nonlocal typed
+        key = letters.of(press)
+        if not press.down:
+            return None
+        typed = edited(typed, key, "0123456789.", 8)
+        if press.key in ENTER:
+            try:
+                value = float(typed)
+            except ValueError:
+                value = math.nan
+            if scale.least <= value <= scale.most:
+                return Given(value, seconds)
+            ends = (screen.words.number(end, "g") for end in (scale.least, scale.most))
+            wrong.text = screen.words("scale.typed_wrong", **dict(zip(("least", "most"), ends, strict=True)))
+        return None
+
+    screen.warm(*still)
+    return respond(screen, draw, event, answer)
 
 
 def _boxes(screen: Screen, scale: Steps) -> tuple[list[Any], list[float]]:
@@ -301,31 +346,25 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
             frame.pos = (places[at], LOW * unit)
             frame.draw()
 
-    screen.warm(*still)
-    screen.wait_out()
     letters = Letters()
-    screen.keys.clear()
-    draw()
-    asked = screen.frame()
-    screen.on_event(event, asked)
-    while True:
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            key = letters.of(press)
-            if not press.down:
-                continue
-            if key in ("left", "right"):
-                if at is None:
-                    at = random.randrange(len(values))
-                    start = float(values[at])
-                else:
-                    at = min(max(at + (1 if key == "right" else -1), 0), len(values) - 1)
-            elif key.startswith(STEP_KEY):
-                at = int(key.removeprefix(STEP_KEY))
-            elif scale.has_digits and key.isdigit() and int(key) in values:
-                at = values.index(int(key))
-            elif press.key in ("return", "num_enter") and at is not None:
-                return Given(float(values[at]), press.time - asked, start)
-        draw()
-        screen.frame()
+
+    def answer(press: Press, seconds: float) -> Given | None:
+        nonlocal at, start
+        key = letters.of(press)
+        if not press.down:
+            return None
+        if key in SIGNS and at is None:
+            at = random.randrange(len(values))
+            start = float(values[at])
+        elif key in SIGNS and at is not None:
+            at = min(max(at + SIGNS[key], 0), len(values) - 1)
+        elif key.startswith(STEP_KEY):
+            at = int(key.removeprefix(STEP_KEY))
+        elif scale.has_digits and key.isdigit() and int(key) in values:
+            at = values.index(int(key))
+        elif press.key in ENTER and at is not None:
+            return Given(float(values[at]), seconds, start)
+        return None
+
+    screen.warm(*still)
+    return respond(screen, draw, event, answer)

@@ -239,14 +239,14 @@ def _saved(ready: Prepared, session: Session) -> str:
     options, files, done = ready.options, session.files, len(session.recorded)
     answers = "1 answer is" if done == 1 else f"{done} answers are"
     if not session.remaining():
-        return f"all {answers} saved in {options.data}."
-    given = [word for word in options.given if word != "--resume"]
+        return f"all {answers} saved in {options.folder}."
+    given = [*ready.given]
     labels = {"--participant": files.participant, "--session": files.session}
     for name, label in labels.items():
         if label is not None and not any(word.partition("=")[0] == name for word in given):
             given += [name, label]
-    call = f"{options.program} {shlex.join([*given, '--resume'])}"
-    return f"{answers} saved in {options.data}; continue with: {call}"
+    call = f"{ready.program} {shlex.join([*given, '--resume'])}"
+    return f"{answers} saved in {options.folder}; continue with: {call}"
 
 
 def _is_last(step: Step) -> bool:
@@ -312,8 +312,10 @@ def _opened(ready: Prepared, sitting: Sitting, about: Mapping[str, Any]) -> Sess
     apparatus = _apparatus(ready, sitting.screen)
     whose = (sitting.participant, options.session)
     if options.resume:
-        return Session.resume(options.data, ready.design.task, *whose, apparatus=apparatus, stimuli=options.stimuli)
-    return Session.begin(options.data, ready.design, *whose, apparatus=apparatus, stimuli=options.stimuli, about=about)
+        return Session.resume(options.folder, ready.design.task, *whose, apparatus=apparatus, stimuli=options.stimuli)
+    return Session.begin(
+        options.folder, ready.design, *whose, apparatus=apparatus, stimuli=options.stimuli, about=about
+    )
 
 
 class _Walk:

@@ -6,7 +6,6 @@ with the gamma of its screen. Settings are read from a TOML file, to which the a
 
 from __future__ import annotations
 
-import argparse
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_text, read_toml, write_whole
+from focalgradient.lab.options import SessionOptions
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -127,7 +127,7 @@ def store_offset(path: Path, offset_px: tuple[int, int]) -> None:
     write_whole(path, changed.encode())
 
 
-def open_stereoscope(options: argparse.Namespace) -> Stereoscope | None:
+def open_stereoscope(options: SessionOptions) -> Stereoscope | None:
     """Read the file given with ``--stereoscope``, and set the screen and monitor options that it determines.
 
     Raises

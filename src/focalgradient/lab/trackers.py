@@ -5,7 +5,6 @@ PsychoPy's own messages appear in another process's output, or as tracebacks; he
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import socket
 import subprocess
@@ -18,7 +17,7 @@ from typing import Any
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable, read_json
 
-__all__ = ["SIMULATED", "TRACKERS", "Tracker", "add_tracker", "check_answers", "tracker_settings"]
+__all__ = ["SIMULATED", "TRACKERS", "Tracker", "check_answers", "tracker_settings"]
 
 SIMULATED = "eyetracker.hw.mouse.EyeTracker"
 """ioHub's simulated eye tracker, which follows the mouse."""
@@ -128,16 +127,6 @@ TRACKERS: Mapping[str, Tracker] = {
 
 def _known(iohub: str) -> Tracker | None:
     return next((one for one in TRACKERS.values() if one.iohub == iohub), None)
-
-
-def add_tracker(parser: argparse.ArgumentParser) -> None:
-    """Add the option --tracker to a command."""
-    parser.add_argument(
-        "--tracker",
-        metavar="NAME",
-        help=f"eye tracker: {', '.join(TRACKERS)}, or a JSON file with a tracker's ioHub settings, such as "
-        '{"eyetracker.hw.tobii.EyeTracker": {...}} (default: ioHub\'s simulated tracker, which follows the mouse)',
-    )
 
 
 def tracker_settings(gaze: str, given: str | Path | None) -> tuple[str, dict[str, Any]]:

@@ -16,8 +16,9 @@ from typing import Any, NamedTuple, Protocol
 from focalgradient.dataset.markers import Codes, read_codes
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable
+from focalgradient.lab.options import TriggerOptions
 
-__all__ = ["PORTS", "Mark", "Port", "Triggers", "add_triggers", "open_triggers", "read_hook"]
+__all__ = ["PORTS", "Mark", "Port", "Triggers", "open_triggers", "read_hook"]
 
 PARALLEL_PULSE_MS = 5.0
 """Pulse duration on a parallel port in ms: five samples of an amplifier at 1 kHz."""
@@ -267,27 +268,8 @@ class Triggers:
                 port.close()
 
 
-def add_triggers(add: Callable[..., object]) -> None:
-    """Add the options --markers, --triggers and --codes with a parser's `add_argument` method."""
-    add(
-        "--markers",
-        type=Path,
-        metavar="FILE",
-        help="Python file whose function mark(code, name, seconds, trial) is called at each event",
-    )
-    add(
-        "--triggers",
-        action="append",
-        default=[],
-        metavar="PORT",
-        help="send each event's code to parallel:/dev/parport0 (Windows: parallel:0x378), serial:PORT[:BAUD], lsl or "
-        "file:PATH; may be given more than once",
-    )
-    add("--codes", type=Path, metavar="FILE", help="TOML file with custom event codes, by name and by condition")
-
-
-def open_triggers(markers: Path | None, triggers: Sequence[str], codes: Path | None) -> Triggers:
-    """Open the ports given by the options of `add_triggers`.
+def open_triggers(options: TriggerOptions) -> Triggers:
+    """Open the ports given by the options.
 
     Raises
     ------
@@ -295,11 +277,11 @@ def open_triggers(markers: Path | None, triggers: Sequence[str], codes: Path | N
         If a port cannot be opened or a file cannot be read; ports opened before are closed.
     """
     ports: list[Port] = []
-    known = read_codes(codes)
-    if hook := read_hook(markers):
+    known = read_codes(options.codes)
+    if hook := read_hook(options.markers):
         ports.append(_Hook(hook))
     try:
-        for given in triggers:
+        for given in options.triggers:
             kind, _, address = given.partition(":")
             if kind not in PORTS:
                 raise InputError(f"--triggers is {given!r}, but must begin with {', '.join(PORTS)}: give one of them.")

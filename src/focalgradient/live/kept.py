@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.files import printable, read_array, read_json, write_whole
 
-__all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name"]
+__all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name", "save_array"]
 
 SUMMARY, INPUTS = "series.json", "inputs.json"
 """File names of the summary (written last) and of the digest of the inputs (written first)."""
@@ -102,7 +102,7 @@ class Kept:
                 made = np.asarray(self._make(vergence), np.float16)
                 self.made += 1
                 if path is not None:
-                    write_whole(path, partial(_save, made))
+                    write_whole(path, partial(save_array, made))
                 self._pictures[vergence] = made
         return self._pictures[vergence]
 
@@ -119,5 +119,6 @@ class Kept:
                     path.unlink()
 
 
-def _save(picture: Half, path: Path) -> None:
-    np.save(path, picture)
+def save_array(array: NDArray[Any], path: Path) -> None:
+    """Write an array as a .npy file."""
+    np.save(path, array)

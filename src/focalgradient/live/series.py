@@ -6,8 +6,8 @@ import json
 import math
 import os
 import warnings
-from dataclasses import dataclass
-from functools import partial
+from dataclasses import astuple, dataclass
+from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -18,12 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.display import Display
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.files import printable, read_array, read_json, write_whole
-from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
+from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name, save_array
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
 from focalgradient.progress import Progress, silent
 from focalgradient.render import blur_picture
+from focalgradient.render.blurred import checked_picture
 
 __all__ = ["HALF_MAX", "FocusSeries"]
 
@@ -134,24 +135,21 @@ class FocusSeries:
         (16, 32)
         """
         light, far = np.asarray(picture, np.float32), np.asarray(distance, float)
-        _check(light, far, optics, pixel_angle)
+        source = _Source(light, far, optics, pixel_angle, wavelengths)
+        source.check()
         ends = _ends(far, focus)
         for name, value in (("median_error", median_error), ("largest_error", largest_error)):
             check_number(name, value, "8-bit steps", positive=True)
-        pixels = optics.aperture_diameter / 2 / pixel_angle  # blur radius in pixels per dioptre
-        bound = Bound(
-            BOUND_FRACTION * median_error,
-            BOUND_FRACTION * largest_error,
-            SMALLEST_STEP / pixels if pixels > 0 else math.inf,
-        )
+        smallest = SMALLEST_STEP / source.pixels if source.pixels > 0 else math.inf
+        bound = Bound(BOUND_FRACTION * median_error, BOUND_FRACTION * largest_error, smallest)
         where = None if folder is None else Path(folder)
-        blur = partial(_blurred, optics=optics, pixel_angle=pixel_angle, wavelengths=wavelengths)
-        digest = "" if where is None else _digest(light, far, optics, pixel_angle, ends, bound, wavelengths)
-        kept = Kept(where, digest, lambda vergence: blur(light, far, vergence))
+        settings = {"pixel_angle": pixel_angle, "ends": ends, "wavelengths": wavelengths, "bound": astuple(bound)}
+        digest = "" if where is None else digest_of(optics, (light, far), **settings)
+        kept = Kept(where, digest, source.blurred)
         if where is not None and (where / SUMMARY).exists():
             return cls.read(where)
         say = progress or silent
-        expected = _expected(light, far, blur, ends, bound, pixels)
+        expected = source.expected(ends, bound)
         texels = light.shape[0] * light.shape[1] * (4 if light.min() >= 0 and light.max() <= 1 else 8)
         require(expected * light.size * 4.0, f"A focus series of {expected} planes", "reduce the picture")
         about = f"about {expected} planes of focus, {expected * texels / 2**20:.0f} MB as textures"
@@ -249,11 +247,11 @@ class FocusSeries:
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)
         for vergence, plane in zip(self.vergences, self.planes, strict=True):
-            write_whole(where / plane_name(vergence), partial(_save, plane))
+            write_whole(where / plane_name(vergence), partial(save_array, plane))
         self._finish(where)
 
     def _finish(self, where: Path) -> None:
-        write_whole(where / DISTANCE, partial(_save, self.distance))
+        write_whole(where / DISTANCE, partial(save_array, self.distance))
         summary = {
             "written_by": MARK,
             "focus_dioptre": self.vergences,
@@ -366,23 +364,6 @@ class FocusSeries:
         return int(np.argmin(np.abs(np.asarray(self.vergences) - vergence)))
 
 
-def _check(light: NDArray[np.float32], far: NDArray[np.float64], optics: Optics, pixel_angle: float) -> None:
-    """Validate the inputs of a series, by blurring a part of the picture, and its range."""
-    check_optics(optics)
-    refocused(optics, max(optics.focus_vergence, 0.0))
-    if light.ndim not in (2, 3) or (light.ndim == 3 and light.shape[2] != 3) or far.shape != light.shape[:2]:
-        raise InputError(
-            f"picture has shape {light.shape} and distance {far.shape}, but must be H x W or H x W x 3, and H x W."
-        )
-    if not (np.isfinite(light).all() and np.abs(light).max(initial=0) <= HALF_MAX):
-        raise InputError(f"picture contains values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
-    if not (far > 0).all():
-        raise InputError(
-            "distance contains values that are not positive, but every pixel needs a distance: give metres."
-        )
-    blur_picture(light[:1, :1], far[:1, :1], optics, pixel_angle=pixel_angle)
-
-
 def _ends(far: NDArray[np.float64], focus: tuple[float, float] | None) -> tuple[float, float]:
     low, high = (float(1 / far.max()), float(1 / far.min())) if focus is None else focus
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
@@ -392,85 +373,69 @@ def _ends(far: NDArray[np.float64], focus: tuple[float, float] | None) -> tuple[
     return float(low), float(high)
 
 
-def _blurred(
-    light: NDArray[np.float32],
-    far: NDArray[np.float64],
-    vergence: float,
-    *,
-    optics: Optics,
-    pixel_angle: float,
-    wavelengths: int | None,
-) -> NDArray[np.float32]:
-    focused = refocused(optics, vergence)
-    if wavelengths is None:
-        blurred = blur_picture(light, far, focused, pixel_angle=pixel_angle)
-        # Overshoot beyond black or white, where the picture has none, does not justify 16-bit textures.
-        return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
-    from focalgradient.eye import retinal_image
-
-    colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
-    return retinal_image(colours, far, focused, pixel_angle=pixel_angle, wavelengths=wavelengths)
+WHOLE = (slice(None), slice(None))
 
 
-def _digest(
-    light: NDArray[np.float32],
-    far: NDArray[np.float64],
-    optics: Optics,
-    pixel_angle: float,
-    ends: tuple[float, float],
-    bound: Bound,
-    wavelengths: int | None,
-) -> str:
-    settings = {"pixel_angle": pixel_angle, "ends": ends, "wavelengths": wavelengths}
-    settings["bound"] = (bound.median, bound.largest, bound.smallest_step)
-    return digest_of(optics, (light, far), **settings)
+@dataclass(frozen=True, slots=True, eq=False)
+class _Source:
+    """What a series is made of: a picture with its depth (m), seen through optics."""
 
+    light: NDArray[np.float32]
+    far: NDArray[np.float64]
+    optics: Optics
+    pixel_angle: float
+    wavelengths: int | None
 
-def _expected(
-    light: NDArray[np.float32],
-    far: NDArray[np.float64],
-    blur: Any,
-    ends: tuple[float, float],
-    bound: Bound,
-    pixels: float,
-) -> int:
-    """Return the number of planes expected for the bound, from the density at the most demanding of `PROBE_COUNT` foci.
+    def check(self) -> None:
+        """Validate the inputs of a series, by blurring a part of the picture, and its range."""
+        check_optics(self.optics)
+        refocused(self.optics, max(self.optics.focus_vergence, 0.0))
+        checked_picture(self.light, self.far, channels=3)
+        if np.abs(self.light).max() > HALF_MAX:
+            raise InputError(f"picture contains values beyond {HALF_MAX:g}, but 1 is white: scale it down.")
+        blur_picture(self.light[:1, :1], self.far[:1, :1], self.optics, pixel_angle=self.pixel_angle)
 
-    Each focus is tried in the part of the picture with the most contrast near focus; `pixels` is the blur radius per
-    dioptre.
-    """
-    if not ends[1] > ends[0]:
-        return 1
-    grey, vergence = light if light.ndim == 2 else light.mean(axis=2), 1 / far
-    corners = [(i, j) for i in range(0, grey.shape[0], TILE) for j in range(0, grey.shape[1], TILE)]
-    parts = [(slice(i, i + TILE), slice(j, j + TILE)) for i, j in corners]
-    contrast = np.array([float(grey[part].std()) for part in parts])
-    depth = np.array([float(np.median(vergence[part])) for part in parts])
-    span, density = ends[1] - ends[0], []
-    for share in (np.arange(PROBE_COUNT) + 0.5) / PROBE_COUNT:
-        focus = ends[0] + share * span
-        part = parts[int(np.argmax(contrast / (1 + pixels * np.abs(depth - focus))))]
-        cut: dict[float, NDArray[np.float32]] = {}
+    @property
+    def pixels(self) -> float:
+        """Blur radius in pixels per dioptre."""
+        return self.optics.aperture_diameter / 2 / self.pixel_angle
 
-        def picture(
-            vergence: float, part: tuple[slice, slice] = part, cut: dict[float, NDArray[np.float32]] = cut
-        ) -> NDArray[np.float32]:
-            if vergence not in cut:
-                cut[vergence] = blur(light[part], far[part], vergence)
-            return cut[vergence]
+    def blurred(self, vergence: float, part: tuple[slice, slice] = WHOLE) -> NDArray[np.float32]:
+        """Return a part of the picture, focused at a vergence (D)."""
+        light, far, focused = self.light[part], self.far[part], refocused(self.optics, vergence)
+        if self.wavelengths is None:
+            blurred = blur_picture(light, far, focused, pixel_angle=self.pixel_angle)
+            # Overshoot beyond black or white, where the picture has none, does not justify 16-bit textures.
+            return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
+        from focalgradient.eye import retinal_image
 
-        halvings = max(
-            0, math.floor(math.log2(max(span * pixels, 1.0)))
-        )  # start with planes one or two pixels of blur apart
-        while True:
-            step = span / 2**halvings
-            first = ends[0] + step * math.floor((focus - ends[0]) / step)
-            if step < 2 * bound.smallest_step or bound.holds(picture, first, first + step):
-                break
-            halvings += 1
-        density.append(2**halvings)
-    return 1 + max(density)
+        colours = np.repeat(light[..., None], 3, axis=2) if light.ndim == 2 else light
+        return retinal_image(colours, far, focused, pixel_angle=self.pixel_angle, wavelengths=self.wavelengths)
 
+    def expected(self, ends: tuple[float, float], bound: Bound) -> int:
+        """Return the number of planes expected for the bound, from the density at the most demanding of some foci.
 
-def _save(array: NDArray[Any], path: Path) -> None:
-    np.save(path, array)
+        Each of `PROBE_COUNT` foci is tried in the part of the picture with the most contrast near focus.
+        """
+        if not ends[1] > ends[0]:
+            return 1
+        grey, vergence = self.light if self.light.ndim == 2 else self.light.mean(axis=2), 1 / self.far
+        corners = [(i, j) for i in range(0, grey.shape[0], TILE) for j in range(0, grey.shape[1], TILE)]
+        parts = [(slice(i, i + TILE), slice(j, j + TILE)) for i, j in corners]
+        contrast = np.array([float(grey[part].std()) for part in parts])
+        depth = np.array([float(np.median(vergence[part])) for part in parts])
+        span, density = ends[1] - ends[0], []
+        for share in (np.arange(PROBE_COUNT) + 0.5) / PROBE_COUNT:
+            focus = ends[0] + share * span
+            part = parts[int(np.argmax(contrast / (1 + self.pixels * np.abs(depth - focus))))]
+            picture = cache(partial(self.blurred, part=part))
+            # Start with planes one or two pixels of blur apart.
+            halvings = max(0, math.floor(math.log2(max(span * self.pixels, 1.0))))
+            while True:
+                step = span / 2**halvings
+                first = ends[0] + step * math.floor((focus - ends[0]) / step)
+                if step < 2 * bound.smallest_step or bound.holds(picture, first, first + step):
+                    break
+                halvings += 1
+            density.append(2**halvings)
+        return 1 + max(density)

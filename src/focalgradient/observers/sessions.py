@@ -7,6 +7,7 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from focalgradient.dataset import Answer
+from focalgradient.errors import InputError
 from focalgradient.observers.answers import PAUSE, random_stream, rate, watch
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.thresholds import choose
@@ -28,6 +29,8 @@ def observe(
     """Return a simulated observer's answers to all trials of a participant, in chronological order."""
     if task.name in SESSIONS:
         return SESSIONS[task.name](design, observer, participant, seed, encoded)
+    if task.simulated is None:
+        raise InputError(f"the task {task.name!r} has no simulated observer: define simulated.")
     person = observer.person(random_stream(seed, task.name, participant))
     clock, answers, recorded = 0.0, [], list[dict[str, Any]]()
     for number, trial in enumerate(design.trials(participant), start=1):

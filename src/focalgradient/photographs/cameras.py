@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -96,14 +96,6 @@ class _CameraFile(Table):
     focus: Annotated[list[_Focus], Field(min_length=1, description="one or more [[focus]] tables")]
     uncertainty: Annotated[_Uncertainty, Field(description="a table [uncertainty]")]
     field: Annotated[_FieldTable | None, Field(description="a table [field]")] = None
-
-    tables: ClassVar[dict[str, type[Table]]] = {
-        "camera": _Body,
-        "aperture": _Aperture,
-        "focus": _Focus,
-        "uncertainty": _Uncertainty,
-        "field": _FieldTable,
-    }
 
 
 def load_camera(path: str | os.PathLike[str]) -> Calibrated:

@@ -4,19 +4,23 @@ from __future__ import annotations
 
 import io
 import warnings
-from typing import Any, Literal
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms
 
 from focalgradient.errors import FocalGradientWarning
-from focalgradient.files import printable
+from focalgradient.files import opened, printable
 from focalgradient.srgb import linear_to_srgb
 
-__all__ = ["Encoding", "profile_name", "stated_encoding"]
+__all__ = ["Encoding", "of_header", "profile_name", "stated_encoding"]
 
 Encoding = Literal["linear", "srgb"]
+Read = TypeVar("Read")
 
 MAX_CURVE_DIFFERENCE = 0.02
 """Maximum mean difference of two tone curves that count as equal, in sRGB values from 0 to 1: gamma 2.2 is within 0.01
@@ -52,18 +56,31 @@ def stated_encoding(data: bytes, name: Any) -> Encoding | None:
     >>> stated_encoding(file.getvalue(), "view.png")
     'linear'
     """
-    try:
-        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-            profile, gamma, said = (image.info.get(key) for key in ("icc_profile", "gamma", "srgb"))
-            exif = image.getexif().get_ifd(EXIF).get(COLOUR_SPACE)
-    except Exception:  # damaged files are reported by the decoder
-        return None
+    nothing: tuple[Any, ...] = (None,) * 4
+    profile, gamma, said, exif = of_header(data, _statements, nothing)
     values = np.arange(256) / 255
     if profile and (curve := _curve(profile)) is not None:
         return _closest_encoding(curve, f"the colour profile {profile_name(profile)}", name)
     if said is not None or exif == SRGB:
         return "srgb"
     return _closest_encoding(linear_to_srgb(values ** (1 / gamma)), f"gamma {gamma:g}", name) if gamma else None
+
+
+def _statements(image: Image.Image) -> tuple[Any, ...]:
+    stated = (image.info.get(key) for key in ("icc_profile", "gamma", "srgb"))
+    return *stated, image.getexif().get_ifd(EXIF).get(COLOUR_SPACE)
+
+
+def of_header(source: bytes | Path, read: Callable[[Image.Image], Read], default: Read) -> Read:
+    """Return what `read` finds in an image file; `default` if Pillow cannot read it (the decoder reports damage)."""
+    try:
+        with warnings.catch_warnings(), ExitStack() as open_files:
+            warnings.simplefilter("ignore")
+            file = io.BytesIO(source) if isinstance(source, bytes) else open_files.enter_context(opened(source))
+            with Image.open(file, formats=FORMATS) as image:
+                return read(image)
+    except Exception:
+        return default
 
 
 def profile_name(profile: bytes) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import io
 import math
 import os
 import warnings
@@ -16,11 +15,12 @@ from PIL import ExifTags, Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_tolerance
 from focalgradient.photographs.cameras import Calibrated
-from focalgradient.photographs.encodings import FORMATS, Encoding
+from focalgradient.photographs.encodings import Encoding, of_header
 from focalgradient.photographs.images import read_image_bytes
 from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
+from focalgradient.photographs.tables import Sensor
 from focalgradient.quantities import APERTURE_RATIO, BODY, FOCUS, MICROMETRES, MILLIMETRES
 from focalgradient.tables import check_table
 
@@ -132,6 +132,7 @@ def from_exif(
     If a value is missing from both EXIF and arguments (the message names the parameters), the files disagree on focal
     length or pixel pitch, fewer than `least` files are given, or the calibration does not apply to them.
     """
+    given = dict(locals())
     files = [Path(path) for path in paths]
     if len(files) < least:
         raise InputError(
@@ -140,21 +141,8 @@ def from_exif(
     once = 1 in (len(f_numbers), len(focus_distances_m))
     f_numbers = _one_per_file(files, "f_numbers", f_numbers)
     focus_distances_m = _one_per_file(files, "focus_distances_m", focus_distances_m)
-    camera: dict[str, Any] = {
-        "focal_length_mm": focal_length_mm,
-        "pixel_pitch_um": pixel_pitch_um,
-        "encoding": encoding,
-        "telecentric": telecentric,
-        "distances_from": distances_from,
-        "focus_from": focus_from,
-        "sensor_to_pupil_mm": sensor_to_pupil_mm,
-        "sensor_to_front_mm": sensor_to_front_mm,
-    }
-    tolerances = {
-        "focus_tolerance": focus_tolerance,
-        "f_number_tolerance": f_number_tolerance,
-        "field_tolerance": field_tolerance,
-    }
+    camera: dict[str, Any] = {name: given[name] for name in Sensor.model_fields}
+    tolerances = {name: given[name] for name in ("focus_tolerance", "f_number_tolerance", "field_tolerance")}
     recorded = [_recorded(file) for file in files]
     if calibrated is not None:
         camera = _completed_by_calibration(camera, calibrated, files[0], recorded[0])
@@ -293,15 +281,9 @@ def _completed_by_exif(
 
 def _recorded(path: Path) -> _Recorded:
     """Return the EXIF metadata of a file; empty if it has none."""
-    tags: Mapping[int, Any] = {}
-    size = (0, 0)
     data = read_image_bytes(path)
-    # EXIF is optional: damaged metadata is treated as absent, and Pillow's warnings about it are suppressed.
-    with contextlib.suppress(Exception), warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        with Image.open(io.BytesIO(data), formats=FORMATS) as image:
-            size = image.size
-            tags = image.getexif().get_ifd(ExifTags.IFD.Exif)
+    nothing: tuple[Mapping[int, Any], tuple[int, int]] = {}, (0, 0)
+    tags, size = of_header(data, lambda image: (image.getexif().get_ifd(ExifTags.IFD.Exif), image.size), nothing)
     if is_raw(path):
         # Most raw files are TIFF variants that Pillow does not open, with standard EXIF metadata.
         with contextlib.suppress(Exception):

@@ -9,7 +9,7 @@ import io
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -19,13 +19,14 @@ os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps
+from PIL import Image, ImageOps, ImageSequence
+from scipy.ndimage import distance_transform_edt
 
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
 from focalgradient.photographs.cropping import cropped
-from focalgradient.photographs.encodings import FORMATS, Encoding, stated_encoding
+from focalgradient.photographs.encodings import FORMATS, Encoding, of_header, stated_encoding
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.raw import CELL, is_raw, read_raw
 from focalgradient.srgb import srgb_to_linear
@@ -187,14 +188,9 @@ def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], En
 
 def _name_page(path: Path, data: bytes) -> None:
     """Warn that the first page of a TIFF file with several pages is used; smaller previews do not count."""
-    try:
-        with _quiet(), Image.open(io.BytesIO(data), formats=FORMATS) as image:
-            sizes = []
-            for page in range(getattr(image, "n_frames", 1)):
-                image.seek(page)
-                sizes.append(image.size)
-    except (OSError, ValueError, EOFError, Image.DecompressionBombError):
-        return
+    sizes: list[tuple[int, int]] = of_header(
+        data, lambda image: [page.size for page in ImageSequence.Iterator(image)], []
+    )
     pages = sum(size[0] * size[1] >= sizes[0][0] * sizes[0][1] for size in sizes)
     if pages > 1:
         warnings.warn(
@@ -287,13 +283,9 @@ def _read_jpeg(data: bytes) -> NDArray[np.uint8]:
 
 def _warn_of_low_quality(path: Path) -> None:
     """Warn of JPEG compression that is too strong for depth; `path` is a readable image."""
-    if is_raw(path) or path.suffix.lower() == ".npy":
+    if is_raw(path):
         return
-    try:
-        with opened(path, "an image file") as file, _quiet(), Image.open(file, formats=FORMATS) as image:
-            tables: dict[int, list[int]] = getattr(image, "quantization", {})
-    except Exception:  # not readable by Pillow, hence not a JPEG
-        return
+    tables: dict[int, list[int]] = of_header(path, lambda image: getattr(image, "quantization", {}), {})
     step = float(np.mean(tables[0])) / _STEP_OF_QUALITY_50 if 0 in tables else 0.0
     quality = 100 - 50 * step if step <= 1 else 50 / step
     if quality < _MIN_JPEG_QUALITY:
@@ -309,19 +301,9 @@ def _warn_of_low_quality(path: Path) -> None:
 
 def _opaque(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Return H x W, False where an image file is transparent, as outside of a cut-out object; warn if it is."""
-    opaque = np.ones(shape, np.bool_)
-    if is_raw(path) or path.suffix.lower() == ".npy":
-        return opaque
-    # Files that Pillow cannot read are taken as opaque.
-    with (
-        suppress(Exception),
-        opened(path, "an image file") as file,
-        _quiet(),
-        Image.open(file, formats=FORMATS) as image,
-    ):
-        if image.has_transparency_data:
-            alpha = np.asarray(ImageOps.exif_transpose(image).convert("RGBA").getchannel("A"))
-            opaque = (alpha > 0) | (alpha.max() == 0)  # some programs leave the whole channel at 0
+    alpha = None if is_raw(path) else of_header(path, _alpha, None)
+    # Some programs leave the whole channel at 0.
+    opaque = np.ones(shape, np.bool_) if alpha is None else (alpha > 0) | (alpha.max() == 0)
     if (hidden := 1 - opaque.mean()) > _MAX_INVALID_FRACTION:
         raise InputError(
             f"{printable(path)} is transparent over {hidden:.0%} of its pixels, but may be over half: crop it."
@@ -333,6 +315,12 @@ def _opaque(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
             stacklevel=3,
         )
     return opaque
+
+
+def _alpha(image: Image.Image) -> NDArray[np.uint8] | None:
+    if not image.has_transparency_data:
+        return None
+    return np.asarray(ImageOps.exif_transpose(image).convert("RGBA").getchannel("A"))
 
 
 def _read_array(path: Path) -> NDArray[Any]:
@@ -413,8 +401,6 @@ def _ceiling(pixels: NDArray[Any]) -> int:
 
 def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
     """Return `pixels` with each pixel outside the mask replaced by the nearest one inside."""
-    from scipy.ndimage import distance_transform_edt
-
     row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
     return pixels[row, column]
 

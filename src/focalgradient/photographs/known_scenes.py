@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 from pydantic import Field
@@ -22,6 +22,7 @@ from focalgradient.calibration import (
     fit_scenes,
     score_scene,
 )
+from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
@@ -30,13 +31,12 @@ from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.pictures import DepthUnit, read_distances
 from focalgradient.photographs.settings import FOCUS_TOLERANCE, Shot
 from focalgradient.photographs.settings import GIVEN as KEYS
-from focalgradient.photographs.tables import ImagePath
+from focalgradient.photographs.tables import ImagePath, Photographs, in_file
 from focalgradient.photographs.targets import TargetCamera, camera_priors
 from focalgradient.photographs.vignetting import even_out
-from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
 from focalgradient.psf import Psf
-from focalgradient.tables import Table, load_table
+from focalgradient.tables import load_table
 
 __all__ = [
     "KnownScenes",
@@ -74,21 +74,13 @@ class SceneShot(Shot):
     """Depth map registered to this photograph; shots of one scene name the same file."""
 
 
-class KnownScenes(Table):
+class KnownScenes(Photographs[SceneCamera, SceneShot]):
     """The camera, and its shots of several scenes."""
 
-    camera: Annotated[SceneCamera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
     shots: Annotated[
         list[SceneShot],
         Field(alias="view", min_length=2, description="two or more [[view]] tables, in double brackets"),
     ]
-
-    tables: ClassVar[dict[str, type[Table]]] = {"camera": SceneCamera, "view": SceneShot}
-
-    @property
-    def files(self) -> list[Path]:
-        """All files to be read."""
-        return [path for shot in self.shots for path in (shot.image, shot.depth, shot.flat) if path is not None]
 
     @property
     def scenes(self) -> list[list[SceneShot]]:
@@ -123,8 +115,6 @@ class KnownScenes(Table):
 
     def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene:
         """Read one scene, and estimate its depth with the lens's marks."""
-        from focalgradient.depth.recover import recover_depth
-
         camera = self.camera
         photographs = read_photographs(
             [shot.image for shot in shots], camera.encoding, [shot.flat for shot in shots], crop=True
@@ -322,11 +312,8 @@ def load_known_scenes(path: str | os.PathLike[str]) -> KnownScenes:
         If it cannot be read, is not TOML, has unknown, missing or invalid keys, or its scenes are inconsistent.
     """
     known = load_table(Path(path), read_toml(Path(path)), KnownScenes)
-    try:
-        with given_as(KEYS):
-            known.scenes  # noqa: B018  raises if the scenes are inconsistent
-            for shot in known.shots:
-                Lens(known.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    with in_file(path, KEYS):
+        known.scenes  # noqa: B018  raises if the scenes are inconsistent
+        for shot in known.shots:
+            Lens(known.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m)
     return known

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.recover import recover_depth
 from focalgradient.depth.settings import AUTO, used_blur
 from focalgradient.errors import InputError
 from focalgradient.photographs.encodings import Encoding
@@ -44,8 +45,6 @@ def encoding_difference(
     near, far, align
         As for the depth map.
     """
-    from focalgradient.depth.recover import recover_depth
-
     if not depth.valid.any():
         return None
     part = tuple(

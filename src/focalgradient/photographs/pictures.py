@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
+import io
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
 from focalgradient.errors import FocalGradientWarning, InputError, check_installed
 from focalgradient.files import printable, read_bytes
-from focalgradient.photographs.encodings import FORMATS, Encoding, profile_name
+from focalgradient.photographs.encodings import Encoding, of_header, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
 from focalgradient.plausibility import named
 from focalgradient.quantities import METRES, POSITIVE
@@ -214,20 +214,16 @@ def read_distances(
 
 
 def png_of(values: NDArray[np.uint8]) -> bytes:
-    """Return an 8-bit picture, H x W or H x W x 3 (red, green, blue), as a PNG file in bytes."""
-    is_valid, data = cv2.imencode(".png", values[..., ::-1] if values.ndim == 3 else values)
-    assert is_valid
-    return bytes(data)
+    """Return the PNG file of 8-bit values, H x W or H x W x 3 (red, green, blue)."""
+    buffer = io.BytesIO()
+    Image.fromarray(values).save(buffer, "PNG")
+    return buffer.getvalue()
 
 
 def _check_colours(path: Path, encoding: Encoding) -> None:
     """Raise `InputError` for a partly transparent picture; warn of a colour profile that is not applied."""
-    try:
-        with Image.open(path, formats=FORMATS) as image:
-            hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
-            profile = image.info.get("icc_profile")
-    except (OSError, ValueError, Image.DecompressionBombError):
-        return  # format without transparency or profile
+    nothing: tuple[bool, bytes | None] = False, None
+    hidden, profile = of_header(path, _transparency_and_profile, nothing)
     if hidden:
         raise _transparent(path)
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
@@ -238,6 +234,11 @@ def _check_colours(path: Path, encoding: Encoding) -> None:
             FocalGradientWarning,
             stacklevel=3,
         )
+
+
+def _transparency_and_profile(image: Image.Image) -> tuple[bool, bytes | None]:
+    hidden = image.has_transparency_data and image.convert("RGBA").getchannel("A").getextrema() != (255, 255)
+    return hidden, image.info.get("icc_profile")
 
 
 def _transparent(path: Path) -> InputError:

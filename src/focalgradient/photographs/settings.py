@@ -7,7 +7,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, InstanceOf, PrivateAttr
 
@@ -21,7 +21,7 @@ from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Plane, plane_name
-from focalgradient.photographs.tables import ImagePath, Sensor
+from focalgradient.photographs.tables import ImagePath, Photographs, Sensor, in_file
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.plausibility import given_as
 from focalgradient.tables import Table, load_table, shown
@@ -78,7 +78,7 @@ class Shot(Table):
     """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
 
 
-class Settings(Table):
+class Settings(Photographs[Camera, Shot]):
     """The camera, and its shots of one scene.
 
     With a `calibration`, the shots' f-numbers and focus distances are marks on the lens, which it converts to true
@@ -94,11 +94,6 @@ class Settings(Table):
     (5.6, 310.6)
     """
 
-    camera: Annotated[Camera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
-    shots: Annotated[
-        list[Shot],
-        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
-    ]
     calibration: InstanceOf[Calibration] | None = Field(
         None, exclude=True, description="named as calibration = 'camera.toml' in [camera]"
     )
@@ -109,13 +104,10 @@ class Settings(Table):
     relative: bool = Field(False, exclude=True, description="true if only the order of the foci is known")
     _calibration_file: Path | None = PrivateAttr(None)
 
-    tables: ClassVar[dict[str, type[Table]]] = {"camera": Camera, "view": Shot}
-
     @property
     def files(self) -> list[Path]:
         """All files named by these settings: images, flat fields, and the calibration."""
-        named = [path for shot in self.shots for path in (shot.image, shot.flat)]
-        return [path for path in (*named, self._calibration_file) if path is not None]
+        return [*super().files, *([] if self._calibration_file is None else [self._calibration_file])]
 
     @property
     def marks(self) -> list[tuple[float, float]]:
@@ -256,11 +248,8 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
                 f"{path}: camera: focal_length_mm is {stated:g}, but the camera was calibrated at {known:g} mm: "
                 "calibrate it at this zoom."
             )
-    try:
-        with given_as(GIVEN):
-            settings.lenses()
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    with in_file(path, GIVEN):
+        settings.lenses()
     return settings
 
 

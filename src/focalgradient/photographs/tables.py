@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
+from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.photographs.encodings import Encoding
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Body, Plane
+from focalgradient.plausibility import given_as
 from focalgradient.tables import Table
 from focalgradient.view import View
 
-__all__ = ["ImagePath", "Sensor"]
+__all__ = ["ImagePath", "Photographs", "Sensor", "in_file"]
 
 
 def _in_folder(path: Path, info: ValidationInfo) -> Path:
@@ -79,3 +84,33 @@ class Sensor(Table):
         """The same table, reduced to the keys of `Sensor`."""
         known: dict[str, Any] = {name: getattr(self, name) for name in Sensor.model_fields}
         return Sensor.model_validate(known)
+
+
+CameraTable = TypeVar("CameraTable", bound=Table)
+ShotTable = TypeVar("ShotTable", bound=Table)
+
+
+class Photographs(Table, Generic[CameraTable, ShotTable]):
+    """A camera, and its photographs: a settings file."""
+
+    camera: Annotated[CameraTable, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
+    shots: Annotated[
+        list[ShotTable],
+        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
+    ]
+
+    @property
+    def files(self) -> list[Path]:
+        """All files named by the shots."""
+        named = [getattr(shot, name) for shot in self.shots for name in type(shot).model_fields]
+        return [value for value in named if isinstance(value, Path)]
+
+
+@contextmanager
+def in_file(path: str | os.PathLike[str], given: Mapping[str, tuple[str, str]]) -> Iterator[None]:
+    """Name the file, and parameters as in `given` (`given_as`), in the messages of errors raised within."""
+    try:
+        with given_as(given):
+            yield
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from error

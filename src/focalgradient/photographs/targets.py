@@ -6,19 +6,20 @@ import math
 import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated
 
 from pydantic import Field
 
 from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur, shape_k
 from focalgradient.depth.depth_map import DepthMap
+from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.settings import GIVEN as KEYS
 from focalgradient.photographs.settings import views_with
-from focalgradient.photographs.tables import ImagePath, Sensor
+from focalgradient.photographs.tables import ImagePath, Photographs, Sensor, in_file
 from focalgradient.plausibility import (
     check_focal_length,
     check_focus,
@@ -26,7 +27,6 @@ from focalgradient.plausibility import (
     check_offset,
     check_pixel_pitch,
     check_target,
-    given_as,
 )
 from focalgradient.psf import Disc, Psf
 from focalgradient.tables import Table, load_table
@@ -76,21 +76,8 @@ class TargetShot(Table):
     flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
 
 
-class Targets(Table):
+class Targets(Photographs[TargetCamera, TargetShot]):
     """The camera, and its shots of a target."""
-
-    camera: Annotated[TargetCamera, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
-    shots: Annotated[
-        list[TargetShot],
-        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
-    ]
-
-    tables: ClassVar[dict[str, type[Table]]] = {"camera": TargetCamera, "view": TargetShot}
-
-    @property
-    def files(self) -> list[Path]:
-        """All files to be read."""
-        return [path for shot in self.shots for path in (shot.image, shot.flat) if path is not None]
 
     @property
     def priors(self) -> Priors:
@@ -157,8 +144,6 @@ class Targets(Table):
 
     def map_pair(self, pair: tuple[TargetShot, TargetShot], camera: Calibration) -> tuple[list[View], DepthMap] | None:
         """Return views and depth map of a pair by the default method with a calibrated `camera`; None if it fails."""
-        from focalgradient.depth.recover import recover_depth
-
         views = []
         for shot in reversed(pair):  # sharper view first
             photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
@@ -229,11 +214,8 @@ def load_targets(path: str | os.PathLike[str]) -> Targets:
             "file to focalgradient depth."
         )
     targets = load_table(Path(path), data, Targets)
-    try:
-        with given_as(GIVEN):
-            _check_units(targets)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error
+    with in_file(path, GIVEN):
+        _check_units(targets)
     return targets
 
 

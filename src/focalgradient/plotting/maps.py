@@ -208,8 +208,9 @@ def draw_depth(
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
         ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest", zorder=1)
-        farther, nearer = (_percent(np.mean(depth.beyond == way)) for way in (-1, 1))
-        title += f"\nred: nearer than searched ({nearer}); grey: farther ({farther})"
+        for way, colour, words in zip((-1, 1), ("grey", "red"), depth.outside_in_words(), strict=True):
+            if (depth.beyond == way).any():
+                title += f"\n{colour}: {words} ({_percent(np.mean(depth.beyond == way))})"
     return _draw_metres(ax, depth, depth.valid, limits, title)
 
 
@@ -395,9 +396,9 @@ def _summary(text: str, percent: NDArray[np.floating]) -> str:
 
 
 def _side_note(depth: DepthMap) -> str | None:
-    """Return a note on the side of focus that was assumed, or None if the views determine it."""
+    """Return a note on the side of focus that was assumed, or what else is blurred alike; None if the views tell it."""
     stated = str(depth.details.get("side", ""))
     if "assumed" not in stated and depth.side_known[depth.valid].all():
-        return None
+        return depth.blurred_alike_in_words() or None
     side = [word for word in ("beyond", "nearer") if word in stated]
     return "side of focus assumed" + (f": {side[0]}" if side else "")

@@ -11,17 +11,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
+from scipy import stats
 
-from focalgradient.design import NeckerDesign, NeckerTrial
+from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, Claim, model_of
+from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, AnyStudy, Claim, main_trials, model_of
+from focalgradient.quantities import Range
 from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers
@@ -74,38 +74,19 @@ class CubeModel:
         If a value is out of range.
     """
 
-    effect: float = 1.5
-    between: float = 0.3
-    nonrigid: float = 0.2
-    between_levels: float = 0.7
-    dominance: float = 5.2
-    between_dominances: float = 0.54
-    duration_spread: float = 0.8
-    serial: float = 0.24
-    first_ratio: float = 1.0
-    lapses: float = 0.01
+    effect: Annotated[float, ODDS_RATIOS] = 1.5
+    between: Annotated[float, SPREAD] = 0.3
+    nonrigid: Annotated[float, Range("proportions", 0.001, 0.999)] = 0.2  # beyond, one takes no video frame per trial
+    between_levels: Annotated[float, SPREAD] = 0.7
+    dominance: Annotated[float, Range("seconds", 0.5, 100)] = 5.2
+    between_dominances: Annotated[float, SPREAD] = 0.54
+    duration_spread: Annotated[float, Range(SPREAD.words, 0.05, 3)] = 0.8
+    serial: Annotated[float, Range("correlations", -0.9, 0.9)] = 0.24
+    first_ratio: Annotated[float, Range("ratios", 0.1, 10)] = 1.0
+    lapses: Annotated[float, LAPSES] = 0.01
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if not 0.01 <= self.effect <= 100:
-            raise InputError(
-                f"effect is {self.effect!r}, but must be an odds ratio from 0.01 to 100, where 1 is no effect."
-            )
-        check_spreads(self, "between", "between_levels", "between_dominances")
-        if not 0.001 <= self.nonrigid <= 0.999:  # beyond, one percept takes less than a video frame per trial
-            raise InputError(
-                f"nonrigid is {self.nonrigid!r}, but must be a proportion from 0.001 to 0.999, such as 0.2."
-            )
-        for name, least, most in (
-            ("dominance", 0.5, 100.0),
-            ("duration_spread", 0.05, 3.0),
-            ("serial", -0.9, 0.9),
-            ("first_ratio", 0.1, 10.0),
-        ):
-            value = getattr(self, name)
-            if not least <= value <= most:
-                raise InputError(f"{name} is {value!r}, but must be a number from {least:g} to {most:g}.")
-        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,13 +155,6 @@ class CubeStudy(AnyStudy):
         return cube_questions([]).answers(own_odds(kept[~kept["catch"]]))
 
 
-@cache
-def _trials(design_json: str, participant: str) -> tuple[NeckerTrial, ...]:
-    """Return the main trials; cached, because making the list takes longer than simulating it."""
-    design = NeckerDesign.model_validate_json(design_json)
-    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
-
-
 def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng: np.random.Generator) -> pd.DataFrame:
     """Simulate percept reports, one row per report, with the columns of a data set.
 
@@ -209,7 +183,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         shift = rng.normal(math.log(model.effect), model.between)
         dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
         rows: list[tuple[object, ...]] = []
-        for trial in _trials(text, f"{number:02}"):
+        for trial in main_trials(NeckerDesign, text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
                 odds = CATCH_LOG_ODDS
@@ -281,8 +255,6 @@ def quick_cube_power(
     >>> found[10]["nonrigid_longer"] > 0.8
     True
     """
-    from scipy import stats
-
     rng = default_rng(SeedSequence([study.seed, people, experiments]))
     pool = _pool(study, people, rng)
     places = {test: (list(pool).index(claim.levels[0]), claim.sign) for test, claim in study.claims.items()}

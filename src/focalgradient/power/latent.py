@@ -12,21 +12,21 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
 from numpy.typing import NDArray
+from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.checks import check_spreads
 from focalgradient.power.ratings import Model, Study
-from focalgradient.power.study import AnyStudy, Claim, model_of
+from focalgradient.power.study import ODDS_RATIOS, SPREAD, AnyStudy, Claim, model_of
 from focalgradient.scales import Analysis
 from focalgradient.statistics import Effect, NotComputed, analyse
-from focalgradient.statistics.effects import effects, questions_of
+from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers, less
 from focalgradient.statistics.records import ALPHA
@@ -63,20 +63,13 @@ class LatentModel:
         If a value is out of range.
     """
 
-    effect: float = 3.0
-    far_effect: float = 1.0
-    between: float = 1.0
-    between_scenes: float = 0.5
+    effect: Annotated[float, ODDS_RATIOS] = 3.0
+    far_effect: Annotated[float, ODDS_RATIOS] = 1.0
+    between: Annotated[float, SPREAD] = 1.0
+    between_scenes: Annotated[float, SPREAD] = 0.5
 
     def __post_init__(self) -> None:
         check_fields(self)
-        for name in ("effect", "far_effect"):
-            if not 0.01 <= getattr(self, name) <= 100:
-                raise InputError(
-                    f"{name} is {getattr(self, name)!r}, but must be an odds ratio from 0.01 to 100, where 1 is no "
-                    "effect."
-                )
-        check_spreads(self, "between", "between_scenes")
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,7 +211,9 @@ def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotC
     rng = default_rng(SeedSequence([study.seed, subjects, number]))
     table = simulated_answers(study, subjects, rng)
     analysis = study.design.response_scale.analysis
-    slopes, pairs = effects(analyse(table, analysis))
+    answers = analyse(table, analysis).answers
+    slopes: list[Any] = [answer.outcome for answer in answers.primary]
+    pairs: list[Any] = [answer.outcome for answer in answers.headlines if answer.question.role != "primary"]
     return [*slopes, *(pairs if len(slopes) > 1 and analysis.compares_slopes else [])]
 
 
@@ -287,8 +282,6 @@ def _share(
     rng: np.random.Generator,
 ) -> dict[str, float]:
     """Return the proportion of drawn estimates that are significant in each test; several differences by Holm's p."""
-    from scipy import stats
-
     normal = rng.normal(size=(DRAWS, singles)) * np.sqrt(spread[:singles])
     pairs = list(combinations(range(singles), 2)) if len(mean) > singles else []
     apart = [

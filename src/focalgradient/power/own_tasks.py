@@ -12,10 +12,25 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.power.study import AnyStudy
-from focalgradient.statistics import Effect
+from focalgradient.statistics import ConditionTest, Effect, condition_tests, planned_tests
 from focalgradient.tasks import Task
 
-__all__ = ["TaskStudy"]
+__all__ = ["TaskStudy", "planned_of", "tested_of"]
+
+
+def planned_of(task: Task, design: Any) -> tuple[ConditionTest, ...]:
+    """Return the tests of a task's report before data exist: by default one for each measure and factor."""
+    if task.planned is not None:
+        return tuple(task.planned(design))
+    measures = task.measures(design.model_dump(mode="json"))
+    return planned_tests({name: name in task.ratios for name in measures}, task.factors(design))
+
+
+def tested_of(task: Task, design: Any, table: pd.DataFrame) -> tuple[ConditionTest, ...]:
+    """Return these tests with their effects; `table` contains all trials except catch trials."""
+    if task.tested is not None:
+        return tuple(task.tested(design, table))
+    return condition_tests(table, planned_of(task, design))
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +57,7 @@ class TaskStudy(AnyStudy):
     seed: int = 1
 
     seconds: ClassVar[float] = 0.01
+    people: ClassVar[str] = "observers of the task"
     width_label: ClassVar[str] = "95 % interval of the effect: width"
 
     @classmethod
@@ -57,7 +73,7 @@ class TaskStudy(AnyStudy):
     def __post_init__(self) -> None:
         if not self.task.simulates:
             raise InputError(f"the task {self.task.name!r} has no simulated observer: define simulated.")
-        if not self.task.planned(self.design):
+        if not planned_of(self.task, self.design):
             raise InputError(
                 f"the task {self.task.name!r} has no test: give its design two conditions, or define planned and "
                 "tested."
@@ -69,7 +85,7 @@ class TaskStudy(AnyStudy):
 
     @property
     def tests(self) -> Mapping[str, str]:
-        return {f"test_{number}": test.name for number, test in enumerate(self.task.planned(self.design), start=1)}
+        return {f"test_{number}": test.name for number, test in enumerate(planned_of(self.task, self.design), start=1)}
 
     @property
     def widths(self) -> tuple[str, str]:
@@ -91,7 +107,7 @@ class TaskStudy(AnyStudy):
                 yield {"participant_id": f"sub-{name}"} | _fields(trial) | _fields(answer)
 
     def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
-        found = [test.effect for test in self.task.tested(self.design, table)]
+        found = [test.effect for test in tested_of(self.task, self.design, table)]
         outcome: dict[str, float | None] = {
             name: float(isinstance(effect, Effect) and effect.significant)
             for name, effect in zip(self.tests, found, strict=True)

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -19,12 +19,11 @@ from numpy.random import SeedSequence, default_rng
 from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.design.depth_rating import DepthTrial
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, Claim
+from focalgradient.power.study import LAPSES, SPREAD, AnyStudy, Claim, main_trials
+from focalgradient.quantities import Range
 from focalgradient.statistics import DepthRatingResult, depth_rating
-from focalgradient.statistics.crossed import FEWEST_SCENES, moments
+from focalgradient.statistics.crossed import mean_tests
 from focalgradient.statistics.hypotheses import check_bound, one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Answers, less
@@ -39,6 +38,9 @@ TESTS = {
     "interaction": "near rises more than far",
 }
 """Tests and their meaning, each at .05 as in the report."""
+
+
+RATIO = Range("ratios, where 1 is no effect,", 0.1, 10)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -67,22 +69,16 @@ class Model:
         If a value is out of range.
     """
 
-    effect: float = 1.3
-    far_effect: float = 1.0
-    between: float = 0.15
-    between_scenes: float = 0.05
-    scenes: float = 0.1
-    noise: float = 0.3
-    lapses: float = 0.01
+    effect: Annotated[float, RATIO] = 1.3
+    far_effect: Annotated[float, RATIO] = 1.0
+    between: Annotated[float, SPREAD] = 0.15
+    between_scenes: Annotated[float, SPREAD] = 0.05
+    scenes: Annotated[float, SPREAD] = 0.1
+    noise: Annotated[float, SPREAD] = 0.3
+    lapses: Annotated[float, LAPSES] = 0.01
 
     def __post_init__(self) -> None:
         check_fields(self)
-        for name in ("effect", "far_effect"):
-            value = getattr(self, name)
-            if not 0.1 <= value <= 10:
-                raise InputError(f"{name} is {value!r}, but must be a ratio from 0.1 to 10, where 1 is no effect.")
-        check_spreads(self, "between", "between_scenes", "scenes", "noise")
-        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,13 +156,6 @@ class Study(AnyStudy):
         return depth_rating(table, equivalence_bound=self.bound)
 
 
-@cache
-def _trials(design_json: str, participant: str) -> tuple[DepthTrial, ...]:
-    """Return the main trials; cached, because making the list takes longer than simulating it."""
-    design = DepthRatingDesign.model_validate_json(design_json)
-    return tuple(trial for trial in design.trials(participant) if trial.phase == "main")
-
-
 EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
 """Log ratio answered to a drawing that looks clearly flat or deep (our choice)."""
 
@@ -199,7 +188,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         for fixation in ("nearest", "farthest")
     }
     for number in range(1, subjects + 1):
-        trials = _trials(text, f"{number:02}")
+        trials = main_trials(DepthRatingDesign, text, f"{number:02}")
         own = {
             fixation: rng.normal(math.log(mean), model.between)
             for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
@@ -227,7 +216,10 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
 @cache
 def _columns(design_json: str, participant: str) -> pd.DataFrame:
     names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
-    rows = [tuple(getattr(trial, name) for name in names) for trial in _trials(design_json, participant)]
+    rows = [
+        tuple(getattr(trial, name) for name in names)
+        for trial in main_trials(DepthRatingDesign, design_json, participant)
+    ]
     return pd.DataFrame(rows, columns=list(names)).assign(
         participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
     )
@@ -285,7 +277,7 @@ def rise_power(
         for mean in (model.effect, *[model.far_effect] * (len(design.fixations) - 1))
     ]
     pairs = list(combinations(range(len(rises)), 2))
-    found = [_tested(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
+    found = [mean_tests(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
     p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
     shares = {"near_rise": float(((p[:, 0] < ALPHA) & (found[0][0] > 0)).mean())}
     if not pairs:
@@ -298,13 +290,3 @@ def rise_power(
         if first == 0:
             larger &= (apart[:, at] < ALPHA) & (found[len(rises) + at][0] > 0)
     return shares | {"far_equivalent": float(none.mean()), "interaction": float(larger.mean())}
-
-
-def _tested(cells: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return mean, standard error and degrees of freedom, as in the analysis."""
-    if cells.shape[-1] >= FEWEST_SCENES:
-        found = moments(cells)
-        return found.mean, found.standard_error, found.df
-    own = cells.mean(axis=-1)
-    error = own.std(axis=-1, ddof=1) / math.sqrt(own.shape[-1])
-    return own.mean(axis=-1), error, np.full(error.shape, own.shape[-1] - 1.0)

@@ -18,7 +18,7 @@ from focalgradient.parallel import completed
 from focalgradient.power.study import AnyStudy
 from focalgradient.progress import Progress
 
-__all__ = ["Power", "power", "run", "run_here", "share_interval", "subjects_needed"]
+__all__ = ["Power", "experiment", "power", "run", "run_here", "share_interval", "subjects_needed"]
 
 KEPT = ("subjects", "number", "width", "far_width", "left_out")
 """Columns of an experiment other than its tests."""
@@ -106,7 +106,7 @@ def run(
     jobs = [(study, *task) for task in missing]
     with file.open("a", encoding="utf-8") as lines:
         for finished, (job, outcome) in enumerate(
-            completed(executor, _experiment, jobs), len(wanted) - len(missing) + 1
+            completed(executor, experiment, jobs), len(wanted) - len(missing) + 1
         ):
             count, number = missing[job]
             done[count, number] = outcome
@@ -164,7 +164,8 @@ def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
     return row if all(type(value) in (int, float) for value in numbers.values()) else None
 
 
-def _experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
+def experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
+    """Simulate and analyse an experiment of a study, with a number of subjects and its own number."""
     study, subjects, number = task
     return study.experiment(subjects, number)
 

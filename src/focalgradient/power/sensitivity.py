@@ -8,7 +8,7 @@ from concurrent.futures import Executor
 import pandas as pd
 
 from focalgradient.parallel import in_order
-from focalgradient.power.running import power
+from focalgradient.power.running import experiment, power
 from focalgradient.power.study import AnyStudy
 
 __all__ = ["FACTORS", "sensitivity"]
@@ -45,7 +45,7 @@ def sensitivity(
         for count in counts
         for number in range(experiments)
     ]
-    outcomes = iter(in_order(executor, _experiment, jobs))
+    outcomes = iter(in_order(executor, experiment, jobs))
     rows = []
     for name, factor in variants:
         found = [{"subjects": count} | next(outcomes) for count in counts for _ in range(experiments)]
@@ -54,8 +54,3 @@ def sensitivity(
             shares["joint"] = (one.joint, one.joint_error)
             rows += [(name, factor, one.subjects, test, *share) for test, share in shares.items()]
     return pd.DataFrame(rows, columns=["assumed", "factor", "subjects", "test", "power", "standard_error"])
-
-
-def _experiment(job: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
-    study, subjects, number = job
-    return study.experiment(subjects, number)

@@ -24,5 +24,5 @@ STUDIES: Mapping[str, Callable[[Any, Mapping[str, float], int], AnyStudy]] = {
 
 def study_of(task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> AnyStudy:
     """Return the simulated experiment for the power of a task's tests: see `focalgradient.tasks.Task.study`."""
-    custom: Callable[..., AnyStudy | None] = task.study
-    return STUDIES.get(task.name, custom)(design, assumed, seed) or TaskStudy.of(task, design, assumed, seed)
+    study: Callable[..., AnyStudy | None] | None = STUDIES.get(task.name, task.study)
+    return (study and study(design, assumed, seed)) or TaskStudy.of(task, design, assumed, seed)

@@ -6,6 +6,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, ClassVar, Self, TypeVar
 
 import numpy as np
@@ -13,14 +14,22 @@ import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
 from focalgradient.errors import InputError
+from focalgradient.quantities import Range
 from focalgradient.scales import Analysis
 from focalgradient.statistics import Effect, Equivalence, quality
 from focalgradient.statistics.questions import Answers, Outcome
 from focalgradient.tasks import task_named
 
-__all__ = ["AnyStudy", "Claim", "model_of", "supports"]
+__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "main_trials", "model_of", "supports"]
 
 Model = TypeVar("Model")
+
+SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
+"""Range of a standard deviation: 3 is a factor of 20 between people, far above any published variation of ratings or
+durations.
+"""
+LAPSES = Range("proportions", 0, 0.999)
+ODDS_RATIOS = Range("odds ratios, where 1 is no effect,", 0.01, 100)
 
 
 def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: Collection[str] = ()) -> Model:
@@ -48,6 +57,13 @@ def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: C
             f"{wrong[0]} cannot be set for {task_named(task).called}, whose model does not have it: leave it out."
         )
     return kind(**{name: value for name, value in assumed.items() if name in known})
+
+
+@cache
+def main_trials(kind: type[Any], design_json: str, participant: str) -> tuple[Any, ...]:
+    """Return the main trials of a design; cached, because making the list takes longer than simulating it."""
+    trials = kind.model_validate_json(design_json).trials(participant)
+    return tuple(trial for trial in trials if trial.phase == "main")
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,6 +103,8 @@ class AnyStudy(ABC):
     """Processor time of one experiment, in s per subject (measured)."""
     logs: ClassVar[bool] = False
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
+    people: ClassVar[str] = "subjects from a statistical model"
+    """Who is simulated."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
     spreads: ClassVar[tuple[str, ...]] = ()

@@ -11,15 +11,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.errors import check_fields
-from focalgradient.power.checks import check_lapses, check_spreads
-from focalgradient.power.study import AnyStudy, model_of
+from focalgradient.power.study import LAPSES, SPREAD, AnyStudy, model_of
 from focalgradient.statistics import ThresholdFit, blur_thresholds
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.means import t_interval
@@ -49,13 +49,11 @@ class ThresholdModel:
         If a value is out of range.
     """
 
-    between: float = 0.4
-    lapses: float = 0.01
+    between: Annotated[float, SPREAD] = 0.4
+    lapses: Annotated[float, LAPSES] = 0.01
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_spreads(self, "between")
-        check_lapses(self.lapses)
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,7 +147,5 @@ def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[float, 
 
 def _quantiles(count: int) -> np.ndarray:
     """Return quantiles of the standard normal distribution, rescaled to a variance of 1."""
-    from scipy import stats
-
     normal = stats.norm.ppf((np.arange(count) + 0.5) / count)
     return np.asarray(normal / normal.std())

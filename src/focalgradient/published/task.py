@@ -17,6 +17,7 @@ from focalgradient.design.plain_pages import PlainPages
 from focalgradient.display import Display
 from focalgradient.published.asked import ASKED, Asked
 from focalgradient.scales import Control
+from focalgradient.statistics.conditions import planned_tests
 from focalgradient.tasks import Task
 
 __all__ = ["PublishedAnswer", "PublishedDesign", "PublishedTask", "PublishedTrial"]
@@ -142,6 +143,4 @@ class PublishedTask(Task):
 
     def planned(self, design: Any) -> tuple[Any, ...]:
         """Return the tests of the report: effects of the conditions, distances on their logarithm."""
-        from focalgradient.statistics.conditions import planned_tests
-
         return planned_tests({"answer": design.asked.is_ratio}, self.factors(design))

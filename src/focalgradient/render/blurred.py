@@ -30,7 +30,7 @@ from focalgradient.render.spread import layer_of, rim_of, spread
 from focalgradient.scenes.objects import Scene, check_scene
 from focalgradient.view import View
 
-__all__ = ["blur", "blur_picture", "blur_scene", "check_radius"]
+__all__ = ["blur", "blur_picture", "blur_scene", "check_radius", "checked_picture"]
 
 MAX_RADIUS_PX = 250.0
 """Maximum blur radius in pixels; the kernels of larger radii would exhaust memory."""
@@ -138,7 +138,14 @@ def blur_picture(
     >>> blurred.shape, bool(np.allclose(blurred, 0.5))  # energy is conserved
     ((16, 16, 3), True)
     """
-    image, far, scale = _checked(picture, distance, optics, pixel_angle)
+    image, far = checked_picture(picture, distance)
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
+    check_optics(optics)
+    with np.errstate(over="ignore"):
+        image = image.astype(np.float32)
+    if not np.isfinite(image).all():
+        raise InputError("picture contains values beyond 3e38, the limit of 32-bit floats: scale it down.")
+    scale = optics.aperture_diameter / 2 / pixel_angle
     vergence, focus = (scale / far).astype(np.float32), scale * optics.focus_vergence
     kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle, None if psf is None else psf_of(psf))
     pad = rim_of(kernels)
@@ -301,36 +308,52 @@ def _margin(own: OwnBlur, pixel_angle: float) -> int:
     return margin
 
 
-def _checked(
-    picture: ArrayLike, distance: ArrayLike, optics: Optics, pixel_angle: float
-) -> tuple[NDArray[np.float32], NDArray[np.float64], float]:
-    """Return the validated picture and distances as arrays, and the scale in pixels of blur radius per dioptre."""
+def checked_picture(
+    picture: ArrayLike, distance: ArrayLike, names: tuple[str, str] = ("picture", "distance"), *, channels: int = 0
+) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
+    """Return the validated linear radiance, H x W or H x W x channels, and the distance of each pixel (m).
+
+    Parameters
+    ----------
+    picture, distance
+        As for `blur_picture`.
+    names
+        Names of both in messages.
+    channels
+        Number of channels of a coloured picture; 0: any.
+
+    Raises
+    ------
+    InputError
+        If the picture is not of finite floating-point numbers, shapes do not agree, or a distance is not positive.
+
+    Examples
+    --------
+    >>> checked_picture(np.ones((2, 3)), np.full((2, 3), 0.0))  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: distance contains 6 values that are not positive, ...
+    """
     image, far = np.asarray(picture), np.asarray(distance)
+    light, depth = names
     if image.dtype.kind not in "fiu" or far.dtype.kind not in "fiu":
-        raise InputError(f"picture and distance are of types {image.dtype} and {far.dtype}, but must be real numbers.")
+        raise InputError(f"{light} and {depth} are of types {image.dtype} and {far.dtype}, but must be real numbers.")
     if image.dtype.kind != "f":
         raise InputError(
-            f"picture is of type {image.dtype}, but must be an array of floating-point linear radiance: decode and "
+            f"{light} is of type {image.dtype}, but must be an array of floating-point linear radiance: decode and "
             "convert it first."
         )
-    if image.ndim not in (2, 3) or 0 in image.shape:
-        raise InputError(f"picture has shape {image.shape}, but must be H x W, or H x W x channels.")
+    if image.ndim not in (2, 3) or 0 in image.shape or image.shape[2:] not in ((), (channels or image.shape[-1],)):
+        raise InputError(f"{light} has shape {image.shape}, but must be H x W, or H x W x {channels or 'channels'}.")
     if far.shape != image.shape[:2]:
         raise InputError(
-            f"distance has shape {far.shape} but picture {image.shape[:2]}, and both must agree: "
+            f"{depth} has shape {far.shape} but {light} {image.shape[:2]}, and both must agree: "
             "give a distance in metres for every pixel."
         )
     if not np.isfinite(image).all():
-        raise InputError("picture contains NaN or infinite values, but every pixel must be finite: repair or crop it.")
+        raise InputError(f"{light} contains NaN or infinite values, but every pixel must be finite: repair or crop it.")
     if not (far > 0).all():
         raise InputError(
-            f"distance contains {int((~(far > 0)).sum())} values that are not positive, but every pixel needs its "
+            f"{depth} contains {int((~(far > 0)).sum())} values that are not positive, but every pixel needs its "
             "distance in metres: fill the holes of the depth map first."
         )
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
-    check_optics(optics)
-    with np.errstate(over="ignore"):
-        image = image.astype(np.float32)
-    if not np.isfinite(image).all():
-        raise InputError("picture contains values beyond 3e38, the limit of 32-bit floats: scale it down.")
-    return image, far.astype(float), optics.aperture_diameter / 2 / pixel_angle
+    return image, far.astype(float)

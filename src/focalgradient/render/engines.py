@@ -141,27 +141,29 @@ def render_series(
     results: list[Rendered] = []
     for one in optics:
         share = part_of(progress or silent, len(results), len(optics))
+        frame = scene, one, shape, pixel_angle
         if chosen == "cast":
-            results.append(_cast(scene, one, shape, pixel_angle, samples, seed, share))
-            continue
-        first, second = pathtrace.halves(
-            *(scene, one, shape, pixel_angle),
-            traced=chosen == "path",
-            samples=samples,
-            seed=seed,
-            variant=how,
-            progress=share,
-        )
-        if results:
-            distance, vergence = results[0].distance, results[0].vergence
-        elif castable(scene):  # in double precision
-            distance, vergence = cast(scene, one, shape, pixel_angle, samples=1).distance, None
+            parts = [
+                cast(*frame, samples=samples // 2, seed=2 * seed + n, progress=part_of(share, n, 2)) for n in (0, 1)
+            ]
+            first, second = (part.view.image.astype(np.float32) for part in parts)
+            distance, vergence = parts[0].distance, None
         else:
-            distance, vergence = ground_truth(scene, shape, pixel_angle, how)
-        mean = ((first + second) / 2).astype(np.float32)
-        residual = ((first - second) / 2).astype(np.float32)
-        view = View(_luminance(mean), one, pixel_angle)
-        results.append(Rendered(view, distance, mean, _luminance(residual), vergence))
+            first, second = pathtrace.halves(
+                *frame, traced=chosen == "path", samples=samples, seed=seed, variant=how, progress=share
+            )
+            if results:
+                distance, vergence = results[0].distance, results[0].vergence
+            elif castable(scene):  # in double precision
+                distance, vergence = cast(*frame, samples=1).distance, None
+            else:
+                distance, vergence = ground_truth(scene, shape, pixel_angle, how)
+        mean, residual = (((first + way * second) / 2).astype(np.float32) for way in (1, -1))
+        if chosen == "cast":
+            results.append(Rendered(View(mean, one, pixel_angle), distance, residual=residual))
+        else:
+            view = View(_luminance(mean), one, pixel_angle)
+            results.append(Rendered(view, distance, mean, _luminance(residual), vergence))
     return results
 
 
@@ -231,23 +233,6 @@ def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
 def _warn_once(words: str) -> None:
     """Issue a warning once."""
     warnings.warn(words, FocalGradientWarning, stacklevel=5)
-
-
-def _cast(
-    scene: Scene,
-    optics: Optics,
-    shape: tuple[int, int],
-    pixel_angle: float,
-    samples: int,
-    seed: int,
-    progress: Progress,
-) -> Rendered:
-    """Return a ray-cast result from two halves of the samples."""
-    frame, few = (scene, optics, shape, pixel_angle), samples // 2
-    halves = [cast(*frame, samples=few, seed=2 * seed + n, progress=part_of(progress, n, 2)) for n in (0, 1)]
-    first, second = (part.view.image.astype(np.float32) for part in halves)
-    view = replace(halves[0].view, image=((first + second) / 2).astype(np.float32))
-    return Rendered(view, halves[0].distance, residual=((first - second) / 2).astype(np.float32))
 
 
 def _luminance(colour: NDArray[np.float32]) -> NDArray[np.float32]:

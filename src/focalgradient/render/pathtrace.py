@@ -45,7 +45,7 @@ def halves(
     progress: Progress,
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return two independent pictures of a scene, H x W x 3, with half the samples each; path `traced`, or shaded."""
-    mi = _mitsuba(variant)
+    mi, _ = _mitsuba(variant)
     world = _world(scene, variant)
     sensor = _sensor(optics, shape, pixel_angle, variant)
     integrator = _integrator(scene, traced, variant)
@@ -75,9 +75,7 @@ def _averaged(
 
     Mitsuba's own film adds contributions in the order of its threads, with varying rounding.
     """
-    import drjit as dr
-
-    mi = _mitsuba(variant)
+    mi, dr = _mitsuba(variant)
     height, width = shape
     sampler = sensor.sampler()
     sampler.set_sample_count(samples)
@@ -103,7 +101,7 @@ def trace(
     Returns the end points, n x 3, or the last direction of rays that hit nothing; the surface normal there, or that
     direction again; and the number of mirrors met, or -1 - that number for rays that hit nothing.
     """
-    mi = _mitsuba(variant)
+    mi, _ = _mitsuba(variant)
     world = _world(scene, variant)
     turns = MAX_REFLECTIONS if follow and has_mirrors(scene) else 0
     if variant != SCALAR:
@@ -118,9 +116,7 @@ def trace(
 
 
 def _follow(world: Any, ray: Any, turns: int, variant: str) -> tuple[Any, Any, Any]:
-    import drjit as dr
-
-    mi = _mitsuba(variant)
+    mi, dr = _mitsuba(variant)
     met, going = mi.Int32(0), mi.Bool(True)
     point, normal, ended = mi.Point3f(0), mi.Normal3f(0), mi.Int32(0)
     ray = mi.Ray3f(ray.o, dr.normalize(ray.d))
@@ -139,7 +135,7 @@ def _follow(world: Any, ray: Any, turns: int, variant: str) -> tuple[Any, Any, A
         going = hit & mirror
         if turn == turns or (variant == SCALAR and not going):
             break
-        ray = si.spawn_ray(_reflected(ray.d, si))
+        ray = si.spawn_ray(ray.d - 2 * dr.dot(ray.d, si.sh_frame.n) * si.sh_frame.n)  # reflected
         met = dr.select(going, met + 1, met)
     return point, normal, ended
 
@@ -149,36 +145,30 @@ def _is_mirror(mi: Any, si: Any, hit: Any) -> Any:
     return False if hit is False else hit & mi.has_flag(si.bsdf().flags(), mi.BSDFFlags.Delta)
 
 
-def _reflected(direction: Any, si: Any) -> Any:
-    import drjit as dr
-
-    normal = si.sh_frame.n
-    return direction - 2 * dr.dot(direction, normal) * normal
-
-
 def has_mirrors(scene: Scene) -> bool:
     """Return whether any object of the scene is a mirror."""
     return any(isinstance(thing, Mesh) and thing.mirror for thing in scene.objects)
 
 
-def _mitsuba(variant: str) -> Any:
-    """Return Mitsuba with the variant set and the package's plugins registered."""
+def _mitsuba(variant: str) -> tuple[Any, Any]:
+    """Return Mitsuba with the variant set and the package's plugins registered, and Dr.Jit."""
+    import drjit as dr
     import mitsuba as mi
 
     if mi.variant() != variant:
         mi.set_variant(variant)
     mi.set_log_level(mi.LogLevel.Error)
-    _parts(variant)
-    return mi
+    _parts(mi, dr, variant)
+    return mi, dr
 
 
 @lru_cache(maxsize=2)
 def _world(scene: Scene, variant: str) -> Any:
     """Return the scene converted to Mitsuba's format."""
-    mi = _mitsuba(variant)
+    mi, dr = _mitsuba(variant)
     world: dict[str, Any] = {"type": "scene"}
     for index, thing in enumerate(scene.objects):
-        world[f"object{index}"] = _mesh(mi, thing) if isinstance(thing, Mesh) else _solid(mi, thing, variant)
+        world[f"object{index}"] = _mesh(mi, thing) if isinstance(thing, Mesh) else _solid(mi, dr, thing, variant)
     if scene.sky is not None:
         bitmap = mi.Bitmap(np.ascontiguousarray(scene.sky.radiance, np.float32))
         around = mi.ScalarTransform4f().rotate([0, 0, 1], 180)
@@ -211,8 +201,8 @@ def _mesh(mi: Any, mesh: Mesh) -> Any:
     return made
 
 
-def _solid(mi: Any, thing: Plane | Sphere, variant: str) -> dict[str, Any]:
-    skin = _parts(variant)["Skin"](mi.Properties())
+def _solid(mi: Any, dr: Any, thing: Plane | Sphere, variant: str) -> dict[str, Any]:
+    skin = _parts(mi, dr, variant)["Skin"](mi.Properties())
     skin.lay(thing)
     bsdf = {"type": "twosided", "bare": {"type": "diffuse", "reflectance": skin}}
     if isinstance(thing, Sphere):
@@ -227,7 +217,7 @@ def _solid(mi: Any, thing: Plane | Sphere, variant: str) -> dict[str, Any]:
 
 
 def _sensor(optics: Optics, shape: tuple[int, int], pixel_angle: float, variant: str) -> Any:
-    mi = _mitsuba(variant)
+    mi, _ = _mitsuba(variant)
     height, width = shape
     film = {
         "type": "hdrfilm",
@@ -251,26 +241,23 @@ def _sensor(optics: Optics, shape: tuple[int, int], pixel_angle: float, variant:
 
 
 def _integrator(scene: Scene, traced: bool, variant: str) -> Any:
-    mi = _mitsuba(variant)
+    mi, dr = _mitsuba(variant)
     if traced and variant == SCALAR:  # Mitsuba's own is a hundred times as fast as a Python call per ray
         depth = MAX_SCATTERINGS + 1 + (MAX_REFLECTIONS if has_mirrors(scene) else 0)
         return mi.load_dict({"type": "path", "max_depth": depth, "rr_depth": depth, "hide_emitters": scene.sky is None})
-    light = _parts(variant)["Light"](mi.Properties())
+    light = _parts(mi, dr, variant)["Light"](mi.Properties())
     light.of(scene, traced)
     return light
 
 
 @cache
-def _parts(variant: str) -> dict[str, Any]:
+def _parts(mi: Any, dr: Any, variant: str) -> dict[str, Any]:
     """Return the package's sensor, texture and integrator, as classes of Mitsuba's current variant."""
-    import mitsuba as mi
-
-    mi.register_sensor("dioptres", _sensor_class())
-    return {"Skin": _texture_class(), "Light": _integrator_class(variant)}
+    mi.register_sensor("dioptres", _sensor_class(dr))
+    return {"Skin": _texture_class(dr), "Light": _integrator_class(dr, variant)}
 
 
-def _sensor_class() -> Any:
-    import drjit as dr
+def _sensor_class(dr: Any) -> Any:
     import mitsuba as mi
 
     class Dioptres(mi.Sensor):
@@ -304,8 +291,7 @@ def _sensor_class() -> Any:
     return Dioptres
 
 
-def _texture_class() -> Any:
-    import drjit as dr
+def _texture_class(dr: Any) -> Any:
     import mitsuba as mi
 
     class Skin(mi.Texture):
@@ -348,8 +334,7 @@ def _texture_class() -> Any:
     return Skin
 
 
-def _integrator_class(variant: str) -> Any:
-    import drjit as dr
+def _integrator_class(dr: Any, variant: str) -> Any:
     import mitsuba as mi
 
     class Light(mi.SamplingIntegrator):

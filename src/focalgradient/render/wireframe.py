@@ -33,7 +33,7 @@ from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 
-__all__ = ["Focus", "Gradient", "blur_at", "line_light", "necker_frame", "necker_loop", "wireframe"]
+__all__ = ["Focus", "Gradient", "blur_at", "draw_edges", "line_light", "necker_frame", "necker_loop", "wireframe"]
 
 Gradient = Literal["none", "rigid", "nonrigid"]
 """Interpretation of the cube with whose depth the blur is consistent, if any."""
@@ -227,12 +227,23 @@ def necker_frame(
             f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "
             "flicker as they move: draw wider lines or use smaller pixels."
         )
-    centre = (np.array(shape[::-1]) - 1) / 2
-    lines = necker.project(necker.vertices(turn))[EDGES] / pixel_angle + centre
     blur = np.zeros(EDGES.shape)
     if gradient != "none":
         depth = necker.seen(turn, gradient)[EDGES, 2]
         blur = blur_at(necker, depth, aperture=aperture, focus=focus, k=k) / pixel_angle
+    return draw_edges(necker, necker.vertices(turn), EDGES, blur, shape, pixel_angle)
+
+
+def draw_edges(
+    necker: NeckerCube,
+    vertices: NDArray[np.float64],
+    edges: NDArray[np.int_],
+    blur: NDArray[np.float64],
+    shape: tuple[int, int],
+    pixel_angle: float,
+) -> NDArray[np.float32]:
+    """Return the radiance of edges between `vertices` (m), with the line width of a cube and the blur of their ends."""
+    lines = necker.project(vertices)[edges] / pixel_angle + (np.array(shape[::-1]) - 1) / 2
     line = necker.line_width / WIDTH / pixel_angle
     width = math.sqrt(line**2 + PIXEL_VARIANCE)
     return wireframe(lines, blur, shape, width=width, brightness=math.sqrt(2 * math.pi) * line)

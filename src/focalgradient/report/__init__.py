@@ -23,24 +23,21 @@ from focalgradient.files import printable
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
 from focalgradient.report.choices import chosen, explained
+from focalgradient.report.conditions import ConditionPart
 from focalgradient.report.cube_part import CubePart
+from focalgradient.report.detection import DetectionPart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown, folded
 from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
-from focalgradient.report.own_conditions import ConditionPart
-from focalgradient.report.own_detection import DetectionPart
-from focalgradient.report.own_tasks import analyse_own_task
-from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
 from focalgradient.report.rating_part import RatingPart
-from focalgradient.report.reading import CUBE, LEVELS, RATINGS, SIGNALS, content_of
+from focalgradient.report.reading import BY, CUBE, LEVELS, RATINGS, SIGNALS, kind_of, refuse_unused
 from focalgradient.report.rules import Stated, as_toml, load_rules
-from focalgradient.report.thresholds import analyse_thresholds
+from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.scales import Analysis, Choices, analysis_named
-from focalgradient.statistics import Rules, read_detection, read_ratings, read_reports, read_thresholds
+from focalgradient.statistics import OwnRatings, Rules
 from focalgradient.statistics.bayes import NEEDED
-from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
 from focalgradient.statistics.own_files import Paths, UserTable, read_table
 from focalgradient.statistics.own_tables import Where
 from focalgradient.statistics.questions import Answers
@@ -149,48 +146,32 @@ def make_report(
     root = root.paths if isinstance(root, UserTable) else root
     paths = [Path(root)] if isinstance(root, str | os.PathLike) else [Path(path) for path in root]
     root, stated = paths[0], stated or Stated(Rules())
+    if given is None and not root.exists():
+        raise InputError(
+            f"{printable(root)} does not exist: give a table of answers, or the folder that 'run', 'serve' or "
+            "'simulate' wrote."
+        )
     if len(paths) > 1 and not all(path.is_file() for path in paths):
         raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
-    if by and not root.is_file():
-        raise InputError(f"by is for a table, but {printable(root)} is a data set: leave it out.")
-    if where and not root.is_file():
-        raise InputError(f"where chooses rows of a table, but {printable(root)} is a data set: leave it out.")
     if bayes:
         check_installed(*NEEDED)
-    files = given or (read_table(paths) if root.is_file() else root)
-    if guess_rate is not None and not (root.is_file() and other_than_ratings(files, columns) == LEVELS):
-        raise InputError(f"guess_rate is for answers at levels, but {root.name} contains none: leave it out.")
-    if order and (not root.is_file() or other_than_ratings(files, columns) in (LEVELS, CUBE)):
-        raise InputError(f"order is for answers in words in a table, but {root.name} contains none: leave it out.")
-    if order and scale is None and other_than_ratings(files, columns) is None:
-        scale = "ordinal"
     asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
-    if not root.is_file():
-        found = _of_dataset(root, asked, executor)
-    elif by or (other_than_ratings(files, columns) is None and holds_conditions(files, columns)):
-        ordinal = scale is not None and analysis_named(scale).whole
-        ratings_by = read_conditions(files, columns, by, where, steps=ordinal, order=order)
-        for name, value in {"bound": bound, "bayes": bayes or None, "focal_length_mm": focal_length_mm}.items():
-            if value is not None:
-                raise InputError(f"{name} is for ratings by aperture and fixation, not by condition: leave it out.")
-        parts: list[Part] = [ConditionPart.of(ratings_by, stated.rules)]
-        found = _Analysed(root.stem, parts, [], [*ratings_by.notes], [*ratings_by.notices])
-    elif other := other_than_ratings(files, columns):
-        settings = {"bound": bound, "scale": scale, "bayes": bayes or None, "focal_length_mm": focal_length_mm}
-        if unused := [name for name, value in settings.items() if value is not None]:
-            raise InputError(f"{unused[0]} is for depth ratings, but {root.name} contains {other}: leave it out.")
-        found = _of_table(other, files, root.stem, asked, columns, conditions, guess_rate, where, order)
+    settings: dict[str, Any] = {"bound": bound, "scale": scale, "bayes": bayes, "focal_length_mm": focal_length_mm}
+    settings |= {"by": tuple(by), "order": tuple(order), "guess_rate": guess_rate}
+    if root.is_file():
+        files = given or read_table(paths)
+        kind = kind_of(files, columns, by)
+        refuse_unused(root.name, f"contains {kind.what}", settings, kind.settings)
+        if order and scale is None and kind.what == RATINGS:
+            asked = replace(asked, scale="ordinal")
+        steps = asked.scale is not None and analysis_named(asked.scale).whole
+        how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
+        own = kind.read(files, how | {"steps": steps})
+        problems = [*getattr(own, "problems", ())]
+        found = _Analysed(root.stem, [PARTS[kind.what](own, asked)], problems, [*own.notes], [*own.notices])
     else:
-        whole = scale is not None and analysis_named(scale).whole
-        own = read_ratings(
-            files, columns, conditions, where=where, focal_length_mm=focal_length_mm, steps=whole, order=order
-        )
-        scale = Choices() if scale is None and own.choices else scale
-        asked = replace(asked, scale=scale)
-        ratings = RatingPart.of(
-            analyse_table(own.table, bound=asked.used_bound, scale=scale, rules=stated.rules, progress=progress), asked
-        )
-        found = _Analysed(root.stem, [ratings], [*own.problems], [*own.notes], [*own.notices])
+        refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
+        found = _of_dataset(root, asked, executor)
     applied = {name for part in found.parts for name in part.rules}
     _refuse_unused(applied, bound, stated, bayes, found.parts)
     output = Output()
@@ -262,33 +243,25 @@ class _Analysed:
 
 def other_than_ratings(path: Paths, columns: Mapping[str, str] | None = None) -> str | None:
     """Return a description of the content of the user's own table; None for ratings."""
-    content = content_of(path, columns)
-    return None if content == RATINGS else content
+    content = kind_of(path, columns).what
+    return None if content in (RATINGS, BY) else content
 
 
-def _of_table(
-    content: str,
-    path: Paths,
-    title: str,
-    asked: Asked,
-    columns: Mapping[str, str] | None,
-    conditions: Mapping[str, str] | None,
-    guess: float | None,
-    where: Where | None,
-    order: Sequence[str],
-) -> _Analysed:
-    """Analyse reports on the cube, detection data or threshold data of the user's own table."""
-    if content == CUBE:
-        read = read_reports(path, columns, conditions, where)
-        cube = CubePart.of(analyse_report_table(read.table, rules=asked.rules))
-        return _Analysed(title, [cube], notes=[*read.notes], notices=[*read.notices])
-    if content == SIGNALS:
-        found = read_detection(path, columns, conditions, where, order)
-        detected = DetectionPart.of(found)
-        return _Analysed(title, [detected], notes=[*found.notes], notices=[*found.notices])
-    own = read_thresholds(path, columns, conditions, guess, where)
-    part = OwnThresholdPart.of(own)
-    return _Analysed(title, [part], notes=[*own.notes], notices=[*own.notices])
+def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
+    """Analyse ratings by aperture and fixation of the user's own table."""
+    asked = replace(asked, scale=Choices() if asked.scale is None and own.choices else asked.scale)
+    bound, scale, rules, progress = asked.used_bound, asked.scale, asked.rules, asked.progress
+    return RatingPart.of(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
+
+
+PARTS: Mapping[str, Callable[[Any, Asked], Part]] = {
+    CUBE: lambda own, asked: CubePart.of(analyse_report_table(own.table, rules=asked.rules)),
+    SIGNALS: lambda own, asked: DetectionPart.of(own),
+    LEVELS: lambda own, asked: ThresholdPart.of(own),
+    BY: lambda own, asked: ConditionPart.of(own, asked.rules),
+    RATINGS: _of_ratings,
+}
+"""Sections on the user's own table, by its content."""
 
 
 def _is_ours(path: Path) -> bool:
@@ -300,7 +273,7 @@ def _is_ours(path: Path) -> bool:
 REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
     "depthrating": RatingPart.of_dataset,
     "necker": CubePart.of_dataset,
-    "blurthreshold": lambda root, asked: analyse_thresholds(root),
+    "blurthreshold": ThresholdPart.of_dataset,
 }
 """Parts of the built-in tasks, used instead of `Task.reported`."""
 
@@ -315,8 +288,8 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
                 task = task_named(name)
-                custom: Callable[..., Part | None] = task.reported
-                parts.append(REPORTED.get(name, custom)(root, asked) or analyse_own_task(root, task))
+                reported: Callable[..., Part | None] | None = REPORTED.get(name, task.reported)
+                parts.append((reported and reported(root, asked)) or ConditionPart.of_dataset(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

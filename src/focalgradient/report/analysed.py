@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -48,9 +48,9 @@ def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
     return scale_of(designs[0]), designs[0].get("factors") or {}
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Ratings:
-    """Analysed ratings of experiment 1.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Analysed:
+    """Answers with exclusions applied, and their analysis.
 
     Parameters
     ----------
@@ -60,53 +60,84 @@ class Ratings:
         All rows.
     kept, quality
         Rows kept by the rules, and the data quality with the exclusions.
-    result
-        Analysis of the ratings, or the reason why there is none.
-    simulated
-        True for simulated observers.
-    analysis
-        Statistical analysis of the ratings.
-    compared
-        Analysis of paired comparisons; then `result` is None.
-    factors
-        Comparisons of user-defined factors.
-    fixated
-        With recorded gaze: analysis without trials in which gaze left the fixated object, or the reason why there is
-        none.
-    everyone
-        Main analysis without exclusions.
+    main, everyone
+        Analysis of the rows kept, and without exclusions, or the reason why there is none.
     """
 
     data: DataSet | None
     table: pd.DataFrame
     kept: pd.DataFrame
     quality: Quality
-    result: DepthRatingResult | NotComputed
-    simulated: bool
-    analysis: Analysis = field(default_factory=Ratios)
-    compared: ComparisonResult | None = None
-    factors: Answers = NO_ANSWERS
-    fixated: Ratings | NotComputed | None = None
-    everyone: DepthRatingResult | ComparisonResult | NotComputed | None = None
+    main: Any
+    everyone: Any
 
     @property
-    def main(self) -> DepthRatingResult | ComparisonResult | NotComputed:
-        """Analysis of the rows kept, for any scale."""
-        return self.compared or self.result
+    def simulated(self) -> bool:
+        """True for simulated observers."""
+        return bool(self.table["kind"].iloc[0] == "simulated")  # tables of mixed kinds have been rejected
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Reports:
-    """Analysed reports of experiment 2: see `Ratings`; `shortest_both` is that of `focalgradient.statistics.necker`."""
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Ratings(Analysed):
+    """Analysed ratings of experiment 1.
 
-    data: DataSet | None
-    table: pd.DataFrame
-    kept: pd.DataFrame
-    quality: Quality
-    result: NeckerResult | NotComputed
-    simulated: bool
-    shortest_both: float
-    everyone: NeckerResult | NotComputed | None = None
+    Parameters
+    ----------
+    analysis
+        Statistical analysis of the ratings.
+    factors
+        Comparisons of user-defined factors.
+    fixated
+        With recorded gaze: analysis without trials in which gaze left the fixated object, or the reason why there is
+        none.
+    """
+
+    analysis: Analysis
+    factors: Answers = NO_ANSWERS
+    fixated: Ratings | NotComputed | None = None
+
+    @property
+    def compared(self) -> ComparisonResult | None:
+        """Analysis of paired comparisons."""
+        return self.main if isinstance(self.main, ComparisonResult) else None
+
+    @property
+    def result(self) -> DepthRatingResult | NotComputed:
+        """Analysis of ratings, or the reason why there is none."""
+        return NotComputed(self.analysis.no_rises) if self.compared else self.main
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Reports(Analysed):
+    """Analysed reports of experiment 2."""
+
+    @property
+    def result(self) -> NeckerResult | NotComputed:
+        """Analysis of the reports, or the reason why there is none."""
+        return self.main
+
+
+def _analysed(
+    table: pd.DataFrame,
+    rules: Rules | None,
+    analyse: Callable[[pd.DataFrame, Rules], Any],
+    scale: Analysis | str = "ratio",
+) -> dict[str, Any]:
+    """Return the fields of `Analysed`: the same analysis with and without exclusions."""
+    kept, found = quality(table, rules, scale)
+
+    def done(rows: pd.DataFrame) -> Any:
+        if not rows["catch"].all():
+            return analyse(rows, found.rules)
+        if not found.subjects_before:
+            return NotComputed("All trials are catch trials: there is nothing to analyse.")
+        return NotComputed(
+            f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
+        )
+
+    main = done(kept)
+    everyone = done(table) if found.exclusions else main
+    return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone}
 
 
 def analyse_ratings(
@@ -165,32 +196,19 @@ def analyse_table(
         response, factors = scale_of_sessions(data)
         # the response scale of the design, unlike its analysis, defines a middle
         meant = response.analysis if stated is None or type(response.analysis) is type(stated) else stated
-    kept, found = quality(table, rules, meant)
-    main = _main(kept, found, meant, bound, progress)
-    everyone = main if not found.exclusions else _main(table, found, meant, bound, None)
-    own = NO_ANSWERS
-    if found.subjects_after:
-        own = factor_effects(kept, factors, ratios=meant.ratios)
-    fixated: Ratings | NotComputed | None = None
+
+    def analysed(rows: pd.DataFrame, _: Rules) -> DepthRatingResult | ComparisonResult:
+        return analyse(rows, meant, bound=bound, progress=progress)
+
+    found = _analysed(table, rules, analysed, meant)
+    if found["quality"].subjects_after:
+        found["factors"] = factor_effects(found["kept"], factors, ratios=meant.ratios)
     if data is not None and "gaze_left" in table:
         stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
-        if stayed["catch"].all():
-            fixated = NotComputed("No trial has gaze on the fixated object.")
-        else:
-            fixated = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
-    compared = main if isinstance(main, ComparisonResult) else None
-    result: DepthRatingResult | NotComputed
-    result = NotComputed(main.analysis.no_rises) if isinstance(main, ComparisonResult) else main
-    return Ratings(data, table, kept, found, result, _simulated(table), meant, compared, own, fixated, everyone)
-
-
-def _main(
-    rows: pd.DataFrame, found: Quality, meant: Analysis, bound: float, progress: Progress | None
-) -> DepthRatingResult | ComparisonResult | NotComputed:
-    """Apply the main analysis that belongs to the answers."""
-    if rows["catch"].all():
-        return _nobody(found)
-    return analyse(rows, meant, bound=bound, progress=progress)
+        found["fixated"] = NotComputed("No trial has gaze on the fixated object.")
+        if not stayed["catch"].all():
+            found["fixated"] = analyse_table(stayed, bound=bound, scale=scale, rules=rules, data=data)
+    return Ratings(data=data, analysis=meant, **found)
 
 
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
@@ -201,15 +219,8 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
 
 def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, data: DataSet | None = None) -> Reports:
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
-    kept, found = quality(table, rules)
-    shortest = found.rules.shortest_both
-
-    def analysed(rows: pd.DataFrame) -> NeckerResult | NotComputed:
-        return _nobody(found) if rows["catch"].all() else necker(rows, shortest_both=shortest)
-
-    result = analysed(kept)
-    everyone = analysed(table) if found.exclusions else result
-    return Reports(data, table, kept, found, result, _simulated(table), shortest, everyone)
+    found = _analysed(table, rules, lambda rows, used: necker(rows, shortest_both=used.shortest_both))
+    return Reports(data=data, **found)
 
 
 def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
@@ -218,15 +229,3 @@ def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
     if table.empty:
         raise InputError(f"{Path(data.root)} holds no {kind}: nobody took part, or no session has its table.")
     return table.assign(kind=np.where(table["simulated"], "simulated", "human"))
-
-
-def _simulated(table: pd.DataFrame) -> bool:
-    return bool(table["kind"].iloc[0] == "simulated")  # tables of mixed kinds have been rejected
-
-
-def _nobody(found: Quality) -> NotComputed:
-    if not found.subjects_before:
-        return NotComputed("All trials are catch trials: there is nothing to analyse.")
-    return NotComputed(
-        f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
-    )

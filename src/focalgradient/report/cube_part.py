@@ -18,7 +18,7 @@ from focalgradient.report.exclusions import answers_of, exclusions_table, with_a
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.tables import MEANS, answer_tables, necker_sheets, quality_sheets
-from focalgradient.report.words import counts, methods_necker, necker_findings
+from focalgradient.report.words import counts, methods_necker
 from focalgradient.statistics import NotComputed, Quality
 from focalgradient.statistics.criteria import OF_CUBE
 from focalgradient.statistics.questions import Answer
@@ -73,7 +73,9 @@ class CubePart(Part):
         if isinstance(result, NotComputed):
             yield Notice(result.reason)
         else:
-            yield from map(Paragraph, necker_findings(result))
+            yield from self.said(result.answers)
+            if not result.effects:
+                yield Notice("No trial had a gradient of blur: nothing was compared.")
         yield Paragraph(counts(part.quality))
         yield from with_and_without(part.quality, self.both)
         sheets = quality_sheets(part.quality, self.name)

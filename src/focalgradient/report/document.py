@@ -7,6 +7,8 @@ import html
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from string import Template
 
 __all__ = [
     "FURTHER",
@@ -134,19 +136,8 @@ def as_html(title: str, blocks: Sequence[Block]) -> str:
     >>> "<h2>A &lt; B</h2>" in as_html("An example", [Heading("A < B")])
     True
     """
-    return f"""<!doctype html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{html.escape(title)}</title>
-<style>{_CSS}</style>
-</head>
-<body>
-<h1>{html.escape(title)}</h1>
-{"".join(_html(block) for block in blocks)}</body>
-</html>
-"""
+    page = Template(Path(__file__).with_name("page.html").read_text(encoding="utf-8"))
+    return page.substitute(title=html.escape(title), body="".join(map(_html, blocks)))
 
 
 def as_markdown(title: str, blocks: Sequence[Block]) -> str:
@@ -257,35 +248,3 @@ def _plain(text: str) -> str:
 
 def _notes(notes: Sequence[str], csv: str | None) -> list[str]:
     return [*notes, *([] if csv is None else [f"As a file: {csv}."])]
-
-
-_CSS = """
-:root { color-scheme: light dark; --ink: #1d1d1f; --paper: #fff; --soft: #555; --line: #dcdcdc; --warn: #fdf3ec; }
-body { font: 16px/1.55 Charter, "Bitstream Charter", "Iowan Old Style", Cambria, Georgia, serif; color: var(--ink);
-  background: var(--paper); max-width: 66rem; margin: 3rem auto 5rem; padding: 0 1.25rem; }
-p, figcaption { max-width: 46rem; } h1 { font-size: 2rem; line-height: 1.15; font-weight: 600; margin: 0 0 1rem; }
-h2 { font-size: 1.4rem; font-weight: 600; border-top: 1px solid var(--line); padding-top: 1.4rem; margin: 2.6rem 0
-.8rem; } h3 { font-size: 1.1rem; font-weight: 600; margin: 1.8rem 0 .5rem; }
-.notice { border-left: 4px solid #d55e00; background: var(--warn); padding: .6rem .9rem; font-weight: 600; }
-figure { margin: 1rem 0 1.4rem; overflow-x: auto; }
-img { max-width: min(100%, 46rem); height: auto; display: block; background: #fff; } a { color: inherit; }
-figcaption { font-size: .9rem; color: var(--soft); margin-top: .5rem; }
-.wide { overflow-x: auto; }
-table { border-collapse: collapse; width: 100%; font: .8rem/1.4 system-ui, "Segoe UI", Helvetica, Arial, sans-serif;
-  font-variant-numeric: tabular-nums; margin-top: .3rem; }
-.caption { font: 600 .8rem/1.4 system-ui, "Segoe UI", Helvetica, Arial, sans-serif; margin: 1.4rem 0 0; max-width: none;
-} th { text-align: left; font-weight: 600; border-bottom: 1px solid #888; padding: .28rem .6rem .28rem 0;
-  vertical-align: bottom; }
-td { border-bottom: 1px solid var(--line); padding: .28rem .6rem .28rem 0; vertical-align: top; }
-details { margin-top: 1.2rem; } summary { cursor: pointer; font: 600 .8rem/1.4 system-ui, sans-serif; }
-.note { font-size: .82rem; color: var(--soft); margin: .3rem 0; overflow-wrap: anywhere; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e8e8ea; --paper: #17181a; --soft: #a8a8ad; --line: #3a3b3f; --warn: #3a2417; }
-}
-@media (max-width: 40rem) {
-  body { margin: 1.2rem auto 3rem; padding: 0 .9rem; overflow-wrap: anywhere; } h1 { font-size: 1.5rem; }
-  img.panels { max-width: none; width: 34rem; } table { width: auto; } th, td { overflow-wrap: normal; }
-}
-@media print { :root { color-scheme: light; } body { margin: 0 auto; max-width: none; font-size: 10pt; } tr, figure {
-break-inside: avoid; } }
-"""

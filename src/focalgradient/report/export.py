@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
@@ -20,46 +21,28 @@ from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
 from focalgradient.statistics.questions import NO_ANSWERS, Answers, less
 from focalgradient.statistics.tables import FIXATIONS, fixations_of
+from focalgradient.tasks import task_named
 
 __all__ = ["r_script", "reader", "report_files", "safe_csv", "table_files", "trial_files"]
 
-FIRST = {
-    "participant_id": "participant",
-    "session": "session label; empty without one",
-    "trial": "number of the trial within its participant and session",
-}
+OF_RATINGS = (
+    *("participant_id", "session", "trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "rating"),
+    *("log_rating", "response_time", "dropped_frames", "catch", "kind", "included"),
+)
+OF_CUBE = (
+    *("participant_id", "session", "trial", "gradient", "strength", "onset", "duration", "percept", "censored"),
+    *("trial_duration", "dropped_frames", "catch", "kind", "included"),
+)
+"""Columns that come first in the tables of trials and of reports."""
 
-LAST = {
-    "dropped_frames": "frames dropped by the display in this trial",
-    "catch": "whether the trial was a catch trial, not analysed",
-    "kind": "human or simulated",
-    "included": "whether the analysis rests on it: kept by the rules of exclusion, and no catch trial",
+ADDED = {
+    "participant_id": "Participant.",
+    "session": "Session label; empty without one.",
+    "log_rating": "Natural logarithm of the rating.",
+    "kind": "Human or simulated.",
+    "included": "Whether the analysis rests on it: kept by the rules of exclusion, and no catch trial.",
 }
-
-MEANING = {
-    **FIRST,
-    "scene": "scene shown",
-    "aperture": "aperture: pinhole, or its f-number",
-    "aperture_mm": "diameter of the aperture in millimetres; 0 for the pinhole",
-    "fixation": "object fixated and in focus: nearest, farthest, or as the design names it",
-    "repetition": "number of the repetition of the picture",
-    "rating": "rating as given: ratio to the standard, or step of the scale",
-    "log_rating": "natural logarithm of the rating",
-    "response_time": "seconds from the picture to the answer",
-    **LAST,
-}
-
-CUBE_MEANING = {
-    **FIRST,
-    "gradient": "reading that the blur agrees with: none, rigid or nonrigid",
-    "strength": "aperture of the blur in millimetres; 0 without a gradient",
-    "onset": "seconds from the start of the trial",
-    "duration": "seconds that the report lasted",
-    "percept": "reported reading: rigid, nonrigid, none (no key) or both",
-    "censored": "whether the end of the trial cut the report off",
-    "trial_duration": "seconds that the trial lasted",
-    **LAST,
-}
+"""Descriptions of the columns that are not recorded in each trial."""
 
 CONSTANTS = {
     "FEWEST_SCENES": FEWEST_SCENES,
@@ -102,15 +85,13 @@ def trial_files(
     data
         Data set whose sidecars describe the columns, if there is one.
     """
-    import numpy as np
-
     out = table.assign(
         log_rating=np.log(table["rating"].where(table["rating"] > 0)),
         included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
     )
-    out = _ordered(out, MEANING)
+    out = _ordered(out, OF_RATINGS)
     files = table_files("depth_rating_trials", out)
-    files["depth_rating_trials_dictionary.csv"] = _dictionary(out, MEANING, data)
+    files["depth_rating_trials_dictionary.csv"] = _dictionary(out, "depthrating", data)
     if isinstance(result, ComparisonResult):
         files["headline_comparisons.R"] = r_script("headline_comparisons", result.answers)
     if result is not None and not result.analysis.ratios:
@@ -169,9 +150,9 @@ def report_files(
         Data set whose sidecars describe the columns, if there is one.
     """
     out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
-    out = _ordered(out, CUBE_MEANING)
+    out = _ordered(out, OF_CUBE)
     files = table_files("necker_reports", out)
-    files["necker_reports_dictionary.csv"] = _dictionary(out, CUBE_MEANING, data)
+    files["necker_reports_dictionary.csv"] = _dictionary(out, "necker", data)
     if result is not None:
         odds = {
             (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
@@ -204,22 +185,19 @@ def reader(file: str, table: pd.DataFrame) -> bytes:
     return f'{head}d <- read.csv("{file}", na.strings = "", colClasses = c({types}))\n'.encode()
 
 
-def _ordered(table: pd.DataFrame, first: Mapping[str, str]) -> pd.DataFrame:
+def _ordered(table: pd.DataFrame, first: Sequence[str]) -> pd.DataFrame:
     """Return every column of a table, the usual ones first; `kind` says whether observers are simulated."""
     usual = [name for name in first if name in table]
     return table[[*usual, *(name for name in table if name not in {*usual, "simulated"})]]
 
 
-def _dictionary(table: pd.DataFrame, usual: Mapping[str, str], data: DataSet | None) -> bytes:
-    """Describe each column: meaning, type, number of values and of missing values."""
-    sidecars = () if data is None else data.sidecars.values()
-    stated = {
-        name: entry["Description"]
-        for sidecar in sidecars
-        for name, entry in sidecar.items()
-        if isinstance(entry, dict) and "Description" in entry
-    }
-    meaning = {**stated, **usual}
+def _dictionary(table: pd.DataFrame, task: str, data: DataSet | None) -> bytes:
+    """Describe each column: meaning (as the sidecars state it, else as the task does), type, and numbers of values."""
+    meaning = {column.name: _with_unit(column.about, column.units) for column in task_named(task).columns()}
+    for sidecar in () if data is None else data.sidecars.values():
+        entries = {name: entry for name, entry in sidecar.items() if isinstance(entry, dict) and "Description" in entry}
+        meaning |= {name: _with_unit(entry["Description"], entry.get("Units")) for name, entry in entries.items()}
+    meaning |= ADDED
     rows = [
         (
             name,
@@ -231,6 +209,10 @@ def _dictionary(table: pd.DataFrame, usual: Mapping[str, str], data: DataSet | N
         for name, each in ((str(column), table[column]) for column in table)
     ]
     return safe_csv(pd.DataFrame(rows, columns=["column", "meaning", "type", "values", "missing"]))
+
+
+def _with_unit(about: str, unit: str | None) -> str:
+    return f"{about.removesuffix('.')} ({unit})." if unit else about
 
 
 def safe_csv(table: pd.DataFrame) -> bytes:

@@ -14,11 +14,10 @@ from focalgradient.progress import Progress
 from focalgradient.report.cube_part import CubePart
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, Table
 from focalgradient.report.observed import Observed, observed_percepts, observed_ratings, observed_thresholds
-from focalgradient.report.own_thresholds import OwnThresholdPart
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.rating_part import RatingPart
 from focalgradient.report.tables import Sheet
-from focalgradient.report.thresholds import Thresholds
+from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.statistics import NotComputed
 from focalgradient.statistics.wording import decimals, number, probability
 
@@ -127,10 +126,8 @@ def observed_in(part: Part) -> Observed | NotComputed:
             return observed_ratings(part.ratings.kept, part.ratings.analysis)
         case CubePart():
             return observed_percepts(part.reports.kept)
-        case Thresholds():
-            return observed_thresholds(part.table)
-        case OwnThresholdPart():
-            return observed_thresholds(part.own.table, part.own.guess)
+        case ThresholdPart():
+            return observed_thresholds(part.table, part.guess)
     return NotComputed(f"No built-in observer models {part.title!r}; use fit_observer.")
 
 

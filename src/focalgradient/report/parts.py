@@ -10,18 +10,16 @@ from typing import Any
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
-from focalgradient.report.document import Block, Figure
+from focalgradient.report.document import Block, Figure, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT, both_results
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet
+from focalgradient.report.tables import EFFECTS, Sheet
 from focalgradient.scales import Analysis
-from focalgradient.statistics import Rules
-from focalgradient.statistics.questions import Answer
+from focalgradient.statistics import NotComputed, Rules
+from focalgradient.statistics.effects import BOUND
+from focalgradient.statistics.questions import Answer, Answers
 
 __all__ = ["BOUND", "Asked", "Output", "Part"]
-
-BOUND = 1.2
-"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,9 +91,25 @@ class Part(ABC):
     def name(self) -> str:
         """Prefix of the section's file names."""
 
+    @property
+    @abstractmethod
+    def choices(self) -> tuple[str, ...]:
+        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
+
+    @property
+    def rules(self) -> tuple[str, ...]:
+        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
+        return ()
+
     @abstractmethod
     def findings(self, output: Output) -> Iterator[Block]:
         """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
+
+    @staticmethod
+    def said(answers: Answers, *roles: str) -> Iterator[Block]:
+        """Yield the findings of some roles (by default the effects) in words; what was not tested as notices."""
+        for answer, text in answers.said(*(roles or EFFECTS)):
+            yield Notice(text) if isinstance(answer.outcome, NotComputed) else Paragraph(text)
 
     @abstractmethod
     def answers(self) -> Iterable[Answer]:
@@ -106,20 +120,10 @@ class Part(ABC):
         """Yield the methods for a paper."""
 
     @property
-    @abstractmethod
-    def choices(self) -> tuple[str, ...]:
-        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
-
-    @property
     def both(self) -> list[tuple[str, Answer]]:
         """Main results with and without exclusions."""
         answers = [*self.answers()]
         return both_results(answers, excludes=bool(self.rules) or any(one.role == WITHOUT for one in answers))
-
-    @property
-    def rules(self) -> tuple[str, ...]:
-        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
-        return ()
 
     @abstractmethod
     def exports(self) -> Mapping[str, bytes]:

@@ -11,9 +11,9 @@ from focalgradient.design import load_design
 from focalgradient.errors import InputError
 from focalgradient.power import Model
 from focalgradient.report.document import as_html, as_markdown
-from focalgradient.report.own_tasks import preregister_own_task
 from focalgradient.report.preregister_cube import preregister_cube
 from focalgradient.report.preregister_ratings import preregister_ratings
+from focalgradient.report.preregister_task import preregister_task
 from focalgradient.report.preregister_thresholds import preregister_thresholds
 from focalgradient.report.preregistered import Planned, Preregistered
 from focalgradient.report.rules import Stated
@@ -76,8 +76,8 @@ def preregistration(
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
-    custom: Callable[..., Preregistered | None] = task.preregistered
-    text = PREREGISTERED.get(task.name, custom)(design, asked) or preregister_own_task(task, design, asked)
+    preregistered: Callable[..., Preregistered | None] | None = PREREGISTERED.get(task.name, task.preregistered)
+    text = (preregistered and preregistered(design, asked)) or preregister_task(task, design, asked)
     blocks = text.blocks()
     files = {
         "preregistration.html": as_html(text.title, blocks).encode(),

@@ -16,8 +16,8 @@ from focalgradient.report.preregistered import (
     rules_table,
 )
 from focalgradient.report.rules import as_toml
-from focalgradient.report.words import analysis_necker
 from focalgradient.statistics.criteria import OF_CUBE
+from focalgradient.statistics.cube import cube_questions
 from focalgradient.statistics.exclusions import NO_CATCH
 from focalgradient.statistics.wording import many
 
@@ -35,21 +35,6 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     model = CubeModel(**asked.effects)
     study = CubeStudy(model, design)
     powers = quick_cube_power(study, SUBJECTS, EXPERIMENTS)
-    largest = max(design.strengths_mm)
-    claims = {
-        "nonrigid_longer": ("nonrigid", "raises"),
-        "nonrigid_shorter": ("rigid", "lowers"),
-    }
-    hypotheses = [
-        f"H{number} ({'primary' if number == 1 else 'secondary'}). Blur that agrees with the {claims[test][0]} "
-        f"reading ({largest:g} mm) {claims[test][1]} the odds of the nonrigid reading (two-sided test)."
-        for number, test in enumerate(study.tests, start=1)
-    ]
-    first = claims[next(iter(study.tests))][0]
-    outcome = (
-        "The log odds of the nonrigid reading (its time over that of the rigid reading): those with blur that agrees "
-        f"with the {first} reading ({largest:g} mm) less those without blur, one value for each subject."
-    )
     sizes = ", ".join(f"{mm:g}" for mm in design.strengths_mm)
     shown = (
         f"A turning wireframe Necker cube; gradients of blur: {', '.join(design.gradients)}; apertures of {sizes} mm; "
@@ -64,17 +49,17 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
         f"logarithm) of {model.between:g}, a nonrigid share of {model.nonrigid:g} without blur, and durations as 22 "
         "people reported of a lattice."
     )
-    unjudged = {}
-    if not design.catch_trials and asked.stated.rules.catch_passed is not None:
-        unjudged["catch_passed"] = NO_CATCH
+    rules = asked.stated.rules
+    questions = cube_questions([], design.gradients, max(design.strengths_mm), rules.shortest_both)
+    unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
     return Preregistered(
         "Preregistration: the turning Necker cube and focal gradients",
-        hypotheses,
-        outcome,
+        questions.hypotheses,
+        questions.outcome,
         shown,
-        [*criteria(asked.stated.rules, unjudged, CUBE_CATCH), *AFTERWARDS],
+        [*criteria(rules, unjudged, CUBE_CATCH), *AFTERWARDS],
         rules_table(asked.stated, [name for name in OF_CUBE if name not in unjudged]),
-        [analysis_necker(asked.stated.rules.shortest_both)],
+        [questions.method],
         enough(powers, assumed),
         power_table(powers, study.tests),
         neutral=[
@@ -87,5 +72,5 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
             "hypothesis is made; shares of time only describe.",
             "Where a subject reports neither reading in a condition, its change is missing, and is not replaced.",
         ],
-        rules_file=as_toml(asked.stated.rules, None, OF_CUBE),
+        rules_file=as_toml(rules, None, OF_CUBE),
     )

@@ -139,8 +139,8 @@ class RatingPart(Part):
             yield figure
             folded += further
         yield from answer_tables(answers, self._caption)
-        checked = rating_residuals(part.kept, part.analysis)
-        if not part.kept.empty and checked:
+        checked = () if isinstance(part.main, NotComputed) else rating_residuals(part.main.answers, part.kept)
+        if checked:
             drawn = residual_figure(checked, simulated=part.simulated)
             folded.append(output.figure("depth_rating_residuals", drawn, RESIDUALS))
         folded += robustness_part(self.variants, part.analysis, output)

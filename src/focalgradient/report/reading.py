@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Collection, Mapping, Sequence
+from inspect import signature
+from typing import Any, NamedTuple
 
 from focalgradient.errors import InputError
 from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
@@ -12,27 +13,74 @@ from focalgradient.statistics.own_files import Paths
 from focalgradient.statistics.own_names import few
 from focalgradient.statistics.own_numbers import factor_of
 from focalgradient.statistics.own_tables import Source, Where
+from focalgradient.statistics.own_thresholds import holds_thresholds
 
-__all__ = ["CUBE", "LEVELS", "RATINGS", "SIGNALS", "content_of", "explained_table"]
+__all__ = [
+    "BY",
+    "CUBE",
+    "LEVELS",
+    "RATINGS",
+    "SIGNALS",
+    "Kind",
+    "explained_table",
+    "kind_of",
+    "refuse_unused",
+]
 
 CUBE, SIGNALS, LEVELS = "reports on the cube", "answers to signal and noise", "answers at levels"
-RATINGS = "depth ratings"
+RATINGS, BY = "depth ratings", "ratings"
 """Descriptions of the content of tables."""
 
-Roles = Mapping[str, tuple[str, ...]]
 
-KINDS: tuple[tuple[str, Callable[[Paths, Mapping[str, str] | None], bool], Roles, Any], ...] = (
-    (CUBE, own_reports.holds_reports, own_reports.ROLES, own_reports.read_reports),
-    (SIGNALS, own_detection.holds_detection, own_detection.ROLES, own_detection.read_detection),
-    (LEVELS, own_thresholds.holds_thresholds, own_thresholds.ROLES, own_thresholds.read_thresholds),
-    (RATINGS, lambda path, columns: True, own_ratings.ROLES, own_ratings.read_ratings),
+class Kind(NamedTuple):
+    """Kind of table: content, test for it, roles of its columns, reader, and settings of the analysis."""
+
+    what: str
+    holds: Callable[[Paths, Mapping[str, str] | None], bool]
+    roles: Mapping[str, tuple[str, ...]]
+    reader: Callable[..., Any]
+    further: frozenset[str] = frozenset()
+
+    def read(self, paths: Paths, given: Mapping[str, Any]) -> Any:
+        """Read a table by those of the given options that its reader has."""
+        return self.reader(paths, **{name: given[name] for name in signature(self.reader).parameters if name in given})
+
+    @property
+    def settings(self) -> Collection[str]:
+        """Settings of `make_report` that apply."""
+        return {*signature(self.reader).parameters, *self.further}
+
+
+KINDS = (
+    Kind(CUBE, own_reports.holds_reports, own_reports.ROLES, own_reports.read_reports),
+    Kind(SIGNALS, own_detection.holds_detection, own_detection.ROLES, own_detection.read_detection),
+    Kind(LEVELS, holds_thresholds, own_thresholds.ROLES, own_thresholds.read_thresholds, frozenset({"guess_rate"})),
+    Kind(BY, holds_conditions, own_ratings.ROLES, read_conditions, frozenset({"scale"})),
+    Kind(RATINGS, lambda *_: True, own_ratings.ROLES, own_ratings.read_ratings, frozenset({"scale", "bound", "bayes"})),
 )
-"""Kinds of tables: description, test, roles of the columns, and reader."""
+"""Kinds of tables; each but the last is recognised before the next."""
 
 
-def content_of(paths: Paths, columns: Mapping[str, str] | None = None) -> str:
-    """Return the description of what a table contains."""
-    return next(kind[0] for kind in KINDS if kind[1](paths, columns))
+def kind_of(paths: Paths, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
+    """Return the kind of a table; one analysed `by` conditions has ratings."""
+    return next(kind for kind in KINDS if (kind.what == BY if by else kind.holds(paths, columns)))
+
+
+NEEDS = {
+    **dict.fromkeys(("by", "where"), "tables"),
+    "guess_rate": LEVELS,
+    "order": "answers in words in a table",
+    **dict.fromkeys(("scale", "bound", "bayes", "focal_length_mm"), "depth ratings"),
+}
+"""What settings are for."""
+
+
+def refuse_unused(name: str, content: str, given: Mapping[str, object], applied: Collection[str]) -> None:
+    """Raise `InputError` for a given setting that does not apply to what a table or data set contains."""
+    for setting, value in given.items():
+        is_given = value is not None and value is not False and value not in ((), {})
+        if is_given and setting not in applied:
+            raise InputError(f"{setting} is for {NEEDS[setting]}, but {name} {content}: leave it out.")
 
 
 def explained_table(
@@ -51,30 +99,26 @@ def explained_table(
     InputError
         If the table cannot be read.
     """
-    what = content_of(paths, columns)
-    if order and what in (CUBE, LEVELS):
-        raise InputError(f"order is for answers in words, but the table contains {what}: leave it out.")
-    if by or (what == RATINGS and holds_conditions(paths, columns)):
-        own = Source.read(paths, own_ratings.ROLES, columns, where)
-        by_condition = read_conditions(paths, columns, by, where, order=order)
-        return [
-            f"{own.name}: {len(own.cells):,} rows, taken for {len(by_condition.table):,} ratings by "
-            f"{' and '.join(by_condition.conditions)}",
-            *_columns(own, None),
-            *by_condition.notices,
-            *by_condition.notes,
-        ]
-    _, _, roles, read = next(kind for kind in KINDS if kind[0] == what)
-    wide = what == RATINGS
-    options = {"guess": guess_rate} if what == LEVELS else {"order": order} if what != CUBE else {}
-    given = own_ratings.long_columns(columns) if wide else columns
-    own = Source.read(paths, roles, given, where)
-    found = read(paths, columns, conditions, where=where, **options)
-    said = [*getattr(found, "problems", ()), *found.notices, *found.notes]
+    kind = kind_of(paths, columns, by)
+    given = {
+        "columns": columns,
+        "conditions": conditions,
+        "where": where,
+        "by": by,
+        "order": order,
+        "guess": guess_rate,
+    }
+    refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
+    is_wide = kind.what == RATINGS
+    own = Source.read(paths, kind.roles, own_ratings.long_columns(columns) if is_wide else columns, where)
+    found = kind.read(paths, given | {"order": order, "guess": guess_rate})
+    varied = f" by {' and '.join(found.conditions)}" if kind.what == BY else ""
     return [
-        f"{own.name}: {len(own.cells):,} rows, taken for {len(found.table):,} {what}",
-        *_columns(own, found.table if wide and "rating" not in own.columns else None),
-        *said,
+        f"{own.name}: {len(own.cells):,} rows, taken for {len(found.table):,} {kind.what}{varied}",
+        *_columns(own, found.table if is_wide and "rating" not in own.columns else None),
+        *getattr(found, "problems", ()),
+        *found.notices,
+        *found.notes,
     ]
 
 

@@ -43,7 +43,7 @@ def variant_answers(
     """Yield the primary question's answer without each exclusion rule."""
     if isinstance(main, NotComputed):
         return
-    question = main.answers.headlines[0].question
+    question = main.answers.primary[0].question
     for one in variants:
         if one.rules != ALL_RULES:
             outcome = NotComputed(one.reason) if one.estimate is None else one

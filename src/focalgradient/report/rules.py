@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, is_number
 from focalgradient.files import printable, read_bytes, read_toml
 from focalgradient.statistics import Rules
 from focalgradient.statistics.hypotheses import check_bound
@@ -33,10 +33,7 @@ MEANING = {
 """Explanation of each rule, written as a comment into the file."""
 
 
-OPTIONAL = (
-    *("response_time", "dropped_frames", "catch_passed", "repeat_factor", "lapses"),
-    *("fast", "same_answer", "first_press"),
-)
+OPTIONAL = {field.name for field in dataclasses.fields(Rules) if str(field.type).endswith("None")}
 """Rules that can be switched off."""
 
 
@@ -89,7 +86,7 @@ def load_rules(path: Path) -> Stated:
         elif key not in fields:
             raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*MEANING, 'bound'])}.")
         else:
-            values[key] = _value(path, key, value)
+            values[key] = _value(key, value)
     try:
         rules = Rules(**values)
     except InputError as error:
@@ -97,19 +94,11 @@ def load_rules(path: Path) -> Stated:
     return Stated(rules, bound, path.name, digest)
 
 
-def _value(path: Path, key: str, value: Any) -> Any:
+def _value(key: str, value: Any) -> Any:
+    """Return the value of a rule; `Rules` checks it."""
     if value is False and key in OPTIONAL:
         return None
-    if key == "response_time":
-        numbers = isinstance(value, list) and all(type(each) in (int, float) for each in value)
-        if not (numbers and len(value) == 2):
-            raise InputError(
-                f"{printable(path)}: response_time is {value!r}, but must be two times in seconds, like [0.3, 60]."
-            )
-        return (float(value[0]), float(value[1]))
-    if type(value) not in ((int,) if key == "dropped_frames" else (int, float)):
-        raise InputError(f"{printable(path)}: {key} is {value!r}, but must be a number: {MEANING[key]}.")
-    return value if key == "dropped_frames" else float(value)
+    return tuple(float(end) if is_number(end) else end for end in value) if isinstance(value, list) else value
 
 
 def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(MEANING)) -> str:

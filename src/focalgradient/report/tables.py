@@ -84,10 +84,6 @@ EFFECTS, CHECKS, MEANS = ("primary", "main", "secondary"), ("check",), ("descrip
 """Roles of the answers in one table."""
 
 
-SIZE = ("d (over subjects: d_z)", "95 %")
-"""Headings of the effect size."""
-
-
 def answer_tables(answers: Iterable[Answer], caption: str, roles: Collection[str] = EFFECTS) -> list[Table]:
     """Return the answers with one of some roles as a table; none if there are none. All are in results.csv."""
     cells = _Cells()

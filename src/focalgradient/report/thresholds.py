@@ -1,148 +1,228 @@
-"""Section of the report on blur thresholds."""
+"""Section of the report on thresholds: functions of each person, means, and conditions."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar
+from typing import Any
 
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
-from focalgradient.plotting.thresholds import threshold_figure
+from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import table_files
-from focalgradient.report.parts import Output, Part
+from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.provenance import listed
-from focalgradient.report.tables import Sheet
+from focalgradient.report.tables import Sheet, answer_tables
 from focalgradient.statistics import (
     Interval,
     NotComputed,
+    SubjectThreshold,
     ThresholdFit,
     ThresholdResult,
     blur_thresholds,
 )
-from focalgradient.statistics.questions import Answer, stated
-from focalgradient.statistics.thresholds import ATTENDING, SubjectThreshold
-from focalgradient.statistics.wording import many, number
+from focalgradient.statistics.own_thresholds import OwnThresholds
+from focalgradient.statistics.questions import Analysis, Answers
+from focalgradient.statistics.thresholds import ATTENDING, threshold_questions
+from focalgradient.statistics.wording import many, number, with_interval
 
-__all__ = ["Thresholds", "analyse_thresholds", "fitted_values", "methods_thresholds", "threshold_answers", "unit_of"]
+__all__ = ["ThresholdPart", "methods_thresholds", "unit_of"]
 
-CAPTION = (
-    "Left: share of right answers at each level (disc: larger for more trials) and each participant’s fitted function; "
-    "dashed the share at threshold. Right: thresholds with 95 % intervals, geometric mean of all bold; dotted and "
-    "open: too few catch trials right."
+GROUPS = (
+    "Left: each person’s function, with the share of right answers at each level (disc: larger for more trials). "
+    "Right: thresholds with 95 % intervals, those of the table; geometric means bold."
 )
-
-BIAS = (
-    "In simulated adaptive sessions of 60 trials the bias of such a threshold is −4 % (slope 5, no lapses) to "
-    "+12 % (slope 2, 4 % lapses), as answers near threshold do not determine slope and lapse rate. A bias that "
-    "conditions have in common cancels in the ratio of their thresholds."
-)
-"""Bias of the estimate: docs/report/thresholds.md."""
+MISSED = " Dotted and open: too few catch trials right."
+PEOPLE = "Each person’s share of right answers at each level (disc: larger for more trials) and function."
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Thresholds(Part):
-    """Analysed threshold experiment.
+class ThresholdPart(Part):
+    """Analysed threshold experiment, or threshold data of the user's own table.
 
     Parameters
     ----------
-    data
-        The data set.
     table
         All trials.
-    result
-        Thresholds.
+    results
+        Thresholds of each person, by condition.
+    unit, guess
+        Unit of the levels, and guess rate.
+    simulated, data
+        As in every section.
     design
-        Design settings of the first session, as recorded.
-    simulated
-        True for simulated observers.
+        Design settings of the first session, as recorded; empty for a table.
     """
 
-    title: ClassVar[str] = "Blur thresholds"
-    name: ClassVar[str] = "blur_threshold"
-    choices: ClassVar[tuple[str, ...]] = THRESHOLDS
-
-    data: DataSet
     table: pd.DataFrame
-    result: ThresholdResult
-    design: Mapping[str, Any]
+    results: Mapping[str, ThresholdResult]
+    unit: str
+    guess: float
     simulated: bool
+    data: DataSet | None
+    design: Mapping[str, Any]
+
+    @classmethod
+    def of(cls, own: OwnThresholds) -> ThresholdPart:
+        """Fit each person of a table in each condition."""
+        table = own.table
+        least, most = float(table["level"].min()), float(table["level"].max())
+        results = {
+            str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
+            for name, rows in table.groupby("condition", sort=True)
+        }
+        return cls(table, results, own.unit, own.guess, bool((table["kind"] == "simulated").any()), None, {})
+
+    @classmethod
+    def of_dataset(cls, root: str | os.PathLike[str], asked: Asked | None = None) -> ThresholdPart:
+        """Read and fit all sessions of a data set; damaged ones are excluded and named in `data`.
+
+        Raises
+        ------
+        InputError
+            If there are none, psignifit is not installed, or sessions differ in task or levels.
+        """
+        data = read_dataset(root, ["blurthreshold"], damaged="leave out")
+        table = data.blur_threshold
+        if table.empty:
+            raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of blur thresholds.")
+        designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
+        first = designs[0]
+        for key in ("judged", "least_level", "most_level", "pedestal", "pupil_mm"):
+            if len({str(design.get(key)) for design in designs}) > 1:
+                raise InputError(f"{root} has sessions that differ in {key}: keep designs in data sets of their own.")
+        known = {
+            f"sub-{files.participant}": float(sidecar["Participant"]["threshold"])
+            for files, sidecar in data.sidecars.items()
+            if sidecar.get("Simulated") and "threshold" in sidecar.get("Participant", {})
+        }
+        least, most = float(first["least_level"]), float(first["most_level"])
+        result = blur_thresholds(table, least=least, most=most, unit=unit_of(first), known=known)
+        return cls(table, {"": result}, result.unit, 0.5, data.simulated, data, first)
+
+    @property
+    def title(self) -> str:
+        return "Blur thresholds" if self.design else "Thresholds"
+
+    @property
+    def name(self) -> str:
+        return "blur_threshold" if self.design else "threshold"
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        return THRESHOLDS
+
+    @property
+    def levels(self) -> tuple[float, float]:
+        """Least and greatest level, of the design or in the table."""
+        if self.design:
+            return float(self.design["least_level"]), float(self.design["most_level"])
+        return float(self.table["level"].min()), float(self.table["level"].max())
+
+    @property
+    def questions(self) -> Analysis:
+        """Questions about thresholds."""
+        return threshold_questions(self.unit, self.results, self.guess)
+
+    def answers(self) -> Answers:
+        everyone = self.questions.answers(self.results)
+        if not self.design:
+            return everyone
+        attending = {name: replace(one, mean=one.mean_attending) for name, one in self.results.items()}
+        kept = {
+            name: replace(one, subjects=tuple(session for session in one.subjects if session.kept))
+            for name, one in attending.items()
+        }
+        main = self.questions.answers(kept).of_roles("main")
+        return Answers((*main, *everyone.of_roles("description"), *everyone.variant(WITHOUT)))
 
     def findings(self, output: Output) -> Iterator[Block]:
-        result = self.result
-        people = "simulated observers" if self.simulated else "sessions"
-        what = "of blur" if self.design["judged"] == "blur" else "of depth from blur"
-        yield Paragraph(f"Thresholds {what} were measured in {len(result.subjects)} {people}.")
-        for one in result.subjects:
-            if not one.kept:
-                yield Notice(
-                    f"{one.participant} {one.session}".strip() + f" was right in {one.catch_right} of "
-                    f"{one.catch_trials} trials with the greatest level, fewer than {ATTENDING:.0%}: because of "
-                    "inattention, or because the threshold lies near or above that level."
-                )
-            if isinstance(one.fit, NotComputed):
-                yield Notice(f"{one.participant}: {one.fit.reason}")
-            elif one.fit.low < 1.1 * self.design["least_level"] or one.fit.high > self.design["most_level"] / 1.1:
-                yield Notice(
-                    f"{one.participant}: the interval reaches the end of the levels, which go from "
-                    f"{self.design['least_level']:g} to {self.design['most_level']:g} {result.unit}: the threshold may "
-                    "lie beyond."
-                )
-        yield from _means(result)
-        if any(isinstance(one.fit, ThresholdFit) for one in result.subjects):
-            yield output.figure("blur_thresholds", threshold_figure(result, simulated=self.simulated), CAPTION)
-        yield from output.tables([_sheet(result)])
+        ends = " to ".join(f"{number(level)} {self.unit}".strip() for level in self.levels)
+        people, who = self.table["participant_id"].nunique(), "simulated observer" if self.simulated else "person"
+        several = f" in {len(self.results)} conditions" if len(self.results) > 1 else ""
+        yield Paragraph(
+            f"Thresholds of {many(people, who).replace('persons', 'people')}{several}, of "
+            f"{many(len(self.table), 'trial')} at levels from {ends}."
+        )
+        sessions = [(name, one) for name, result in self.results.items() for one in result.subjects]
+        for name, one in sessions:
+            yield from self._notices(" ".join(filter(None, [one.participant, one.session, name])), one, ends)
+        answers = self.questions.answers(self.results)
+        yield from self.said(answers)
+        if self.design:
+            yield self._attending()
+        if any(isinstance(one.fit, ThresholdFit) for _, one in sessions):
+            level = None if self.design else f"level ({self.unit})" if self.unit else "level"
+            caption = GROUPS + MISSED * any(not one.kept for _, one in sessions)
+            name = "blur_thresholds" if self.design else "thresholds"
+            yield output.figure(name, threshold_figure(self.results, simulated=self.simulated, level=level), caption)
+            drawn = person_figure(self.results, simulated=self.simulated, level=level)
+            yield output.figure("threshold_people", drawn, PEOPLE)
+        if len(self.results) > 1:
+            yield from answer_tables(answers, "Geometric mean thresholds, and their ratios between conditions")
+        yield from output.tables([self._sheet()])
 
-    def answers(self) -> Iterator[Answer]:
-        result = self.result
-        kept = [one for one in result.subjects if one.kept]
-        yield from threshold_answers(result, "", WITHOUT)
-        yield stated(MEAN, "", result.mean_attending, "main", result.unit, averaged(kept), _head(result.unit))
+    def _notices(self, who: str, one: SubjectThreshold, ends: str) -> Iterator[Block]:
+        least, most = self.levels
+        if isinstance(one.fit, NotComputed):
+            yield Notice(f"{who}: {one.fit.reason}")
+        elif one.fit.low < 1.1 * least or one.fit.high > most / 1.1:
+            yield Notice(
+                f"{who}: the interval reaches the end of the levels, which go from {ends}: the threshold may lie "
+                "beyond."
+            )
+        if not one.kept:
+            yield Notice(
+                f"{who} was right in {one.catch_right} of {one.catch_trials} catch trials, fewer than {ATTENDING:.0%}: "
+                "by inattention, or because the threshold is high."
+            )
+
+    def _attending(self) -> Paragraph:
+        """Return the mean without those who missed catch trials."""
+        (result,) = self.results.values()
+        if all(one.kept for one in result.subjects):
+            return Paragraph("None missed the catch trials: the mean with exclusions is the same.")
+        if not isinstance(result.mean_attending, Interval):
+            return Paragraph("All missed the catch trials: there is no mean with exclusions.")
+        return Paragraph(
+            f"Without the {sum(not one.kept for one in result.subjects)} who missed catch trials: "
+            f"{with_interval(result.mean_attending, self.unit)}. People with a high threshold miss them as well: this "
+            "mean is too low if thresholds reach the greatest level."
+        )
+
+    def _sheet(self) -> Sheet:
+        """Return the threshold of each session; columns about catch trials and truth where there are any."""
+        unit, design = f" ({self.unit})" if self.unit else "", bool(self.design)
+        rows = []
+        for name, result in self.results.items():
+            for one in result.subjects:
+                fit = one.fit if isinstance(one.fit, ThresholdFit) else None
+                row: dict[str, Any] = {"participant": one.participant, "session": one.session}
+                row |= {} if design else {"condition": name}
+                row["threshold" + unit * design] = None if fit is None else fit.threshold
+                row |= {key: getattr(fit, key, None) for key in ("low", "high", "slope")}
+                row |= {"lapses": getattr(fit, "lapse", None), "trials": 0 if fit is None else fit.trials}
+                if one.catch_trials:
+                    row["catch trials right"] = f"{one.catch_right} of {one.catch_trials}"
+                    row["enough of them"] = "yes" if one.kept else "no"
+                rows.append(row if one.known is None else row | {"known": one.known})
+        file = "blur_thresholds.csv" if design else "thresholds.csv"
+        head = list(dict.fromkeys(name for row in rows for name in row))
+        cells = [[row.get(name) for name in head] for row in rows]
+        return listed(file, f"Each person’s threshold{unit} with its 95 % interval", head, cells)
 
     def methods(self, output: Output) -> Iterator[Block]:
-        yield from map(Paragraph, methods_thresholds(self.design))
+        yield from map(Paragraph, methods_thresholds(self.design) if self.design else [self.questions.method])
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
         return table_files(f"{self.name}_trials", self.table)
-
-
-def analyse_thresholds(root: str | os.PathLike[str]) -> Thresholds:
-    """Read and fit the thresholds of a data set; damaged sessions are excluded and named in `data`.
-
-    Raises
-    ------
-    InputError
-        If there are none, psignifit is not installed, or sessions differ in task or levels.
-    """
-    data = read_dataset(root, ["blurthreshold"], damaged="leave out")
-    table = data.blur_threshold
-    if table.empty:
-        raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of blur thresholds.")
-    designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
-    first = designs[0]
-    for key in ("judged", "least_level", "most_level", "pedestal", "pupil_mm"):
-        if len({str(design.get(key)) for design in designs}) > 1:
-            raise InputError(f"{root} has sessions that differ in {key}: keep designs in data sets of their own.")
-    known = {
-        f"sub-{files.participant}": float(sidecar["Participant"]["threshold"])
-        for files, sidecar in data.sidecars.items()
-        if sidecar.get("Simulated") and "threshold" in sidecar.get("Participant", {})
-    }
-    result = blur_thresholds(
-        table,
-        least=float(first["least_level"]),
-        most=float(first["most_level"]),
-        unit=unit_of(first),
-        known=known,
-    )
-    return Thresholds(data, table, result, first, data.simulated)
 
 
 def unit_of(design: Mapping[str, Any]) -> str:
@@ -152,74 +232,6 @@ def unit_of(design: Mapping[str, Any]) -> str:
     ('D', 'mm')
     """
     return "D" if design["judged"] == "blur" else "mm"
-
-
-def _means(result: ThresholdResult) -> Iterator[Block]:
-    """Yield the mean over all participants, and that without those who missed catch trials."""
-    missed = sum(not one.kept for one in result.subjects)
-    if isinstance(result.mean, NotComputed):
-        yield Notice(result.mean.reason)
-        return
-    yield Paragraph(f"Geometric mean of all: {_interval(result.mean, result.unit)}.")
-    if not missed:
-        yield Paragraph("None missed the catch trials: the mean with exclusions is the same.")
-    elif isinstance(result.mean_attending, Interval):
-        yield Paragraph(
-            f"Without the {missed} who missed catch trials: {_interval(result.mean_attending, result.unit)}. People "
-            "with a high threshold miss them as well: this mean is too low if thresholds reach the greatest level."
-        )
-    else:
-        yield Paragraph("All missed the catch trials: there is no mean with exclusions.")
-
-
-MEAN = "geometric mean threshold"
-
-
-def threshold_answers(result: ThresholdResult, condition: str, role: str) -> Iterator[Answer]:
-    """Yield the mean over all participants, with a role, and the threshold of each session."""
-    head = _head(result.unit) + (f", {condition}" if condition else "")
-    mean = stated(MEAN, condition, result.mean, "main", result.unit, averaged(result.subjects), head)
-    yield replace(mean, role=role)
-    for one in result.subjects:
-        fit = one.fit
-        level = ", ".join(filter(None, [one.participant, one.session, condition]))
-        outcome = fit if isinstance(fit, NotComputed) else Interval(fit.threshold, fit.low, fit.high)
-        yield stated("threshold", level, outcome, "description", result.unit, 1)
-
-
-def _head(unit: str) -> str:
-    return f"{MEAN} ({unit})" if unit else MEAN
-
-
-def averaged(subjects: Sequence[SubjectThreshold]) -> int:
-    """Return the number of participants in a mean threshold: sessions of a participant count as one."""
-    return len({one.participant for one in subjects if isinstance(one.fit, ThresholdFit)})
-
-
-def _interval(found: Interval, unit: str) -> str:
-    ends = "" if found.low is None else f" (95 % interval {number(found.low)} to {number(found.high)} {unit})"
-    return f"{number(found.estimate)} {unit}{ends}"
-
-
-def fitted_values(fit: ThresholdFit | NotComputed) -> list[float | None]:
-    """Return threshold, the ends of its interval, slope and lapses of a fit, and its trials; none without one."""
-    if isinstance(fit, ThresholdFit):
-        return [fit.threshold, fit.low, fit.high, fit.slope, fit.lapse, fit.trials]
-    return [*[None] * 5, 0]
-
-
-def _sheet(result: ThresholdResult) -> Sheet:
-    """Return the threshold of each session, one row each."""
-    head = ["participant", "session", f"threshold ({result.unit})", "low", "high", "slope", "lapses", "trials"]
-    head += ["catch trials right", "enough of them", "known"]
-    rows: list[list[str | float | None]] = []
-    for one in result.subjects:
-        caught = f"{one.catch_right} of {one.catch_trials}"
-        kept = "yes" if one.kept else "no"
-        rows.append([one.participant, one.session, *fitted_values(one.fit), caught, kept, one.known])
-    if all(row[-1] is None for row in rows):
-        head, rows = head[:-1], [row[:-1] for row in rows]
-    return listed("blur_thresholds.csv", "Thresholds with 95 % intervals", head, rows)
 
 
 def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
@@ -239,10 +251,4 @@ def methods_thresholds(design: Mapping[str, Any]) -> Iterator[str]:
         f"Participants with less than {ATTENDING:.0%} of them right are named; as a high threshold has the same effect "
         "as inattention, the mean is over all participants, and that without them is also reported."
     )
-    yield (
-        "Each participant’s answers were fitted by psignifit (Schütt, Harmeling, Macke & Wichmann, 2016): a Weibull "
-        "function of the level that starts at one half, threshold log-uniform over the levels, "
-        "slope log-uniform from 1 to 10, lapse rate beta (1, 66) up to 10 %, no overdispersion. Reported are "
-        "the median of the posterior and its central 95 %. At threshold 75 % are right, without lapses. The mean is "
-        f"geometric, its interval by Student’s t over participants. {BIAS}"
-    )
+    yield threshold_questions(unit).method

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -13,22 +12,18 @@ from focalgradient.statistics import (
     Components,
     DepthRatingResult,
     Effect,
-    Interval,
-    NeckerResult,
-    NotComputed,
     Quality,
 )
+from focalgradient.statistics.cube import cube_questions
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.rating_questions import ENOUGH_SUBJECTS
 from focalgradient.statistics.tables import FIXATIONS
-from focalgradient.statistics.wording import SPACE, ci, decimals, listed, many, p_is, size, statistic
+from focalgradient.statistics.wording import SPACE, decimals, listed, many, p_is
 
 __all__ = [
-    "analysis_necker",
     "counts",
     "methods_necker",
     "methods_ratings",
-    "necker_findings",
     "skewed",
 ]
 
@@ -54,39 +49,6 @@ def skewed(result: DepthRatingResult) -> Iterator[str]:
                 "subjects makes up for it (where one subject in five shows the effect, about "
                 f"{ENOUGH_SUBJECTS} subjects do)."
             )
-
-
-def necker_findings(result: NeckerResult) -> list[str]:
-    """Summarise experiment 2 in a few sentences."""
-    sentences = []
-    shares = {
-        (each.gradient, each.strength): f"{decimals(100 * each.of_readings.estimate, 1)}{SPACE}%"
-        for each in result.shares
-        if each.percept == "nonrigid" and isinstance(each.of_readings, Interval)
-    }
-    largest = {
-        effect.gradient: effect.strength for effect in sorted(result.effects, key=lambda effect: effect.strength)
-    }
-    for effect in result.effects:
-        if effect.strength < largest[effect.gradient]:
-            continue
-        blur = f"Blur that agrees with the {effect.gradient} reading ({effect.strength:g} mm)"
-        test = effect.odds_of_time
-        if isinstance(test, NotComputed):
-            sentences.append(f"{blur} was not tested: {test.reason}")
-            continue
-        verb = "was not shown to change" if not test.significant else "raised" if test.estimate > 0 else "lowered"
-        without, with_ = (shares[key] for key in (("none", 0.0), (effect.gradient, effect.strength)))
-        sentences.append(
-            f"{blur} {verb} the nonrigid share of the time (odds ratio {decimals(math.exp(test.estimate))}, "
-            f"{ci(math.exp(test.low), math.exp(test.high))}; {statistic(test)}{size(test)}; "
-            f"mean share {without} without, {with_} with it)."
-        )
-    if not result.effects:
-        return ["No trial had a gradient of blur: nothing was compared."]
-    if len(result.effects) > 1:
-        sentences.append("The other gradients are secondary, one family by Holm’s method.")
-    return [f"Primary outcome. {sentences[0]}", *sentences[1:]]
 
 
 def methods_ratings(part: Ratings, bound: float) -> list[str]:
@@ -143,7 +105,8 @@ def _own_table(part: Ratings) -> str:
 
 def methods_necker(part: Reports) -> list[str]:
     """Return the methods of experiment 2, for a paper."""
-    return [_cube_shown(part), excluded(part.quality, CUBE_CATCH), analysis_necker(part.shortest_both)]
+    method = cube_questions([], shortest_both=part.quality.rules.shortest_both).method
+    return [_cube_shown(part), excluded(part.quality, CUBE_CATCH), method]
 
 
 def _cube_shown(part: Reports) -> str:
@@ -173,21 +136,6 @@ def _cube_shown(part: Reports) -> str:
         f"condition was shown for {design.get('trial_s', '?')} s, "
         f"{_times(design.get('repetitions', 1))}, turning {listed(design.get('directions', ()))}. "
         f"{_catches(design)}{_same(designs)}".strip()
-    )
-
-
-def analysis_necker(shortest_both: float) -> str:
-    """Describe the analysis of reports on the cube."""
-    return (
-        "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
-        "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "
-        "reduces their bias. Each gradient was compared with none by a paired t-test over subjects. Primary "
-        "is the nonrigid gradient (without one the rigid gradient) at its largest aperture, uncorrected; the others "
-        "are secondary, one family by Holm’s method. Intervals are 95 % intervals over subjects by t; "
-        "shares of time only describe, with intervals on the log odds of their mean. "
-        f"Both keys held for less than {shortest_both:g} s counted as a transition, not as a report. Gamma and "
-        "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "
-        "cut off by the end of a trial as lower limits."
     )
 
 

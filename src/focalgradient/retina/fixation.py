@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import shift
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number, check_seed
+from focalgradient.errors import InputError, check_fields, check_finite, check_number
 from focalgradient.eye.ranges import ordered_times
-from focalgradient.quantities import Range
+from focalgradient.quantities import Range, Seed
 
 __all__ = ["FixationalMovements"]
 
@@ -66,11 +66,10 @@ class FixationalMovements:
     diffusion: Annotated[float, Range("minutes of arc squared per second", 0)] = 20.0
     rate: Annotated[float, Range("microsaccades per second", 0, FASTEST)] = 1.5
     amplitude: Annotated[float, Range("minutes of arc", 0)] = 15.0
-    seed: int = 0
+    seed: Seed = 0
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_seed(self.seed)
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the direction of gaze in radians, x to the right and y down, at `times` (s, 0 or more): n x 2."""

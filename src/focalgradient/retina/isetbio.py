@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import constants
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.files import printable
+from focalgradient.files.matlab import read_matlab
+from focalgradient.quantities import Range
 
 __all__ = ["SpectralImage", "read_isetbio", "save_isetbio"]
 
@@ -54,11 +57,12 @@ class SpectralImage:
 
     energy: FloatArray
     wavelength_nm: FloatArray
-    field_deg: float
-    distance: float = 1.0
+    field_deg: Annotated[float, Range("degrees", most=179.9, positive=True)]
+    distance: Annotated[float, Range("metres", positive=True)] = 1.0
     is_retinal: bool = False
 
     def __post_init__(self) -> None:
+        check_fields(self)
         nm = wavelengths(self.wavelength_nm)
         energy = check_finite("energy", self.energy, "W/sr/m^2/nm, or W/m^2/nm")
         if energy.ndim != 3 or nm.ndim != 1 or energy.shape[2] != nm.size or np.any(np.diff(nm) <= 0):
@@ -68,10 +72,6 @@ class SpectralImage:
             )
         if np.any(energy < 0):
             raise InputError("energy holds negative values, but light is 0 or more: check the picture.")
-        check_number("field_deg", self.field_deg, "degrees", positive=True)
-        check_number("distance", self.distance, "metres", positive=True)
-        if self.field_deg >= 180:
-            raise InputError(f"field_deg is {self.field_deg:g}, but must be below 180.")
 
     @property
     def photons(self) -> FloatArray:
@@ -122,15 +122,7 @@ def read_isetbio(path: str | os.PathLike[str]) -> SpectralImage:
     InputError
         If the file cannot be read, or has neither.
     """
-    from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
-
-    try:
-        content = loadmat(path, squeeze_me=True, struct_as_record=False)
-    except (OSError, ValueError, TypeError, NotImplementedError, MatReadError) as error:
-        raise InputError(
-            f"{printable(path)} cannot be read as a MATLAB file of version 7 or before: save it with -v7."
-        ) from error
+    content = read_matlab(path)
     kind = next((one for one in KINDS if one in content), None)
     try:
         found = content[str(kind)]

@@ -10,14 +10,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import get_args
+from typing import Annotated, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
-from focalgradient.errors import InputError, check_finite, check_number, check_seed
-from focalgradient.eye.periphery import FARTHEST, Meridian, check_meridian
+from focalgradient.errors import InputError, check_finite, check_number, checked
+from focalgradient.eye.periphery import FARTHEST, Meridian
+from focalgradient.eye.ranges import PixelAngle
+from focalgradient.quantities import Range, Seed
 from focalgradient.retina.cone_density import cone_density
 from focalgradient.view import View
 
@@ -77,15 +79,16 @@ class ConeMosaic:
     pixel_angle: float
 
     @classmethod
+    @checked
     def over(
         cls,
         shape: tuple[int, int],
-        pixel_angle: float,
+        pixel_angle: PixelAngle,
         *,
-        eccentricity_deg: float = 0.0,
+        eccentricity_deg: Annotated[float, Range("degrees", 0)] = 0.0,
         meridian: Meridian = "temporal",
-        share: float = 1.0,
-        seed: int = 0,
+        share: Annotated[float, Range("shares of the cones", most=1, positive=True)] = 1.0,
+        seed: Seed = 0,
     ) -> ConeMosaic:
         """Return the cones of a right eye that lie under a picture.
 
@@ -106,15 +109,8 @@ class ConeMosaic:
         InputError
             If a number is out of range, or the picture reaches beyond 60 degrees.
         """
-        check_meridian(meridian)
-        check_seed(seed)
-        check_number("pixel_angle", pixel_angle, "radians", positive=True)
-        check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
-        check_number("share", share, "shares of the cones", positive=True)
-        if not (len(shape) == 2 and all(isinstance(n, int | np.integer) and n > 0 for n in shape) and share <= 1):
-            raise InputError(
-                f"shape is {shape!r} and share {share:g}, but must be a height and width in pixels, and at most 1."
-            )
+        if min(shape) < 1:
+            raise InputError(f"shape is {shape!r}, but must be a height and width in pixels: give two of 1 or more.")
         height, width = (math.degrees(pixel_angle) * n for n in shape)
         reach = math.hypot(height, width) / 2
         if eccentricity_deg + reach > FARTHEST:

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.binocular import INTEROCULAR
 from focalgradient.errors import check_fields, check_finite, check_number
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.protocol import check_eye
@@ -22,9 +23,6 @@ from focalgradient.quantities import Range
 __all__ = ["TwoEyes"]
 
 FloatArray = NDArray[np.float64]
-
-INTEROCULAR = 0.063
-"""Interocular distance of adults in metres: the mean of Dodgson (2004), Proc. SPIE 5291, 36."""
 
 
 @dataclass(frozen=True, slots=True)

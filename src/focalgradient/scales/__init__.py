@@ -7,7 +7,7 @@ group "focalgradient.scales". `check_scale` verifies that it is complete.
 from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.check import check_scale
-from focalgradient.scales.controls import Control, Held, Scale, Steps, Ways
+from focalgradient.scales.controls import Control, Held, OwnControl, Scale, Steps, Ways
 from focalgradient.scales.ratio import Ratio
 from focalgradient.scales.registry import register, scale_class, scale_names, scale_of
 from focalgradient.scales.signed import SignedComparison
@@ -23,6 +23,7 @@ __all__ = [
     "Held",
     "OrdinalScale",
     "OrdinalSteps",
+    "OwnControl",
     "Ratio",
     "Ratios",
     "ResponseScale",

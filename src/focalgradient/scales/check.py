@@ -199,7 +199,6 @@ class _Checked:
     def analysis(self) -> None:
         """Check that the analysis recovers the sign of an aperture effect, and that the report has the texts for it."""
         from focalgradient.statistics import Effect, analyse
-        from focalgradient.statistics.effects import effects
 
         analysis = self.scale.analysis
         self.need(isinstance(analysis, Analysis), f"analysis is {described(analysis)}, no Analysis")
@@ -212,7 +211,7 @@ class _Checked:
         self.need(not (analysis.positive and self.least <= 0), "the analysis needs answers above 0, which bounds break")
         self.need(analysis.signed or self.least >= 0, "the analysis takes no answer below 0, which bounds allow")
         for direction in (1, -1):
-            found = effects(analyse(self._table(direction), analysis))[0][0]
+            found = analyse(self._table(direction), analysis).answers.primary[0].outcome
             self.need(isinstance(found, Effect), f"the analysis of simulated data gives no effect: {found}")
             estimate = found.estimate if isinstance(found, Effect) else math.nan
             self.need(

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
-__all__ = ["Control", "Held", "Scale", "Steps", "Ways"]
+__all__ = ["Control", "Held", "OwnControl", "Scale", "Steps", "Ways"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -206,5 +206,23 @@ class Held:
     labels: tuple[str, ...]
 
 
+@runtime_checkable
+class OwnControl(Protocol):
+    """Control of a user's own, which draws itself in the laboratory's window; a browser cannot show it."""
+
+    @property
+    def question(self) -> str:
+        """Question."""
+        ...
+
+    def ask(self, screen: Any, event: str) -> Any:
+        """Ask in a window, and return a `focalgradient.lab.Given`."""
+        ...
+
+    def reached(self) -> Sequence[float]:
+        """Return values that can be set, from the least to the most."""
+        ...
+
+
 Control = Scale | Steps | Ways
-"""Control of a question."""
+"""Control of a question, which the window and the page draw."""

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_seed, described, is_number
+from focalgradient.errors import checked
+from focalgradient.quantities import Range, Seed
 from focalgradient.scenes.landscape import clouded_sky
 from focalgradient.scenes.materials import grained
 from focalgradient.scenes.objects import Mark, Mesh, Scene
@@ -26,7 +28,10 @@ WALL_RADIUS = 2.6  # radius of the surrounding wall (m)
 EARTH = ((0.08, 0.07, 0.07), (0.22, 0.20, 0.17), (0.42, 0.36, 0.27), (0.66, 0.58, 0.45))  # the wall's colours
 
 
-def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
+@checked
+def bottle(
+    seed: Seed = 0, *, distance: Annotated[float, Range("metres, for the wall to enclose the bottle", 0.3, 2)] = 1.0
+) -> Scene:
     """Return a mirrored bottle, 0.26 m high, on a checkered plane within a painted cylindrical wall.
 
     Its body is a cylinder, which reflects like a plane mirror vertically and like a convex mirror horizontally, so that
@@ -49,11 +54,6 @@ def bottle(seed: int = 0, *, distance: float = 1.0) -> Scene:
     >>> round(bottle().mark("nearest").distance, 3)
     0.955
     """
-    if not (is_number(distance) and 0.3 <= distance <= 2):
-        raise InputError(
-            f"distance is {described(distance)}, but must be 0.3 to 2 (m), so that the wall encloses the bottle."
-        )
-    check_seed(seed)
     random = np.random.default_rng([seed, 1])
     turn = random.uniform(0.1, 0.6)
     mirror = lathe(

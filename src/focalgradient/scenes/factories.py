@@ -7,8 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_seed, described, is_number
-from focalgradient.scenes.objects import Mark, Plane, Scene, Sphere, check_field
+from focalgradient.errors import InputError, checked
+from focalgradient.quantities import Seed
+from focalgradient.scenes.objects import Distance, Field, Mark, Plane, Scene, Sphere
 from focalgradient.scenes.texture import Texture
 
 __all__ = ["plane", "slant", "spheres", "step"]
@@ -17,7 +18,8 @@ PROJECTED_TEXTURE = Texture(texel=0.3e-3, projected=True)
 """Projected texture with texels of 0.3 mrad at every distance, about the pixel of a 25 mm lens with 8 um pixels."""
 
 
-def plane(distance: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
+@checked
+def plane(distance: Distance, *, seed: Seed = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
     """Return a wall facing the camera at `distance` metres.
 
     Parameters
@@ -39,12 +41,13 @@ def plane(distance: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTUR
     >>> plane(2.0).objects[0].point
     (0.0, 0.0, 2.0)
     """
-    _check_distance("distance", distance)
-    _check(seed, texture)
     return Scene((Plane((0.0, 0.0, float(distance)), (0.0, 0.0, -1.0), replace(texture, seed=seed)),))
 
 
-def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
+@checked
+def slant(
+    near: Distance, far: Distance, field: Field, *, seed: Seed = 0, texture: Texture = PROJECTED_TEXTURE
+) -> Scene:
     """Return a slanted plane, at `near` metres at the left edge of the frame and `far` at the right edge.
 
     In between, its *vergence* is linear in image position x, as for any plane.
@@ -67,16 +70,13 @@ def slant(near: float, far: float, field: float, *, seed: int = 0, texture: Text
     >>> round(slant(1.0, 3.0, 0.1).objects[0].point[2], 6)  # 2/3 D at the centre
     1.5
     """
-    _check_distance("near", near)
-    _check_distance("far", far)
-    check_field(field)
-    _check(seed, texture)
     middle, slope = (1 / near + 1 / far) / 2, (1 / far - 1 / near) / field
     # 1/z = middle + slope x/z  is the plane  slope x + middle z = 1.
     return Scene((Plane((0.0, 0.0, 1 / middle), (-slope, 0.0, -middle), replace(texture, seed=seed)),))
 
 
-def step(near: float, far: float, *, seed: int = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
+@checked
+def step(near: Distance, far: Distance, *, seed: Seed = 0, texture: Texture = PROJECTED_TEXTURE) -> Scene:
     """Return two walls: one at `near` metres occludes the left half of another at `far` metres.
 
     Parameters
@@ -98,11 +98,8 @@ def step(near: float, far: float, *, seed: int = 0, texture: Texture = PROJECTED
     >>> [thing.point[2] for thing in step(1.0, 2.0).objects]
     [1.0, 2.0]
     """
-    _check_distance("near", near)
-    _check_distance("far", far)
     if near >= far:
         raise InputError(f"near is {near!r} m and far {far!r} m, but near must be the smaller: swap them.")
-    _check(seed, texture)
     # A card large enough for its other sides to lie outside the frame.
     size = 20.0 * near
     front = Plane((-size / 2, 0.0, float(near)), (0.0, 0.0, -1.0), replace(texture, seed=seed), (size, size))
@@ -112,7 +109,8 @@ def step(near: float, far: float, *, seed: int = 0, texture: Texture = PROJECTED
     return Scene((front, back), marks=marks)
 
 
-def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
+@checked
+def spheres(seed: Seed = 0, *, field: Field = 0.1) -> Scene:
     """Return six spheres at 0.6 to 2.4 m on a floor, in front of a wall at 3 m, in sunlight.
 
     Parameters
@@ -128,8 +126,6 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
     >>> len(spheres(seed=3).objects)
     8
     """
-    check_field(field)
-    check_seed(seed)
     random = np.random.default_rng(seed)
     floor, wall = 0.6 * 0.36 * field, 3.0
 
@@ -148,14 +144,3 @@ def spheres(seed: int = 0, *, field: float = 0.1) -> Scene:
     ground = Plane((0.0, floor, wall / 2), (0.0, -1.0, 0.0), texture(mean=0.25))
     back = Plane((0.0, 0.0, wall), (0.0, 0.0, -1.0), texture(mean=0.3))
     return Scene((*balls, ground, back), sun=(-0.5, -0.9, -0.7), ambient=0.35)
-
-
-def _check_distance(name: str, distance: float) -> None:
-    if not (is_number(distance) and 0 < distance < math.inf):
-        raise InputError(f"{name} is {described(distance)}, but must be a positive finite distance in metres.")
-
-
-def _check(seed: int, texture: object) -> None:
-    check_seed(seed)
-    if not isinstance(texture, Texture):
-        raise InputError(f"texture is {described(texture)}, but must be a Texture.")

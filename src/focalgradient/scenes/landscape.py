@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import check_seed
+from focalgradient.errors import checked
+from focalgradient.quantities import Seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.materials import ramp
-from focalgradient.scenes.objects import Mark, Mesh, Point, Scene, Sky, check_field
+from focalgradient.scenes.objects import Field, Mark, Mesh, Point, Scene, Sky
 from focalgradient.scenes.shapes import sheet
 
 __all__ = ["GROUNDS", "Land", "clouded_sky", "terrain"]
@@ -61,12 +63,7 @@ class Land:
     def height(self, x: ArrayLike, z: ArrayLike, finest: ArrayLike = 1e-3) -> NDArray[np.float64]:
         """Return the height in metres at x (right) and z (away) in metres, with detail down to wavelength `finest`."""
         x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
-        place = np.stack([x, np.zeros_like(x), z], axis=-1)
-
-        def noise(key: int, coarsest: float, roughness: float) -> NDArray[np.float64]:
-            detail = np.minimum(finest, coarsest)
-            return fractal(place, self.seed + key, coarsest=coarsest, finest=detail, roughness=roughness)
-
+        noise = self._noise(x, z, finest)
         # Ridged noise, as left by erosion: sharp crests, round valleys, in one chain with nothing behind.
         crest = 0.7 - 1.9 * np.abs(noise(2, 80.0, 0.5)) + 1.2 * noise(3, 120.0, 0.45)
         crest = np.where(crest > 0, crest, 0.3 * crest)
@@ -77,6 +74,15 @@ class Land:
             + 0.35 * rise * noise(1, 14.0, 0.42)
             + self.mountains * 190 * chain * crest
             - 0.1 * np.maximum(z - 260, 0)
+        )
+
+    def _noise(
+        self, x: NDArray[np.float64], z: NDArray[np.float64], finest: ArrayLike
+    ) -> Callable[[int, float, float], NDArray[np.float64]]:
+        """Return the noise of a key, coarsest wavelength (m) and roughness at points of the ground."""
+        place = np.stack([x, np.zeros_like(x), z], axis=-1)
+        return lambda key, coarsest, roughness: fractal(
+            place, self.seed + key, coarsest=coarsest, finest=np.minimum(finest, coarsest), roughness=roughness
         )
 
     def mesh(self, field: float, *, rows: int = 480, columns: int = 481, texels: int = 1200) -> Mesh:
@@ -100,17 +106,11 @@ class Land:
     def _paint(
         self, x: NDArray[np.float64], z: NDArray[np.float64], finest: NDArray[np.float64]
     ) -> NDArray[np.float32]:
-        place = np.stack([x, np.zeros_like(x), z], axis=-1)
-
-        def noise(key: int, coarsest: float, roughness: float) -> NDArray[np.float64]:
-            return fractal(
-                place, self.seed + 10 + key, coarsest=coarsest, finest=np.minimum(finest, coarsest), roughness=roughness
-            )
-
+        noise = self._noise(x, z, finest)
         # Patches of all sizes, blades and grains; far away, folds of the land.
-        tone = 0.45 * noise(0, 1.6, 0.8) + 0.9 * noise(1, 0.04, 0.95) + 0.4 * noise(2, 40.0, 0.8)
+        tone = 0.45 * noise(10, 1.6, 0.8) + 0.9 * noise(11, 0.04, 0.95) + 0.4 * noise(12, 40.0, 0.8)
         colour = ramp(1.2 * tone, GROUNDS[self.ground])
-        bare = np.clip(2.2 * noise(3, 0.8, 0.7) - 0.7, 0, 1)[..., None]
+        bare = np.clip(2.2 * noise(13, 0.8, 0.7) - 0.7, 0, 1)[..., None]
         colour = colour * (1 - 0.6 * bare) + 0.6 * bare * ramp(tone, GROUNDS["loam"])
         # Aerial perspective: distant mountains become pale and blue.
         air = (0.65 * (1 - np.exp(-z / 220)))[..., None]
@@ -173,7 +173,8 @@ def sunlight(random: np.random.Generator) -> tuple[Point, Point, float]:
     return sun, (1.08, 1.0 - 0.14 * warmth, 0.90 - 0.38 * warmth), warmth
 
 
-def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
+@checked
+def terrain(seed: Seed = 0, *, field: Field = 0.35) -> Scene:
     """Return a fractal landscape, from the ground at the camera's feet to mountains hundreds of metres away.
 
     Parameters
@@ -188,8 +189,6 @@ def terrain(seed: int = 0, *, field: float = 0.35) -> Scene:
     >>> [mark.distance > 30 for mark in terrain(seed=2).marks]
     [False, True]
     """
-    check_field(field)
-    check_seed(seed)
     random = np.random.default_rng([seed, 4])
     grounds = list(GROUNDS)
     land = Land(

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Annotated
 
-from focalgradient.errors import check_number, check_one_of, check_seed
+from focalgradient.errors import check_one_of, checked
+from focalgradient.quantities import Range, Seed
 from focalgradient.scenes.bottle import bottle
 from focalgradient.scenes.factories import plane, slant, spheres, step
 from focalgradient.scenes.landscape import terrain
 from focalgradient.scenes.naturalistic import naturalistic
-from focalgradient.scenes.objects import Scene
+from focalgradient.scenes.objects import Field, Scene
 from focalgradient.scenes.room import room
 
 __all__ = ["SCENES", "SCENES_IN_DEPTH", "scene", "scene_about"]
@@ -26,7 +28,8 @@ SCENES: dict[str, tuple[Callable[[int], Scene], float]] = {
 """Function that generates the scene from a seed, and intended width of the frame as a tangent, by name."""
 
 
-def scene(name: str, seed: int = 0) -> Scene:
+@checked
+def scene(name: str, seed: Seed = 0) -> Scene:
     """Return the named scene for a seed.
 
     Raises
@@ -40,7 +43,6 @@ def scene(name: str, seed: int = 0) -> Scene:
     2
     """
     check_one_of("scene", name, SCENES)
-    check_seed(seed)
     return SCENES[name][0](seed)
 
 
@@ -48,7 +50,10 @@ SCENES_IN_DEPTH = ("spheres", "slant", "step", "plane")
 """Names of `scene_about`."""
 
 
-def scene_about(name: str, vergence: float, *, field: float = 0.1, seed: int = 0) -> Scene:
+@checked
+def scene_about(
+    name: str, vergence: Annotated[float, Range("dioptres", 0)], *, field: Field = 0.1, seed: Seed = 0
+) -> Scene:
     """Return one of `SCENES_IN_DEPTH` with surfaces nearer and farther than a fixation.
 
     Parameters
@@ -74,7 +79,6 @@ def scene_about(name: str, vergence: float, *, field: float = 0.1, seed: int = 0
     2
     """
     check_one_of("name", name, SCENES_IN_DEPTH)
-    check_number("vergence", vergence, "dioptres", least=0)
     near, far = 1 / (vergence + 0.8), 1 / max(vergence - 0.6, 0.1)
     if name == "slant":
         return slant(near, far, field, seed=seed)

@@ -10,10 +10,11 @@ import math
 
 import numpy as np
 
-from focalgradient.errors import check_seed
+from focalgradient.errors import checked
+from focalgradient.quantities import Seed
 from focalgradient.scenes.landscape import GROUNDS, Land, clouded_sky, sunlight
 from focalgradient.scenes.materials import NATURAL, material
-from focalgradient.scenes.objects import Mark, Mesh, Scene, check_field
+from focalgradient.scenes.objects import Field, Mark, Mesh, Scene
 from focalgradient.scenes.shapes import ball, lathe, strewn
 
 __all__ = ["naturalistic"]
@@ -21,7 +22,8 @@ __all__ = ["naturalistic"]
 TRIES = 1000
 
 
-def naturalistic(seed: int = 0, *, field: float = 0.35) -> Scene:
+@checked
+def naturalistic(seed: Seed = 0, *, field: Field = 0.35) -> Scene:
     """Return a near sphere and five or six farther bodies on textured ground, with mountains and a sky.
 
     Neighbouring seeds differ in ground and material; all seeds differ in layout, textures, clouds and light.
@@ -46,8 +48,6 @@ def naturalistic(seed: int = 0, *, field: float = 0.35) -> Scene:
     >>> scene.mark("nearest").distance < 1 < scene.mark("farthest").distance
     True
     """
-    check_field(field)
-    check_seed(seed)
     random = np.random.default_rng([seed, 2])
     distances, across, sizes = _layout(random, field)
     land = Land(

@@ -150,8 +150,12 @@ class NeckerCube:
         >>> cube.vertices(0.125)[0].round(3).tolist()  # the left upper near vertex, rotated to the front
         [-0.0, -0.25, 0.646]
         """
-        angle = 2 * np.pi * np.asarray(turn, dtype=float)[..., None] * (1 if self.direction == "right" else -1)
-        x, y, z = self.edge * CORNERS.T
+        return self.turned(self.edge * CORNERS.T, np.asarray(turn, dtype=float)[..., None])
+
+    def turned(self, points: ArrayLike, turn: ArrayLike) -> NDArray[np.float64]:
+        """Return points x, y, z (m, about the cube's centre) after `turn` turns about its tilted axis, ... x 3."""
+        angle = 2 * np.pi * np.asarray(turn, dtype=float) * (1 if self.direction == "right" else -1)
+        x, y, z = np.asarray(points, dtype=float)
         x, z = x * np.cos(angle) - z * np.sin(angle), x * np.sin(angle) + z * np.cos(angle)
         y, z = y * math.cos(self.tilt) - z * math.sin(self.tilt), y * math.sin(self.tilt) + z * math.cos(self.tilt)
         return np.stack([x, y, self.distance + z], axis=-1)

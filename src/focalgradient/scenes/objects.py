@@ -9,18 +9,20 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_fields, described, is_number
+from focalgradient.errors import InputError, check_fields, described
 from focalgradient.quantities import Range
 from focalgradient.scenes.texture import Texture
 
-__all__ = ["Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_field", "check_scene"]
+__all__ = ["Distance", "Field", "Mark", "Mesh", "Plane", "Point", "Scene", "Sky", "Sphere", "check_scene"]
 
 Point = tuple[float, float, float]
 """Coordinates x (right), y (down), z (away from the camera), in metres."""
 
 
-MIN_FIELD, MAX_FIELD = 1e-6, 100.0
-"""Minimum and maximum width of a frame as a tangent: a thousandth of a camera pixel, and 179 degrees."""
+Field = Annotated[float, Range("columns x pixel angle", 1e-6, 100.0)]
+"""Width of a frame as a tangent: from a thousandth of a camera pixel to 179 degrees."""
+
+Distance = Annotated[float, Range("metres", positive=True)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -289,15 +291,6 @@ class Scene:
 def _check_point(name: str, point: Point) -> None:
     if not all(math.isfinite(value) for value in point):
         raise InputError(f"{name} is {point!r}, but must be three finite numbers x, y, z.")
-
-
-def check_field(field: float) -> None:
-    """Validate the width of a frame, given as a tangent."""
-    if not (is_number(field) and MIN_FIELD <= field <= MAX_FIELD):
-        raise InputError(
-            f"field is {described(field)}, but must be from {MIN_FIELD:g} to {MAX_FIELD:g}: the frame's columns x the "
-            "pixel angle."
-        )
 
 
 def check_scene(scene: object) -> None:

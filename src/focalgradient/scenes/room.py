@@ -7,7 +7,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import check_seed
+from focalgradient.errors import checked
+from focalgradient.quantities import Seed
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.materials import grained, ramp
 from focalgradient.scenes.objects import Mark, Mesh, Point, Scene
@@ -26,7 +27,8 @@ GREEN = ((0.07, 0.11, 0.10), (0.15, 0.23, 0.20), (0.19, 0.28, 0.245), (0.26, 0.3
 STEEL = ((0.10, 0.10, 0.11), (0.22, 0.22, 0.23), (0.30, 0.30, 0.31), (0.45, 0.45, 0.46))
 
 
-def room(seed: int = 0) -> Scene:
+@checked
+def room(seed: Seed = 0) -> Scene:
     """Return a sunlit room with a sand castle on a table at 1 m, a refrigerator at 3 m and a door at 4.4 m.
 
     Intended for a frame about 0.45 wide and high (a tangent: number of columns x pixel angle).
@@ -46,7 +48,6 @@ def room(seed: int = 0) -> Scene:
     >>> [round(mark.distance, 1) for mark in room(seed=1).marks]
     [0.8, 3.0, 4.4]
     """
-    check_seed(seed)
     random = np.random.default_rng([seed, 3])
     towers, gate = _castle(seed, random)
     things = [*towers, *_fridge(seed), *_door(seed, grained(GREEN, seed + 11, 0.8, 0.8))]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.errors import InputError, check_fields, check_seed
-from focalgradient.quantities import Range
+from focalgradient.errors import InputError, check_fields
+from focalgradient.quantities import Range, Seed
 
 __all__ = ["BELOW_NYQUIST", "TILE", "Texture", "random_field"]
 
@@ -58,7 +58,7 @@ class Texture:
     ((1024, 1024), 0.3, 0.2)
     """
 
-    seed: int = 0
+    seed: Seed = 0
     texel: Annotated[float, Range("metres, or radians where it is projected", positive=True)] = 0.3e-3
     mean: float = 0.35
     contrast: float = 0.2
@@ -66,7 +66,6 @@ class Texture:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_seed(self.seed)
         if not (self.contrast >= 0 and self.mean > 0 and self.mean * math.exp(5 * self._spread) <= 1):
             raise InputError(
                 f"mean {self.mean!r} with contrast {self.contrast!r} is not a reflectance between 0 and 1: "

@@ -23,11 +23,11 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
 from focalgradient.scales.analyses import Analysis, analysis_named
-from focalgradient.statistics.cells import cells
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior
+from focalgradient.statistics.rating_questions import LogRatios
 from focalgradient.statistics.records import NotComputed
-from focalgradient.statistics.tables import FIXATIONS, PINHOLE, check_steps, rating_table
+from focalgradient.statistics.tables import FIXATIONS, check_steps, rating_table
 
 __all__ = [
     "NEEDED",
@@ -44,6 +44,8 @@ NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
 
 FloatArray = NDArray[np.float64]
 
+KINDS: tuple[Name, ...] = ("nearest", "farthest", "difference")
+"""Effects that are estimated."""
 
 ODDS_BOUND: Final = 1.44
 """Default equivalence bound of ordinal ratings: odds ratio of a small effect (d = 0.2), exp(d pi / sqrt(3)) (Chinn
@@ -175,32 +177,29 @@ def _ratios(
     table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
     """Fit one model to the depth effects of each fixation, and one to their difference."""
-    of: dict[str, pd.Series[float]] = {}
-    found: dict[Name, Posterior | NotComputed] = {}
-    for fixation in FIXATIONS:
-        rows = table[table["fixation"] == fixation]
-        if PINHOLE in set(rows["aperture"].astype(str)) and rows["aperture_mm"].nunique() > 1:
-            own = cells(rows)
-            names = pd.MultiIndex.from_product(
-                [own.subjects, own.scenes or ("all",)], names=["participant_id", "scene"]
-            )
-            of[fixation] = pd.Series(own.against_smallest(-1).ravel(), names, name="log_ratio").dropna()
+    data = LogRatios.of(table)
+    of: dict[Name, pd.DataFrame | NotComputed] = {name: data.rises(name) for name in KINDS if name in data.cells}
     if len(of) == 2:
-        of["difference"] = (of["nearest"] - of["farthest"]).dropna()
-    several = any(each.index.get_level_values("scene").nunique() > 1 for each in of.values())
-    kinds: tuple[Name, ...] = ("nearest", "farthest", "difference")
-    for number, kind in enumerate(kinds):
-        if kind not in of or of[kind].empty:
+        of["difference"] = data.difference(*FIXATIONS)
+    cells = {kind: _long(rises) for kind, rises in of.items() if not isinstance(rises, NotComputed)}
+    found: dict[Name, Posterior | NotComputed] = {}
+    for number, kind in enumerate(KINDS):
+        if kind not in cells or cells[kind].empty:
             found[kind] = NotComputed("There are no trials with both the pinhole and a larger aperture to compare.")
             continue
 
         def part(share: float, what: str, number: int = number) -> None:
             if progress is not None:
-                progress((number + share) / len(kinds), what)
+                progress((number + share) / len(KINDS), what)
 
-        rises, draws = of[kind].reset_index(), {"draws": DRAWS, "tune": TUNE, "chains": CHAINS}
-        found[kind] = posterior_of_rises(rises, kind, bound, seed=seed + number, progress=part, **draws)
-    return _formula(several), found
+        found[kind] = posterior_of_rises(cells[kind], kind, bound, seed=seed + number, progress=part)
+    return _formula(any(rises["scene"].nunique() > 1 for rises in cells.values())), found
+
+
+def _long(rises: pd.DataFrame) -> pd.DataFrame:
+    """Return a row for each log ratio."""
+    cells = pd.Series(rises.stack(), name="log_ratio").dropna()
+    return cells.rename_axis(["participant_id", "scene"]).reset_index()
 
 
 def posteriors_of_steps(
@@ -243,9 +242,8 @@ def posteriors_of_steps(
     groups = ("participant_id", "scene")[: 1 + several]
     formula = f"rating ~ {fixed} + " + " + ".join(f"(1 + {' + '.join(slopes)} | {group})" for group in groups)
     missing = NotComputed("The ordinal model needs at least two subjects, two apertures and two different answers.")
-    kinds: tuple[Name, ...] = ("nearest", "farthest", "difference")
     if table["participant_id"].nunique() < 2 or width == 0 or len(steps) < 2:
-        return formula, dict.fromkeys(kinds, missing)
+        return formula, dict.fromkeys(KINDS, missing)
     rows = table[["participant_id", "scene"]].astype(str)
     rows["rating"] = pd.Categorical(table["rating"].astype(int), categories=steps, ordered=True)
     for name in fixations:  # scaled to a range of 1, so that a slope is the effect of the largest aperture
@@ -274,7 +272,7 @@ def posteriors_of_steps(
     spreads = [f"{name}|{group}_sigma" for group in groups for name in ("1", *slopes)]
     names = ["threshold", *slopes, *spreads]
     found: dict[Name, Posterior | NotComputed] = {}
-    for name in kinds[:2]:
+    for name in KINDS[:2]:
         if name not in fixations:
             found[name] = NotComputed(f"The {name} object is fixated in no trial.")
             continue

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,12 +11,20 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.means import family, paired_effect
-from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.means import between_levels, family, paired_effect
 from focalgradient.statistics.questions import Answer, less, stated
 from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.wording import many, number, statistic
 
-__all__ = ["ConditionTest", "answers_of_tests", "condition_tests", "level_text", "planned_tests", "subject_effects"]
+__all__ = [
+    "ConditionTest",
+    "answers_of_tests",
+    "condition_method",
+    "condition_tests",
+    "level_text",
+    "planned_tests",
+    "subject_effects",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +51,33 @@ class ConditionTest:
     against: str | None = None
     log: bool = False
     effect: Effect | NotComputed | None = None
+
+    @property
+    def sentence(self) -> str:
+        """Finding of the test in words, with its size as a factor where answers are ratios; empty before data exist.
+
+        >>> ConditionTest("blur", "sigma", effect=NotComputed("There are no answers.")).sentence
+        'slope of blur on sigma: There are no answers.'
+        """
+        effect = self.effect
+        if effect is None:
+            return ""
+        if isinstance(effect, NotComputed):
+            return f"{self.name}: {effect.reason}"
+        what = (
+            f"each unit of {self.factor}"
+            if self.level is None
+            else f"{self.factor} {self.level} instead of {self.against}"
+        )
+        estimates = (effect.estimate, effect.low, effect.high)
+        size, low, high = (number(math.exp(value), 4) if self.log else number(value) for value in estimates)
+        by = "a factor of " if self.log else "+" if effect.estimate > 0 else ""
+        several = self.answer == "rating"
+        of = "ratings" if several else f"the effect {self.answer}" if self.answer.startswith("(") else self.answer
+        differ = "differ" if several else "differs"
+        verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
+        ends = f"(95 % interval {low} to {high}; {statistic(effect)})"
+        return f"{what[0].upper()}{what[1:]} {verb} by {by}{size} {ends}."
 
     @property
     def name(self) -> str:
@@ -145,7 +181,40 @@ def answers_of_tests(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
     for test in tests:
         if test.effect is not None:
             unit = f"log {test.answer}" if test.log else test.answer
-            yield stated(test.name, "", test.effect, "main", unit, headline=test.name)
+            yield stated(test.name, "", test.effect, "main", unit, headline=test.name, sentence=test.sentence)
+
+
+def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> str:
+    """Describe the tests for a paper, identical in preregistration and report.
+
+    Parameters
+    ----------
+    tests
+        Tests, of which those of effects (`adjusted`) are a family of their own.
+    scenes
+        True if slopes are tested over subjects and scenes.
+    adjusted
+        True if conditions between subjects are adjusted for one another.
+
+    Examples
+    --------
+    >>> condition_method([ConditionTest("blur", "sigma")])[-67:]
+    'Tests are two-sided, with Holm’s correction over 1 test of answers.'
+    """
+    logs = " (ratios on their logarithm)" if any(test.log for test in tests) else ""
+    crossed = ", crossed with scenes as random where there are five or more" if scenes else ""
+    together = (
+        "Several conditions that vary between subjects were estimated together by least squares over subjects (each "
+        "adjusted for the others), on the subjects’ means and on their effects. "
+    )
+    of_effects = [test for test in tests if test.answer.startswith("(")]
+    return (
+        f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
+        f"levels that are numbers is its least-squares slope within subject{crossed}; of other conditions each level "
+        "was compared with the first (paired over subjects; levels of different subjects by Welch’s test). "
+        f"{together * adjusted}Tests are two-sided, with Holm’s correction over "
+        f"{many(len(tests) - len(of_effects), 'test')} of answers{', and over those of effects' * bool(of_effects)}."
+    )
 
 
 def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effect | NotComputed:
@@ -157,11 +226,7 @@ def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effe
     by_text = {level_text(level): own[level] for level in own}
     if test.level not in by_text or test.against not in by_text:
         return NotComputed(f"There are no answers with {test.factor} {test.level} or {test.against}.")
-    both = subject_effects(own, test)
-    if len(both):
-        return paired_effect(both.to_numpy(), "paired t over subjects")
-    one, other = by_text[test.level], by_text[test.against]
-    return welch(one.dropna().to_numpy(float), other.dropna().to_numpy(float))
+    return between_levels(by_text[test.level], by_text[test.against])
 
 
 def subject_effects(cells: pd.DataFrame, test: ConditionTest) -> pd.Series[float]:

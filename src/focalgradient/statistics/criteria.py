@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
+from typing import Annotated
 
 from focalgradient.errors import InputError, check_fields
+from focalgradient.quantities import Range
 from focalgradient.statistics.cube import SHORTEST_BOTH
 
 __all__ = ["OF_CUBE", "OF_RATINGS", "Rules"]
@@ -18,6 +19,9 @@ OF_RATINGS = (
 
 OF_CUBE = ("dropped_frames", "catch_share", "catch_passed", "lapses", "shortest_both")
 """Fields of `Rules` that apply to reports on the cube."""
+
+
+SHARE = Range("shares", 0, 1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,15 +69,15 @@ class Rules:
     response_time: tuple[float, float] | None = (0.3, 60.0)
     dropped_frames: int | None = None
     catch_factor: float = 2.0
-    catch_share: float = 0.5
-    catch_passed: float | None = 0.7
+    catch_share: Annotated[float, SHARE] = 0.5
+    catch_passed: Annotated[float, SHARE] | None = 0.7
     repeat_factor: float | None = 2.0
     lapse_factor: float = 3.0
-    lapses: float | None = 0.2
-    shortest_both: float = SHORTEST_BOTH
-    fast: float | None = 0.2
-    same_answer: float | None = 0.9
-    first_press: float | None = 0.5
+    lapses: Annotated[float, SHARE] | None = 0.2
+    shortest_both: Annotated[float, Range("seconds", 0)] = SHORTEST_BOTH
+    fast: Annotated[float, SHARE] | None = 0.2
+    same_answer: Annotated[float, SHARE] | None = 0.9
+    first_press: Annotated[float, SHARE] | None = 0.5
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -81,15 +85,9 @@ class Rules:
             raise InputError(
                 f"response_time is {self.response_time!r}, but must be a shortest and a longest time in seconds."
             )
-        for name in ("catch_share", "catch_passed", "lapses", "fast", "same_answer", "first_press"):
-            value = getattr(self, name)
-            if value is not None and not 0 <= value <= 1:
-                raise InputError(f"{name} is {value!r}, but must be a share from 0 to 1.")
         for name in ("catch_factor", "repeat_factor", "lapse_factor"):
             value = getattr(self, name)
             if value is not None and not value > 1:
                 raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
-        if not 0 <= self.shortest_both < math.inf:
-            raise InputError(f"shortest_both is {self.shortest_both!r}, but must be a time in seconds, 0 or more.")
         if self.dropped_frames is not None and self.dropped_frames < 0:
             raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")

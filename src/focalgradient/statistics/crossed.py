@@ -27,6 +27,7 @@ __all__ = [
     "Moments",
     "components",
     "crossed_effect",
+    "mean_tests",
     "moments",
     "over_subjects",
     "own_means",
@@ -146,6 +147,28 @@ def moments(cells: ArrayLike, missing: int = 0) -> Moments:
     least = float(min(subjects, scenes) - 1)
     df = np.where(differ, np.maximum(satterthwaite, least), subjects - 1.0)
     return Moments(mean, np.sqrt(variance / (subjects * scenes)), df, of_rows, of_columns, residual)
+
+
+def mean_tests(cells: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mean, standard error and degrees of freedom of complete tables as `crossed_effect` tests them.
+
+    Parameters
+    ----------
+    cells
+        Shape (..., subjects, scenes); the leading axes enumerate tables.
+
+    Examples
+    --------
+    >>> mean, error, df = mean_tests(np.array([[[0.1, 0.3], [0.2, 0.4], [0.3, 0.1]]]))
+    >>> mean.round(3).tolist(), error.round(3).tolist(), df.tolist()
+    ([0.233], [0.033], [2.0])
+    """
+    if cells.shape[-1] >= FEWEST_SCENES:
+        found = moments(cells)
+        return found.mean, found.standard_error, found.df
+    own = cells.mean(axis=-1)
+    error = own.std(axis=-1, ddof=1) / math.sqrt(own.shape[-1])
+    return own.mean(axis=-1), error, np.full(error.shape, own.shape[-1] - 1.0)
 
 
 def over_subjects(cells: ArrayLike) -> Effect | NotComputed:

@@ -7,8 +7,9 @@ type-2 ROC.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -18,13 +19,17 @@ from scipy import optimize, special, stats
 from focalgradient.errors import InputError
 from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.means import paired_effect, t_interval
+from focalgradient.statistics.questions import Analysis, Answers, Outcome, Question, Tested, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
+from focalgradient.statistics.wording import statistic, with_interval
 
 __all__ = [
     "Detection",
     "DetectionGroup",
     "RatingRoc",
     "detection_by_person",
+    "detection_outcomes",
+    "detection_questions",
     "rating_roc",
     "sensitivity",
     "type2_area",
@@ -325,6 +330,111 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
         float(special.ndtr(mean / math.sqrt(1 + sd**2))),
         float(stats.chi2.sf(max(0.0, 2 * (cost(equal, 1.0) - cost(found))), 1)),
     )
+
+
+D_PRIME, CRITERION, DIFFERENCE = "d′", "criterion c", "difference of d′"
+"""Names of measures, and of the question about pairs of conditions."""
+
+Who = tuple[str, str]
+
+
+def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analysis:
+    """Return the questions about detection, asked of `detection_outcomes`.
+
+    Parameters
+    ----------
+    conditions
+        Names of the conditions; d' in the others is compared with that in the first.
+    confidence
+        True if there are curves and areas.
+
+    Examples
+    --------
+    >>> [question.name for question in detection_questions([""], confidence=False).questions][:2]
+    ['mean d′', 'mean criterion c']
+    """
+    first, *others = conditions
+
+    def found(name: str) -> Callable[[Any], Mapping[str, Outcome | Tested]]:
+        return lambda data: data[name]
+
+    def means(level: str, answers: Answers) -> str:
+        d, c = (with_interval(answers.to(f"mean {what}")[level]) for what in (D_PRIME, CRITERION))
+        where = f"{level}: " if level else ""
+        return f"{where}mean d′ {d}, criterion c {c} (above 0: a tendency to “no”)."
+
+    def differed(level: str, answers: Answers) -> str:
+        test, other = answers.to(DIFFERENCE)[level], level.removesuffix(less("", first))
+        if isinstance(test, NotComputed):
+            return f"{other} and {first} were not compared: {test.reason}"
+        return f"d′ in {other} less that in {first}: {with_interval(test.interval)}, {statistic(test)}."
+
+    asked = [
+        Question(f"mean {what}", found(f"mean {what}"), "main", headline=f"mean {what}, {{level}}")
+        for what in (D_PRIME, CRITERION, *(OF_CONFIDENCE if confidence else ()))
+    ]
+    asked[0] = replace(asked[0], sentence=means)
+    if others:
+        asked.append(Question(DIFFERENCE, found(DIFFERENCE), "main", family=DIFFERENCE, sentence=differed))
+    asked += [Question(what, found(what), "description") for what in (D_PRIME, CRITERION)]
+    return Analysis(asked, after=" ".join([METHOD, *[CONFIDENCE_METHOD] * confidence]))
+
+
+OF_CONFIDENCE = (
+    "area under the ROC",
+    "d_a (unequal variances)",
+    "SD of signal over noise",
+    "area under the type-2 curve",
+)
+"""Measures of confidence."""
+
+METHOD = (
+    "Sensitivity d′ and criterion c of each person and condition follow from the rates of hits and false "
+    "alarms, half a trial added to each count (log-linear correction: Hautus, 1995); their intervals are "
+    "normal (Gourevitch and Galanter, 1967). Means are over people, with intervals by Student’s t; conditions "
+    "were compared with the first by paired t-tests, corrected by Holm’s method. Catch trials do not count."
+)
+CONFIDENCE_METHOD = (
+    "Answers with their confidence, from the surest “no” to the surest “yes”, give the ROC: the area "
+    "under its points, and the normal model of unequal variances by maximum likelihood (Dorfman and Alf, "
+    "1969) of each person. The area under the type-2 curve is the probability that a right answer is given "
+    "with more confidence than a wrong one. The mean of the ratio of SDs is geometric."
+)
+
+
+def detection_outcomes(
+    group: DetectionGroup, curves: Mapping[Who, RatingRoc | NotComputed], areas: Mapping[Who, tuple[float, float]]
+) -> dict[str, dict[str, Outcome | Tested]]:
+    """Return the outcomes of the questions about detection, by name and level.
+
+    Parameters
+    ----------
+    group
+        Results of each person and condition, and their means.
+    curves, areas
+        ROC, and areas under its points and under the type-2 ROC, by person and condition; empty without confidence.
+    """
+    found: dict[str, dict[str, Outcome | Tested]] = {
+        f"mean {what}": {} for what in (D_PRIME, CRITERION, *OF_CONFIDENCE)
+    }
+    for condition in group.d_prime:
+        count = sum(at == condition for _, at in group.people)
+        fits = [fit for (_, at), fit in curves.items() if at == condition and isinstance(fit, RatingRoc)]
+        points, type2 = np.reshape([pair for (_, at), pair in areas.items() if at == condition], (-1, 2)).T
+        means = {D_PRIME: group.d_prime[condition], CRITERION: group.criterion[condition]}
+        if len(points):
+            means |= dict(zip(OF_CONFIDENCE[::3], (t_interval(points), t_interval(type2)), strict=True))
+        if fits:
+            means[OF_CONFIDENCE[1]] = t_interval([fit.d_a.estimate for fit in fits])
+            means[OF_CONFIDENCE[2]] = t_interval(np.log([fit.sd_ratio.estimate for fit in fits])).ratio
+        for what, mean in means.items():
+            found[f"mean {what}"][condition] = Tested(mean, n=count)
+    first = next(iter(group.d_prime))
+    found[DIFFERENCE] = {less(name, first): test for name, test in group.differences.items()}
+    people = {", ".join(filter(None, who)): person for who, person in group.people.items()}
+    found[D_PRIME] = {level: Tested(person.d_prime, n=1) for level, person in people.items()}
+    found[CRITERION] = {level: Tested(person.criterion, n=1) for level, person in people.items()}
+    return found
 
 
 def type2_area(signal: ArrayLike, noise: ArrayLike) -> float:

@@ -1,4 +1,4 @@
-"""Selection of the analysis by response scale, and extraction of its main effects."""
+"""Selection of the analysis by response scale."""
 
 from __future__ import annotations
 
@@ -13,18 +13,15 @@ from focalgradient.statistics.comparisons import ComparisonResult, compare_pictu
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
-from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.slope_questions import slope_questions
 from focalgradient.statistics.step_questions import step_questions
 from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.wording import many
 
-__all__ = ["analyse", "effects", "questions_of"]
+__all__ = ["BOUND", "analyse", "questions_of"]
 
 BOUND = 1.2
-"""Default equivalence bound (ratio), as `focalgradient.report.BOUND`."""
-
-Found = tuple[Effect | NotComputed, ...]
+"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
 
 def analyse(
@@ -98,10 +95,3 @@ def questions_of(
     if statistic.ratios:
         return rating_questions(fixations, bound, scenes)
     return step_questions(fixations, scenes, steps)
-
-
-def effects(result: DepthRatingResult | ComparisonResult) -> tuple[Found, Found]:
-    """Return the effects of aperture at each fixation (positive: more depth with blur), and their differences."""
-    first, *pair = dict.fromkeys(answer.name for answer in result.answers.headlines)
-    differences = (test for name in pair for test in result.answers.to(name).values())
-    return tuple(result.answers.to(first).values()), tuple(differences)

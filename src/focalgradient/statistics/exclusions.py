@@ -248,29 +248,27 @@ def _bad_trials(table: pd.DataFrame, rules: Rules) -> list[tuple[str, np.ndarray
     return bad
 
 
+LIMITS = {
+    "repeat_factor": "answers to one picture spread by more than a factor {:g}",
+    "lapses": "more than {:.0%} lapses",
+    "fast": "answered too fast in more than {:.0%} of the trials",
+    "same_answer": "gave one and the same answer to more than {:.0%} of pictures that must differ",
+    "first_press": "left more than {:.0%} of the answers where the first key had put the marker",
+}
+"""Rules that limit a measure of a subject, in words."""
+
+
 def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
     bad = []
-    if rules.catch_passed is not None and (
-        subject.catch_passed is not None and subject.catch_passed < rules.catch_passed
-    ):
-        bad.append(f"passed less than {rules.catch_passed:.0%} of the catch trials")
-    if _exceeds(subject.repeat_factor, rules.repeat_factor):
-        bad.append(f"answers to one picture spread by more than a factor {rules.repeat_factor:g}")
-    if _exceeds(subject.lapses, rules.lapses):
-        bad.append(f"more than {rules.lapses:.0%} lapses")
-    if rules.fast is not None and subject.trials and subject.too_fast > rules.fast * subject.trials:
-        bad.append(f"answered too fast in more than {rules.fast:.0%} of the trials")
-    if _exceeds(subject.same_answer, rules.same_answer):
-        bad.append(f"gave one and the same answer to more than {rules.same_answer:.0%} of pictures that must differ")
-    if _exceeds(subject.first_press, rules.first_press):
-        bad.append(f"left more than {rules.first_press:.0%} of the answers where the first key had put the marker")
+    least, passed = rules.catch_passed, subject.catch_passed
+    if least is not None and passed is not None and passed < least:
+        bad.append(f"passed less than {least:.0%} of the catch trials")
+    for name, text in LIMITS.items():
+        value, most = getattr(subject, name), getattr(rules, name)
+        if value is not None and most is not None and value > most:
+            bad.append(text.format(most))
     return bad
 
 
 def _stated(rules: Rules, name: str) -> bool:
     return getattr(rules, name) is not None
-
-
-def _exceeds(value: float | None, most: float | None) -> bool:
-    """Return whether a value exceeds its limit; False if either is None."""
-    return value is not None and most is not None and value > most

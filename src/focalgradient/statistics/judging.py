@@ -61,6 +61,11 @@ class SubjectQuality:
     same_answer: float | None = None
     first_press: float | None = None
 
+    @property
+    def fast(self) -> float | None:
+        """Proportion of trials answered too fast; None without trials."""
+        return self.too_fast / self.trials if self.trials else None
+
 
 EXAMPLES = {"example-flat": -1, "example-deep": 1}
 """Side of the scale's middle on which each catch drawing is answered correctly: flat (-1) or deep (1)."""

@@ -5,14 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
 __all__ = [
+    "between_levels",
     "family",
     "holm",
     "only_difference",
@@ -20,6 +23,7 @@ __all__ = [
     "share_interval",
     "student_effect",
     "t_interval",
+    "welch",
     "within_half_widths",
 ]
 
@@ -155,6 +159,51 @@ def paired_effect(differences: ArrayLike, method: str) -> Effect | NotComputed:
             f"All {subjects} subjects have the same value ({mean:.3g}): there is no variation to test against."
         )
     return student_effect(mean, sd / math.sqrt(subjects), subjects, method, dz=mean / sd)
+
+
+def between_levels(
+    one: pd.Series[float],
+    other: pd.Series[float],
+    *,
+    paired: bool | None = None,
+    method: str = "paired t over subjects",
+) -> Effect | NotComputed:
+    """Test the difference of two levels over subjects (their index), paired or of separate groups.
+
+    Parameters
+    ----------
+    one, other
+        Values of subjects at each level.
+    paired
+        True for a paired t-test, False for Welch's test; None: paired if a subject has both levels.
+    method
+        Description of the paired test.
+
+    Examples
+    --------
+    >>> one, other = pd.Series({"a": 0.5, "b": 0.9, "c": 0.4}), pd.Series({"a": 0.1, "b": 0.2, "c": 0.2})
+    >>> round(between_levels(one, other).estimate, 3), between_levels(one, other, paired=False).method[:7]
+    (0.433, "Welch's")
+    """
+    both = (one - other).dropna()
+    if paired or (paired is None and len(both)):
+        return paired_effect(both.to_numpy(), method)
+    return welch(*(values.dropna().to_numpy(float) for values in (one, other)))
+
+
+def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:
+    """Compare the means of two groups of subjects with unequal variances (Welch 1947)."""
+    if min(len(one), len(other)) < 2:
+        return NotComputed(
+            f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."
+        )
+    parts = [float(values.var(ddof=1)) / len(values) for values in (one, other)]
+    error = math.sqrt(sum(parts))
+    if error == 0:
+        return NotComputed("All subjects of a group have the same value: there is no variation to test against.")
+    df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
+    estimate, subjects = float(one.mean() - other.mean()), len(one) + len(other)
+    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df)
 
 
 def holm(probabilities: ArrayLike) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy import stats
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, random_scenes
@@ -71,8 +72,8 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     """Pool effects by a random-effects model (statsmodels; Hartung-Knapp interval), or over data sets and scenes.
 
     The between-study variance sets the generalised Q equal to its degrees of freedom (Paule & Mandel 1982). The
-    standard error is that of Hartung & Knapp (2001). Not below its value without their factor (Röver, Knapp & Friede
-    2015), as it was here before, three data sets of ten people reject a true null hypothesis in .000 to .005 of cases.
+    standard error is that of Hartung & Knapp (2001), whose factor may be below 1. With one of at least 1 (Röver, Knapp
+    & Friede 2015) three data sets of ten people reject a true null hypothesis in .000 to .005 of cases.
 
     Parameters
     ----------
@@ -102,7 +103,6 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     >>> round(alone.standard_error, 3), round(crossed.standard_error, 3), crossed.scenes
     (0.014, 0.032, 12)
     """
-    from scipy import stats
     from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
     y, se = np.asarray(estimates, float), np.asarray(standard_errors, float)

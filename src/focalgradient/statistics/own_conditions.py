@@ -22,8 +22,7 @@ from focalgradient.statistics.conditions import (
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
-from focalgradient.statistics.means import family, student_effect
-from focalgradient.statistics.own_factors import welch
+from focalgradient.statistics.means import family, student_effect, welch
 from focalgradient.statistics.own_files import Paths, read_table
 from focalgradient.statistics.own_names import clean, few
 from focalgradient.statistics.own_ratings import NUMERIC, ROLES, check_rating, numbered, rated
@@ -33,7 +32,10 @@ from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["RULES", "OwnConditions", "holds_conditions", "rating_tests", "read_conditions"]
 
-KEPT = ("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "response_time", "dropped_frames")
+KEPT = (
+    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
+    *("response_time", "dropped_frames"),
+)
 """Roles that are read besides the conditions."""
 
 MOST_LEVELS = 50
@@ -113,8 +115,7 @@ def read_conditions(
     """
     own = Source.read(path, ROLES, columns, where)
     check_rating(own)
-    if "rating" not in own.columns:
-        raise own.no_column("rating")
+    own.require("participant_id", "rating")
     if not by:
         by = [own.columns[role] for role in ("aperture_mm", "aperture") if role in own.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in own.cells}

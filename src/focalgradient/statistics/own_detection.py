@@ -123,9 +123,7 @@ def read_detection(
     """
     own = Source.read(path, ROLES, columns, where)
     notes, notices = own.notes, own.notices
-    for role in ("signal", "response"):
-        if role not in own.columns:
-            raise own.no_column(role)
+    own.require("participant_id", "signal", "response")
     table = own.rows(["confidence"], ["signal"])
     yes_or_no = '1 or 0 (yes or no): give the words\' meaning with conditions={"NAME": "1"}'
     table = answered(own, table, "response", "answer")

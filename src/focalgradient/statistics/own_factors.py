@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.means import family, paired_effect, student_effect
+from focalgradient.statistics.means import between_levels, family
 from focalgradient.statistics.questions import Answer, Answers, less, stated
-from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["factor_effects", "welch"]
+__all__ = ["factor_effects"]
 
 
 def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Answers:
@@ -64,7 +62,11 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
         first, *others = factor["levels"]
         paired = factor.get("vary", "within") == "within"
         for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
-            tests = family(_between(own, level, first, paired=paired) for level in others)
+            levels = {str(level): rows.droplevel(1) for level, rows in own.groupby(level=1)}
+            none = pd.Series(dtype=float)
+            tests = family(
+                between_levels(levels.get(level, none), levels.get(first, none), paired=paired) for level in others
+            )
             found += [
                 stated(f"{measure} by {name}", less(level, first), test, "secondary", unit)
                 for level, test in zip(others, tests, strict=True)
@@ -84,28 +86,3 @@ def _changes(table: pd.DataFrame, name: str) -> pd.Series[float]:
     keys = ["participant_id", name]
     large, small = (table[table["aperture_mm"] == end].groupby(keys)["answer"].mean() for end in ends)
     return (large - small).dropna()
-
-
-def _between(own: pd.Series[float], level: str, first: str, *, paired: bool) -> Effect | NotComputed:
-    each: Sequence[pd.Series[float]] = [
-        own[own.index.get_level_values(1) == one].droplevel(1) for one in (level, first)
-    ]
-    if paired:
-        both = (each[0] - each[1]).dropna()
-        return paired_effect(both.to_numpy(), "paired t over subjects")
-    return welch(*(one.to_numpy(float) for one in each))
-
-
-def welch(one: np.ndarray[Any, Any], other: np.ndarray[Any, Any]) -> Effect | NotComputed:
-    """Compare the means of two groups of subjects with unequal variances (Welch 1947)."""
-    if min(len(one), len(other)) < 2:
-        return NotComputed(
-            f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."
-        )
-    parts = [float(values.var(ddof=1)) / len(values) for values in (one, other)]
-    error = math.sqrt(sum(parts))
-    if error == 0:
-        return NotComputed("All subjects of a group have the same value: there is no variation to test against.")
-    df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
-    estimate, subjects = float(one.mean() - other.mean()), len(one) + len(other)
-    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df)

@@ -85,9 +85,11 @@ def numbers(
         )
     if own is not None:
         header = own.columns.get(role, "")
-        factor = factor_of(role, header)
+        is_jspsych = header == "rt" and {"trial_type", "time_elapsed"} <= {*own.cells}
+        factor = TIMES["ms"] if is_jspsych else factor_of(role, header)
         if factor != 1:
-            own.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that it states.")
+            states = "jsPsych writes" if is_jspsych else "it states"
+            own.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that {states}.")
             values = values * factor
         _check_thousands(table, role, values)
     return values

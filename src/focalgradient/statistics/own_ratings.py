@@ -22,7 +22,6 @@ from focalgradient.statistics.own_tables import (
     Where,
     answered,
     catch_trials,
-    columns_like,
     completed,
     renamed,
     unused,
@@ -41,14 +40,18 @@ ROLES = {
     "aperture": ("f_number", "fnumber", "fstop", "f-stop"),
     "aperture_mm": ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
     "fixation": ("focus", "fixated"),
-    "rating": ("answer", "response", "resp", "choice", "chosen", "chosen_interval"),
+    "rating": (
+        *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider"),
+        *("depth_rating", "depth rating", "rating_depth", "rated_depth", "perceived_depth", "perceived depth"),
+        *("depth_judgment", "depth_judgement", "judgment", "judgement", "bewertung", "urteil"),
+    ),
     "interval": ("picture_interval", "target_interval"),
     "scene": ("picture", "image", "item", "stimulus"),
     "trial": ("trial_number", "trial number", "trial_index", "trial_nr", "trial_no", "trials.thisn"),
     "session": (),
     "catch": (),
     "response_time": ("rt", "reaction_time"),
-    "repetition": (),
+    "repetition": ("rep", "repeat", "replicate", "replication", "repetition_number", "wiederholung"),
     "dropped_frames": (),
     "kind": (),
 }
@@ -158,6 +161,7 @@ def read_ratings(
         own.problems.extend(_without_aperture(others, conditions or {}))
         table = own.cleaned(_long(own, conditions or {}, (columns or {}).get("rating")), NUMERIC, [])
     else:
+        _check_columns(own)
         table = own.rows(NUMERIC, SHOWN)
     if "aperture" in table and "aperture_mm" not in table:
         table = with_diameters(table, own.columns.get("aperture", ""), words, notices)
@@ -221,6 +225,23 @@ def check_rating(own: Source) -> None:
             )
 
 
+def _check_columns(own: Source, *present: str) -> None:
+    """Raise `InputError` that names the missing columns of ratings; roles in `present` need none."""
+    here = {*own.columns, *present, *(["aperture"] if "aperture_mm" in own.columns else [])}
+    missing = [role for role in ("participant_id", "aperture", "fixation", "rating") if role not in here]
+    otherwise = ""
+    if "rating" in missing:
+        otherwise = ", or give each condition a column whose name holds its aperture, like near_f5.6"
+    elif shown := [word for role, word in EXAMPLES.items() if role in missing]:
+        add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
+        otherwise = f', {add}, or say what was varied with by=["NAME"]'
+    own.require(*missing, otherwise=otherwise)
+
+
+EXAMPLES = {"aperture": "pinhole or f/5.6", "fixation": "near or far"}
+"""Cells of the columns of what was shown, for messages."""
+
+
 def long_columns(columns: Mapping[str, str] | None) -> Mapping[str, str] | None:
     """Return `columns` without a rating given as a word that names of wide columns hold, like rating=depth_*."""
     return {role: name for role, name in (columns or {}).items() if role != "rating" or not name.endswith("*")}
@@ -232,10 +253,7 @@ def _long(own: Source, conditions: Mapping[str, str], measure: str | None) -> pd
     wide = [name for name in others if _aperture_within(name, conditions)]
     wide = _one_measure(own, wide, conditions, measure)
     if not wide:
-        raise InputError(
-            f"{own.name} has no column of ratings, only {few([*map(str, own.cells)])}: {columns_like('rating')}, or "
-            "give each condition a column whose name holds its aperture, like near_f5.6."
-        )
+        _check_columns(own)
     parts, scenes = [], []
     for name in wide:
         fixation, aperture, scene = _named(name, conditions)
@@ -251,8 +269,9 @@ def _long(own: Source, conditions: Mapping[str, str], measure: str | None) -> pd
     if scenes:
         own.notices.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
     whole = pd.concat(parts).drop(columns="trial", errors="ignore")
-    again = own.cells[own.columns["participant_id"]].duplicated() if "participant_id" in own.columns else None
-    if again is not None and again.any() and "session" not in own.columns:
+    _check_columns(own, *whole)
+    again = own.cells[own.columns["participant_id"]].duplicated()
+    if again.any() and "session" not in own.columns:
         own.notices.append(
             f"{few([*own.cells[own.columns['participant_id']][again]])} has several rows of this wide table, which are "
             "taken for repetitions by one person."
@@ -349,9 +368,6 @@ def _checked_cells(own: Source, table: pd.DataFrame, words: Words, lens: float |
         diameters = own.numbers(table, "aperture_mm")
         table["aperture"] = [f"{(lens or FOCAL_LENGTH_MM) / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
         own.notes.append(f"Apertures are named by their f-numbers with a lens of {lens or FOCAL_LENGTH_MM:g} mm.")
-    for role, add in (("aperture", "pinhole or f/5.6"), ("fixation", "near or far")):
-        if role not in table:
-            raise own.no_column(role, f', add one that says {add} in each row, or say what was varied with by=["NAME"]')
     return table
 
 

@@ -128,9 +128,7 @@ def read_reports(
     words = folded(conditions)
     own = Source.read(path, ROLES, columns, where)
     notes, notices = own.notes, own.notices
-    for role in ("percept", "gradient"):
-        if role not in own.columns:
-            raise own.no_column(role)
+    _check_columns(own)
     times = ["onset", "duration", "end", "trial_duration"]
     table = own.rows([*times, "strength", "dropped_frames"], ["percept", "gradient"])
     table = answered(own, table, "percept", "report", ABSENT - {"none"})
@@ -140,6 +138,16 @@ def read_reports(
     table = _ended(catch_trials(table, notes), notes)
     table = own.optional(completed(table, "kind"), "dropped_frames")
     return OwnReports(report_table(table), tuple(notes), tuple(notices))
+
+
+def _check_columns(own: Source) -> None:
+    """Raise `InputError` that names the missing columns; either trials or onsets, durations or ends, are enough."""
+    times, otherwise = [], ""
+    if "onset" not in own.columns and "trial" not in own.columns:
+        times, otherwise = ["trial"], ", or give the onset of each report within its trial"
+    if "duration" not in own.columns and not {"onset", "end"} <= set(own.columns):
+        times, otherwise = [*times, "duration"], ", or give onset and end"
+    own.require("participant_id", "percept", "gradient", *times, otherwise=otherwise)
 
 
 def _meant(table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
@@ -179,10 +187,6 @@ LONGEST_REPORT_S = 200.0
 def _timed(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Complete trials, onsets and durations from one another."""
     notes = own.notes
-    if "duration" not in table and not {"onset", "end"} <= set(table):
-        raise own.no_column("duration", ", or give onset and end")
-    if "onset" not in table and "trial" not in table:
-        raise own.no_column("trial", ", or give the onset of each report within its trial")
     for role in ("onset", "duration", "end", "trial_duration"):
         if role in table:
             if codes := codes_of(table[role].unique()):

@@ -49,7 +49,8 @@ NO = {"": False, "n/a": False}
 PARTICIPANT = (
     *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
     *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id"),
-    *("responseid", "response id", "result"),
+    *("responseid", "response id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
+    *("versuchsperson", "vp", "vpn", "proband", "sujet"),
 )
 """Recognised names of the participant column."""
 
@@ -73,9 +74,10 @@ Where = Mapping[str, str | Sequence[str]]
 """Value or values by column: the rows that are analysed."""
 
 
-def columns_like(role: str) -> str:
-    """Return the remedy that names the column of a role, in terms of `read_ratings` and `read_reports`."""
-    return f'name it with columns={{"{role}": "NAME"}}'
+def columns_like(*roles: str) -> str:
+    """Return the remedy that names the column of each role, in terms of `read_ratings` and `read_reports`."""
+    entries = ", ".join(f'"{role}": "NAME"' for role in roles)
+    return f"name {'it' if len(roles) == 1 else 'them'} with columns={{{entries}}}"
 
 
 def where_like(column: str, value: str) -> str:
@@ -163,12 +165,16 @@ class Source:
         self.notices.append(f"{rows_of(practice)} left out, of a loop of practice.")
         return replace(self, cells=self.cells[~practice].copy())
 
-    def no_column(self, role: str, otherwise: str = "") -> InputError:
-        """Return the error for a missing column, listing those present; `otherwise` adds another remedy."""
-        there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
-        return InputError(
-            f"{self.name} has no column for {role} (its columns are {there}): {columns_like(role)}{otherwise}."
-        )
+    def require(self, *roles: str, otherwise: str = "") -> None:
+        """Raise `InputError` that names all of `roles` without a column; `otherwise` adds another remedy."""
+        missing = ["participant" if role == "participant_id" else role for role in roles if role not in self.columns]
+        if missing:
+            there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
+            noun = "column" if len(missing) == 1 else "columns"
+            raise InputError(
+                f"{self.name} has no {noun} for {', '.join(missing)} (its columns are {there}): "
+                f"{columns_like(*missing)}{otherwise}."
+            )
 
     def rows(self, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
         """Return the columns in use, named by role and cleaned.
@@ -185,8 +191,6 @@ class Source:
 
     def cleaned(self, table: pd.DataFrame, numeric: Sequence[str], shown: Sequence[str]) -> pd.DataFrame:
         """Return the rows of trials with decimal points, clean cells and merged spellings."""
-        if "participant_id" not in table:
-            raise self.no_column("participant")
         table = with_points(table, [role for role in numeric if role in table], self.cells.attrs["delimiter"])
         table = self._shown(table, [role for role in shown if role in table])
         return with_participants(table, self.columns, self.notes, self.notices)
@@ -375,14 +379,14 @@ def renamed(table: pd.DataFrame, theirs: Mapping[str, str]) -> pd.DataFrame:
 
 
 def answered(own: Source, table: pd.DataFrame, role: str, record: str, absent: frozenset[str] = ABSENT) -> pd.DataFrame:
-    """Return the rows with a value in the column `role`; note the others."""
+    """Return the rows with a value in the column `role`; a notice counts the others."""
     missing = table[role].str.strip().str.lower().isin(absent)
     if missing.all():
         raise InputError(f"{own.name} holds no {record}: the column given for {role}s is empty.")
     if not missing.any():
         return table
     who = few(sorted(set(table["participant_id"][missing])))
-    own.notes.append(f"{rows_of(missing)} left out, without a {role} (participants {who}).")
+    own.notices.append(f"{rows_of(missing)} left out, without a {role} (participants {who}).")
     return table[~missing].copy()
 
 

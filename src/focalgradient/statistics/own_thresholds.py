@@ -154,6 +154,7 @@ def read_thresholds(
     """
     own = Source.read(path, ROLES, columns, where)
     own.columns.update(_columns(own.name, own.cells, columns or {}))
+    _check_columns(own)
     table = own.rows(["level", "correct", "trials", "alternatives"], ["level"])
     table = _levels(own, table)
     table = _right(own, table, folded(conditions))
@@ -161,6 +162,14 @@ def read_thresholds(
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
     rate = _guess(own, table, guess)
     return OwnThresholds(table[kept].copy(), _unit(own.columns["level"]), tuple(own.notes), tuple(own.notices), rate)
+
+
+def _check_columns(own: Source) -> None:
+    """Raise `InputError` that names the missing columns."""
+    missing = [role for role in ("interval", "response") if role not in own.columns]
+    answers = ["correct"] if missing and "correct" not in own.columns else []
+    other = f", or the right one of two intervals and the one chosen ({columns_like(*missing)})" if answers else ""
+    own.require("participant_id", "level", *answers, otherwise=other)
 
 
 def _guess(own: Source, table: pd.DataFrame, given: float | None) -> float:
@@ -247,8 +256,6 @@ def _unit(header: str) -> str:
 
 def _levels(own: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a level above 0, parsed as numbers."""
-    if "level" not in table:
-        raise own.no_column("level")
     table = without_codes(table, "level", own.notices, signed=True)
     table = answered(own, table, "level", "level")
     table["level"] = _amounts(own, table)
@@ -332,10 +339,6 @@ def _of_counts(own: Source, table: pd.DataFrame) -> pd.DataFrame:
 
 def _of_intervals(own: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
     """Set `correct` if the chosen interval is the correct one."""
-    for role in ("interval", "response"):
-        if role not in table:
-            other = f", or the right one of two intervals and the one chosen ({columns_like(role)})"
-            raise own.no_column("correct", other)
     table = answered(own, table, "response", "answer")
     asked, given = (
         table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", words.get(cell, cell)))

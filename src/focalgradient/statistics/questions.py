@@ -64,10 +64,11 @@ Test = Callable[[ArrayLike], Effect | NotComputed]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tested:
-    """Outcome of a test with the values that it was made of: subjects (rows) x scenes (columns)."""
+    """Outcome with the values that it was made of, subjects (rows) x scenes (columns), or its number of subjects."""
 
-    outcome: Effect | NotComputed
-    values: pd.DataFrame
+    outcome: Outcome
+    values: pd.DataFrame | None = None
+    n: int | None = None
 
 
 def tested(values: pd.DataFrame | NotComputed, test: Test) -> Tested | NotComputed:
@@ -110,6 +111,7 @@ class Question:
         Family of tests for Holm's correction; empty for tests that are not corrected. The primary outcome never is.
     headline
         Description of a main result in the unit displayed, with {level} or, for pairs, {pair}; empty for other results.
+        ", {level}" is left out if there is one level, "".
     ratio
         True if the effect is a logarithm, displayed as a ratio.
     sentence
@@ -173,6 +175,8 @@ class Answer:
     @property
     def headline(self) -> str:
         """Description of the result in the unit displayed; empty if it is not a main result."""
+        if not self.level:
+            return self.question.headline.replace(", {level}", "")
         pair = self.level.replace(" less ", " to ")
         return self.question.headline.replace("{level}", self.level).replace("{pair}", pair)
 
@@ -204,19 +208,27 @@ class Answer:
 
 def _answer(question: Question, level: str, found: Outcome | Tested, role: str) -> Answer:
     if isinstance(found, Tested):
-        return Answer(question, level, found.outcome, role, values=found.values)
+        return Answer(question, level, found.outcome, role, found.n, found.values)
     return Answer(question, level, found, role)
 
 
 def stated(
-    name: str, level: str, outcome: Outcome, role: Role, unit: str = "", n: int | None = None, headline: str = ""
+    name: str,
+    level: str,
+    outcome: Outcome,
+    role: Role,
+    unit: str = "",
+    n: int | None = None,
+    headline: str = "",
+    sentence: str = "",
 ) -> Answer:
     """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
 
     >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
     'no answers'
     """
-    return Answer(Question(name, lambda data: {}, role, unit, headline=headline), level, outcome, role, n)
+    asked = Question(name, lambda _: {}, role, unit, headline=headline, sentence=lambda _, answers: sentence)
+    return Answer(asked, level, outcome, role, n)
 
 
 @dataclass(frozen=True, slots=True)
@@ -245,14 +257,25 @@ class Answers:
         """R code of all questions that were asked."""
         return "".join(dict.fromkeys(row.question.r_code for row in self.rows))
 
+    def said(self, *roles: str) -> Iterator[tuple[Answer, str]]:
+        """Yield the answers of some roles that have a finding, with the finding in words."""
+        for row in self.rows:
+            if row.role in roles and (text := row.question.sentence(row.level, self)):
+                is_first = row.role == "primary" and not isinstance(text, Caution)
+                yield row, f"Primary outcome. {text}" if is_first else text
+
     def sentences(self, *roles: str) -> list[str]:
         """Return the findings of some roles in words, in the order of the questions."""
-        said = ((row, row.question.sentence(row.level, self)) for row in self.rows if row.role in roles)
-        return [
-            text if isinstance(text, Caution) or row.role != "primary" else f"Primary outcome. {text}"
-            for row, text in said
-            if text
-        ]
+        return [text for _, text in self.said(*roles)]
+
+    def of_roles(self, *roles: str) -> Answers:
+        """Return the answers of some roles."""
+        return Answers(tuple(row for row in self.rows if row.role in roles))
+
+    @property
+    def primary(self) -> tuple[Answer, ...]:
+        """Answers to the primary question, the primary outcome first."""
+        return tuple(row for row in self.rows if row.question.role == "primary")
 
     @property
     def headlines(self) -> tuple[Answer, ...]:

@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from focalgradient.scales.analyses import Analysis
-from focalgradient.statistics.cells import cells, slope_weights
+from focalgradient.statistics.cells import cells
+from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.rating_questions import EFFECT
 from focalgradient.statistics.records import NotComputed
-from focalgradient.statistics.tables import fixations_of
+from focalgradient.statistics.slope_questions import own_slopes
 
 __all__ = ["Residuals", "rating_residuals"]
 
@@ -42,49 +43,46 @@ class Residuals:
     what: str
 
 
-def rating_residuals(table: pd.DataFrame, analysis: Analysis) -> tuple[Residuals, ...]:
-    """Return the effects that are tested: log ratios of the largest to the smallest aperture, or slopes.
+def rating_residuals(answers: Answers, table: pd.DataFrame) -> tuple[Residuals, ...]:
+    """Return the values that were tested: log ratios of the largest aperture to the pinhole, or slopes.
 
     Parameters
     ----------
+    answers
+        Answers of the analysis of ratings.
     table
-        Ratings as for `focalgradient.statistics.analyse`; catch trials are excluded.
-    analysis
-        Analysis of the answers.
+        Ratings, of which the slopes are taken where the answers have no values of each subject and scene, as those of a
+        mixed model; catch trials are excluded.
 
     Examples
     --------
-    >>> rows = [{"participant_id": who, "scene": scene, "aperture_mm": mm, "fixation": "nearest", "catch": False,
-    ...          "rating": np.exp(mm * (0.1 + 0.01 * who))} for who in range(3) for scene in "ab" for mm in (0.0, 10.0)]
-    >>> from focalgradient.scales.analyses import Ratios
-    >>> [found] = rating_residuals(pd.DataFrame(rows), Ratios())
+    >>> rows = [{"participant_id": who, "scene": scene, "aperture": name, "aperture_mm": mm, "fixation": "nearest",
+    ...          "trial": mm, "catch": False, "rating": np.exp(mm * (0.1 + 0.01 * who))}
+    ...         for who in range(3) for scene in "ab" for name, mm in (("pinhole", 0.0), ("f/5", 10.0))]
+    >>> from focalgradient.statistics import analyse
+    >>> [found] = rating_residuals(analyse(pd.DataFrame(rows).assign(trial=range(12)), "ratio").answers, None)
     >>> found.subjects.round(2).tolist(), bool(np.allclose(found.residual, 0))
     ([1.0, 1.1, 1.2], True)
     """
-    rows = table[~table["catch"].astype(bool)]
-    answer = np.log(rows["rating"].to_numpy(float)) if analysis.ratios else rows["rating"].to_numpy(float)
-    rows = rows.assign(answer=answer)
-    if "scene" not in rows:
-        rows = rows.assign(scene="")
     found = []
-    for fixation in fixations_of(rows):
-        own = cells(rows[rows["fixation"] == fixation])
-        weights = slope_weights(own.amounts)
-        if isinstance(weights, NotComputed):
+    for answer in answers.primary:
+        values = _slopes(table, answer.level) if answer.values is None else answer.values.to_numpy(float)
+        if isinstance(values, NotComputed) or not np.isfinite(values).any():
             continue
-        effect = own.against_smallest(-1) if analysis.ratios else own.contrast(weights)
-        what = "log ratio, largest aperture to smallest" if analysis.ratios else "slope of the answer (per mm)"
-        whole = effect[np.isfinite(effect).any(axis=1)]
-        if not whole.size:
-            continue
+        whole = values[np.isfinite(values).any(axis=1)]
         subjects = np.nanmean(whole, axis=1)
         fitted = residual = np.empty(0)
         if whole.shape[1] > 1:
-            scenes = np.array(
-                [column[np.isfinite(column)].mean() if np.isfinite(column).any() else np.nan for column in whole.T]
-            )
+            scenes = pd.DataFrame(whole).mean().to_numpy()
             expected = subjects[:, None] + scenes - np.nanmean(whole)
             there = np.isfinite(whole) & np.isfinite(expected)
             fitted, residual = expected[there], (whole - expected)[there]
-        found.append(Residuals(fixation, subjects, fitted, residual, what))
+        what = "log ratio, largest aperture to pinhole" if answer.name == EFFECT else "slope of the answer (per mm)"
+        found.append(Residuals(answer.level, subjects, fitted, residual, what))
     return tuple(found)
+
+
+def _slopes(table: pd.DataFrame, fixation: str) -> FloatArray | NotComputed:
+    """Return the slopes of the answers with one object in focus (subjects x scenes)."""
+    rows = table[~table["catch"] & (table["fixation"] == fixation)]
+    return own_slopes(cells(rows.rename(columns={"rating": "answer"})))

@@ -9,9 +9,8 @@ import pandas as pd
 
 from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
-from focalgradient.statistics.effects import analyse, effects
+from focalgradient.statistics.effects import analyse
 from focalgradient.statistics.exclusions import kept_rows, quality
-from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.tables import fixations_of, rating_table
 
 __all__ = ["ALL_RULES", "Variant", "robustness"]
@@ -110,17 +109,17 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
 def _variants(rows: pd.DataFrame, analysis: Analysis, rules: str) -> list[Variant]:
     """Return the effect at each fixation of the rows."""
     trials = rows[~rows["catch"]]
-    if trials.empty:
-        return []
-    found = []
-    for fixation, effect in zip(fixations_of(trials), effects(analyse(rows, analysis))[0], strict=True):
-        shown = trials[trials["fixation"] == fixation]
-        label = Variant(fixation, rules, shown["participant_id"].nunique(), len(shown), None, None, None, None, True)
-        found.append(_with_effect(label, effect))
-    return found
-
-
-def _with_effect(label: Variant, effect: Effect | NotComputed) -> Variant:
-    if isinstance(effect, NotComputed):
-        return replace(label, reason=effect.reason)
-    return replace(label, estimate=effect.estimate, low=effect.low, high=effect.high, p=effect.p)
+    shown = {name: own["participant_id"] for name, own in trials.groupby("fixation")}
+    found = [] if trials.empty else [answer.row() for answer in analyse(rows, analysis).answers.primary]
+    return [
+        Variant(
+            row["level"],
+            rules,
+            subjects=shown[row["level"]].nunique(),
+            trials=len(shown[row["level"]]),
+            **{name: row.get(name) for name in ("estimate", "low", "high", "p")},
+            distinct=True,
+            reason=row.get("reason", ""),
+        )
+        for row in found
+    ]

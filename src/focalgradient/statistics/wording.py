@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 from focalgradient.statistics.crossed import random_scenes
-from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.tables import FIXATIONS
 
 __all__ = [
@@ -35,6 +35,7 @@ __all__ = [
     "size",
     "statistic",
     "summary",
+    "with_interval",
 ]
 
 NONE = "–"
@@ -175,6 +176,18 @@ def over(effect: Effect) -> str:
 def ci(low: float | None, high: float | None, level: int = 95) -> str:
     """Format an interval with its coverage in percent."""
     return f"{level}{SPACE}% CI {interval(low, high, 2)}"
+
+
+def with_interval(found: Interval, unit: str = "") -> str:
+    """Format an estimate with its 95 % interval, in a unit.
+
+    >>> with_interval(Interval(0.2, 0.1, 0.3), "D")
+    '0.200 D (95 % interval 0.100 to 0.300 D)'
+    """
+    of = f" {unit}" if unit else ""
+    known = found.low is not None and found.high is not None
+    ends = f" (95 % interval {number(found.low)} to {number(found.high)}{of})" if known else ""
+    return f"{number(found.estimate)}{of}{ends}"
 
 
 def ratio_ci(effect: Effect) -> str:

@@ -13,9 +13,10 @@ from focalgradient.stimuli.films import frames
 from focalgradient.stimuli.fixated_cube import fixated_cube
 from focalgradient.stimuli.imported import import_pictures
 from focalgradient.stimuli.leaves import dead_leaves
+from focalgradient.stimuli.manifest import Fixation, Picture, Target
 from focalgradient.stimuli.papers import PAPERS, Paper, replica
 from focalgradient.stimuli.photograph import make_from_photographs
-from focalgradient.stimuli.sets import Fixation, Picture, ShownScene, StimulusSet, Target, read_set
+from focalgradient.stimuli.sets import ShownScene, StimulusSet, read_set
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane

@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.display import Display
-from focalgradient.psf.pixel import PIXEL_VARIANCE
-from focalgradient.render import necker_loop, wireframe
-from focalgradient.render.wireframe import WIDTH, blur_at
+from focalgradient.render import necker_loop
+from focalgradient.render.wireframe import blur_at, draw_edges
 from focalgradient.scenes import NeckerCube
 from focalgradient.scenes.necker import CORNERS, EDGES, SYMMETRY
 
@@ -77,16 +76,11 @@ def frames_of(
             aperture=trial.strength / 1000,
         )
         return
-    line = cube.line_width / WIDTH / pixel_angle
     for frame in range(frames):
         turn = SYMMETRY * frame / frames
         solid = cube.vertices(turn)
         points, edges = (solid, EDGES[_in_sight(solid)]) if trial.shape == "rigid" else (wobbling(cube, turn), EDGES)
-        lines = cube.project(points)[edges] / pixel_angle + (np.array(shape[::-1]) - 1) / 2
-        blur = np.zeros(lines.shape[:2])
-        yield wireframe(
-            lines, blur, shape, width=math.sqrt(line**2 + PIXEL_VARIANCE), brightness=math.sqrt(2 * math.pi) * line
-        )
+        yield draw_edges(cube, points, edges, np.zeros(edges.shape), shape, pixel_angle)
 
 
 def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
@@ -105,14 +99,10 @@ def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
 def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
     """Return the vertices, 8 x 3 in metres, of the nonrigid example after `turn` turns."""
     phase = 2 * math.pi * turn / SYMMETRY
-    angle = 2 * np.pi * turn * (1 if cube.direction == "right" else -1)
     x, y, z = cube.edge * CORNERS.T
-    angle = angle + TWIST * math.sin(phase) * np.sign(y)
+    twist = TWIST * math.sin(phase) * np.sign(y) / (2 * np.pi) * (1 if cube.direction == "right" else -1)
     level = 1 - SHRINK * (1 - math.sin(phase) * np.sign(y)) / 2  # the top is widest where the bottom is narrowest
-    x, y, z = level * x, y * (1 - SHRINK * (1 - math.cos(phase)) / 2), level * z
-    x, z = x * np.cos(angle) - z * np.sin(angle), x * np.sin(angle) + z * np.cos(angle)
-    y, z = y * math.cos(cube.tilt) - z * math.sin(cube.tilt), y * math.sin(cube.tilt) + z * math.cos(cube.tilt)
-    return np.stack([x, y, cube.distance + z], axis=-1)
+    return cube.turned([level * x, y * (1 - SHRINK * (1 - math.cos(phase)) / 2), level * z], turn + twist)
 
 
 def _in_sight(vertices: NDArray[np.float64]) -> NDArray[np.bool_]:

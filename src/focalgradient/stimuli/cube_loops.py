@@ -6,9 +6,10 @@ All conditions show lines at the same positions with the same energy; only their
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -24,7 +25,8 @@ from focalgradient.quantities import MILLIMETRES, POSITIVE
 from focalgradient.render.wireframe import Focus, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import SYMMETRY, NeckerCube, Reading, departure_from_rigid
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
-from focalgradient.stimuli.sets import display_json, png
+from focalgradient.stimuli.sets import display_json, png_of
+from focalgradient.video import save_movie
 
 __all__ = ["GRADIENTS", "make_necker", "read_necker"]
 
@@ -102,7 +104,7 @@ def make_necker(
     if gradients != ["none"]:
         display.check_steps([0.0, 4 * widest])  # a disc's diameter is four times the standard deviation of its light
 
-    look = _Look(cube, frames, (size, size), pixel_angle, aperture, focus, display)
+    how: dict[str, Any] = {"shape": (size, size), "pixel_angle": pixel_angle, "aperture": aperture, "focus": focus}
     parameters = {
         "gradients": gradients,
         "frame_px": [size, size],
@@ -121,17 +123,18 @@ def make_necker(
     settings = {"set": "necker", "parameters": parameters, "display": display_json(display)}
     folder = Folder(out, settings, versions_of("focalgradient", "numpy", "pillow", "numba", "opencv-python-headless"))
     if not folder.complete:
-        white = max(float(look.frame("none", number).max()) for number in range(frames))
+        white = max(float(necker_frame(cube, SYMMETRY * number / frames, **how).max()) for number in range(frames))
         conditions = folder.content.setdefault("conditions", {})
         for index, gradient in enumerate(gradients):
             share = part_of(say, index, len(gradients))
+            draw = partial(necker_frame, cube, gradient=gradient, **how)
             widths = [0.0, 0.0] if gradient == "none" else sorted(np.abs(blurs).tolist())
             conditions[gradient] = {
                 "frames": [f"{gradient}/{number:04}.png" for number in range(frames)],
                 "video": f"{gradient}.mp4",
                 "blur_sd_px": widths,
                 "blur_sd_arcmin": [display.arcmin(sd) for sd in widths],
-                **_make_loop(folder, look, gradient, white, frame_rate, executor, share),
+                **_make_loop(folder, draw, frames, display, gradient, white, frame_rate, executor, share),
             }
         folder.content |= {"white": white, "departure": _departure(cube, frames), "controls": _controls(conditions)}
         folder.finish()
@@ -152,41 +155,6 @@ def read_necker(folder: str | Path) -> dict[str, Any]:
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
-    """Parameters common to all frames: the cube, number of frames, and viewing conditions."""
-
-    cube: NeckerCube
-    frames: int
-    shape: tuple[int, int]
-    pixel_angle: float
-    aperture: float
-    focus: Focus
-    display: Display
-
-    def frame(self, gradient: Gradient, number: int) -> NDArray[np.float32]:
-        return necker_frame(
-            self.cube,
-            SYMMETRY * number / self.frames,
-            shape=self.shape,
-            pixel_angle=self.pixel_angle,
-            gradient=gradient,
-            aperture=self.aperture,
-            focus=self.focus,
-        )
-
-
-@dataclass(frozen=True, slots=True)
-class _Batch:
-    """A batch of frames; `lacking` are those whose files have to be written."""
-
-    look: _Look
-    gradient: Gradient
-    white: float
-    numbers: range
-    lacking: frozenset[int]
-
-
-@dataclass(frozen=True, slots=True)
 class _Frame:
     """A frame: 8-bit values, PNG file or None, and mean radiance as computed and as displayed (white = 1)."""
 
@@ -197,20 +165,30 @@ class _Frame:
     clipped: float
 
 
-def _made(batch: _Batch) -> list[_Frame]:
-    display, made = batch.look.display, []
-    for number in batch.numbers:
-        share = batch.look.frame(batch.gradient, number) / batch.white
+def _made(
+    draw: Callable[[float], NDArray[np.float32]],
+    frames: int,
+    display: Display,
+    white: float,
+    lacking: frozenset[int],
+    numbers: range,
+) -> list[_Frame]:
+    """Return some of the `frames` of a loop; `lacking` are those whose files have to be written."""
+    made = []
+    for number in numbers:
+        share = draw(SYMMETRY * number / frames) / white
         values = display.encode(share, number)
         light, shown = float(share.mean(dtype=float)), float(display.decode(values).mean())
-        file = png(values) if number in batch.lacking else None
+        file = png_of(values) if number in lacking else None
         made.append(_Frame(values, file, light, shown, float(np.mean(share > 1))))
     return made
 
 
 def _make_loop(
     folder: Folder,
-    look: _Look,
+    draw: Callable[[float], NDArray[np.float32]],
+    count: int,
+    display: Display,
     gradient: Gradient,
     white: float,
     frame_rate: float,
@@ -218,16 +196,16 @@ def _make_loop(
     progress: Progress,
 ) -> dict[str, Any]:
     """Write the missing files of a condition; return the mean radiance of each frame, as computed and as displayed."""
-    files = [f"{gradient}/{number:04}.png" for number in range(look.frames)]
+    files = [f"{gradient}/{number:04}.png" for number in range(count)]
     lacking = frozenset(number for number, file in enumerate(files) if not folder.has(file))
-    numbers = [range(first, min(first + BATCH_FRAMES, look.frames)) for first in range(0, look.frames, BATCH_FRAMES)]
+    numbers = [range(first, min(first + BATCH_FRAMES, count)) for first in range(0, count, BATCH_FRAMES)]
     frames: list[_Frame] = []
-    for made in in_order(executor, _made, [_Batch(look, gradient, white, some, lacking) for some in numbers]):
+    for made in in_order(executor, partial(_made, draw, count, display, white, lacking), numbers):
         written = {files[len(frames) + at]: one.png for at, one in enumerate(made) if one.png is not None}
         frames += [replace(one, png=None) for one in made]
         if written:
             folder.put(written)
-        progress(0.9 * len(frames) / look.frames, gradient)
+        progress(0.9 * len(frames) / count, gradient)
     if not folder.has(f"{gradient}.mp4"):
         folder.put({f"{gradient}.mp4": _video(folder.path, [one.values for one in frames], frame_rate)})
     progress(1.0, gradient)
@@ -240,8 +218,6 @@ def _make_loop(
 
 def _video(folder: Path, pictures: Sequence[NDArray[np.uint8]], frame_rate: float) -> bytes:
     """Return a whole rotation as an MP4 file."""
-    from focalgradient.video import save_movie
-
     with staged(folder) as hidden:  # OpenCV only writes to a path
         path = save_movie([*pictures] * LOOPS_PER_TURN, hidden / "video.mp4", rate=frame_rate, lossless=False)
         return read_bytes(path, "a video")

@@ -36,13 +36,11 @@ from focalgradient.stimuli.sets import (
     add_picture,
     begin_set,
     disc_ends,
-    judge_set,
+    finish_set,
     npy,
-    png,
-    read_set,
+    png_of,
 )
 from focalgradient.stimuli.sharpness import sharpest
-from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["APERTURES", "FIXATIONS", "make_depth_rating"]
 
@@ -136,12 +134,7 @@ def make_depth_rating(
             for index in range(scenes)
         }
         _make_scenes(folder, recipes, display, executor, say)
-        judge_set(folder)
-        say(1.0, "sheet")
-        folder.put({"sheet.png": sheet_png(out, folder.content, _note(folder.content["controls"], display, size))})
-        folder.finish()
-    say(1.0, "finished")
-    return read_set(out)
+    return finish_set(folder, say, display)
 
 
 def named_apertures(numbers: Sequence[float]) -> dict[str, float]:
@@ -225,8 +218,8 @@ def _residual(rendered: Rendered) -> NDArray[np.float32]:
 class _Scene:
     """Inputs of the pictures of a scene, and measures of those already made.
 
-    `lacking` are the file stems of the pictures to make. `white` and `sharp_mean` are None until the pinhole
-    picture is made.
+    `lacking` are the file stems of the pictures to make. `white` is None until the pinhole picture is
+    made.
     """
 
     name: str
@@ -234,7 +227,6 @@ class _Scene:
     display: Display
     lacking: tuple[str, ...]
     white: float | None
-    sharp_mean: float | None
     versions: Mapping[str, str]
 
 
@@ -265,8 +257,7 @@ def _scene_to_make(folder: Folder, name: str, recipe: Recipe, display: Display) 
     lacking = [stem for stem in _conditions(recipe) if stem not in held or not folder.has(*_files(name, stem))]
     if not lacking and name not in folder.content["scenes"]:
         lacking = ["pinhole"]
-    sharp = held.get("pinhole", {}).get("mean_luminance")
-    return _Scene(name, recipe, display, tuple(lacking), known.get("white"), sharp, folder.versions)
+    return _Scene(name, recipe, display, tuple(lacking), known.get("white"), folder.versions)
 
 
 def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
@@ -281,7 +272,7 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
     world = recipe.world()
     entry: dict[str, Any] = {"seed": recipe.seed, "depth": f"{name}/depth.npy"}
     entry |= {end: _target(world.mark(end), recipe) for end in FIXATIONS}
-    white, sharp_mean = scene.white, scene.sharp_mean
+    white = scene.white
     sharp: Sharp | None = None
     conditions = _conditions(recipe)
     for number, stem in enumerate(scene.lacking):
@@ -302,9 +293,8 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             "clipped": float(np.mean(light > 1)),
         }
         png_file, light_file, *depth_file = _files(name, stem)
-        files = {png_file: png(display.encode(light, recipe.seed)), light_file: npy(light)}
+        files = {png_file: png_of(display.encode(light, recipe.seed)), light_file: npy(light)}
         if aperture == "pinhole":
-            sharp_mean = mean
             files[depth_file[0]] = npy(depth.astype(np.float32))
         else:
             if sharp is None:
@@ -312,8 +302,6 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
                 fine = recipe.finer()
                 colour, far, noise_of = fine.render(world, recipe.optics("pinhole", 0.0), silent)
                 sharp = Sharp(colour / white, noise_of / white, far, fine.pixel_angle)
-            assert sharp_mean is not None
-            measured["mean_luminance_percent"] = 100 * (mean / sharp_mean - 1)
             measured |= against_prediction(luminance, residual / white, sharp, optics)
             finer = len(sharp.depth) // len(luminance)
             measured |= sharpest(
@@ -387,21 +375,6 @@ def _blur_ends(recipe: Recipe, aperture: str, focus: float, depth: NDArray[np.fl
         least, most = disc_ends(one, ends, recipe.pixel_angle)
         discs += [0.0 if 1 / ends[1] <= one.focus_vergence <= 1 / ends[0] else least, most]
     return [min(discs), max(discs)]
-
-
-def _note(controls: Mapping[str, Any], display: Display, size: int) -> str:
-    """Return the caption of the contact sheet."""
-    words = {
-        "mean_luminance_percent": "mean luminance {:.2g} %",
-        "shift_px": "shift {:.2g} px",
-        "spectrum_percent": "amplitude in any octave {:.2g} % from what blur predicts",
-    }
-    measured = (text.format(controls[name]["worst"]) for name, text in words.items() if name in controls)
-    return (
-        f"Rings: point in focus. Shown at {display.degrees(size):.1f} degrees of visual angle, "
-        f"{display.pixels_per_degree:.1f} pixels per degree.\n"
-        f"Maximum differences between conditions of a scene: {', '.join(measured)}."
-    )
 
 
 def _target(mark: Mark, recipe: Recipe) -> dict[str, Any]:

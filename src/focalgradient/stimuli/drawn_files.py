@@ -19,7 +19,7 @@ from focalgradient.stimuli.sets import (
     check_size,
     display_json,
     npy,
-    png,
+    png_of,
     stored_display,
 )
 from focalgradient.stimuli.stimulus import Stimulus
@@ -52,7 +52,7 @@ def stimulus_files(one: Stimulus, display: Display) -> tuple[dict[str, bytes], d
     np.savez_compressed(masks, **named)  # type: ignore[arg-type]
     known = np.isfinite(one.depth_m)
     files = {name: npy(getattr(one, attribute).astype(np.float32)) for name, attribute in ARRAYS.items()}
-    files |= {"picture.png": png(display.encode(one.picture)), MASKS: masks.getvalue()}
+    files |= {"picture.png": png_of(display.encode(one.picture)), MASKS: masks.getvalue()}
     summary: dict[str, Any] = {
         "name": one.name,
         "source": list(one.source),

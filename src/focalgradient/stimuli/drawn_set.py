@@ -22,10 +22,9 @@ from focalgradient.stimuli.sets import (
     add_picture,
     begin_set,
     check_size,
-    judge_set,
+    finish_set,
     npy,
-    png,
-    read_set,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.stimulus import (
@@ -101,11 +100,7 @@ def make_from_stimuli(
         for number, (name, one) in enumerate(stimuli.items()):
             say(number / len(stimuli), name)
             _scene(folder, name, one, aperture, pupil_mm, display)
-        judge_set(folder)
-        folder.put({})
-        folder.finish()
-    say(1.0, "finished")
-    return read_set(out)
+    return finish_set(folder, say)
 
 
 def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[int, int], float]:
@@ -160,12 +155,11 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     folder.put({f"{name}/depth.npy": npy(stored_distance(depth, name))})
     blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
     per_px = np.degrees(one.pixel_angle) * 60
-    mean = float(one.sharp.mean())
     pictures: dict[str, dict[str, Any]] = {}
     for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
         stem = stem_of(shown, FOCUS)
         colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
-        folder.put({f"{name}/{stem}.png": png(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
+        folder.put({f"{name}/{stem}.png": png_of(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
         pictures[stem] = {"mean_luminance": float(light.mean()), "clipped": 0.0}
         add_picture(
             *(folder, f"{name}/{stem}", shown, FOCUS),
@@ -175,7 +169,6 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
             blur_arcmin=diameters,
         )
     pictures[stem_of(aperture, FOCUS)] |= {
-        "mean_luminance_percent": 100 * (float(one.picture.mean()) / mean - 1) if mean > 0 else 0.0,
         "sharpest": float(one.controlled["sharpest"]),
         "sharpest_px": one.controlled["sharpest_px"],
     }

@@ -36,10 +36,9 @@ from focalgradient.stimuli.sets import (
     add_picture,
     begin_set,
     check_size,
-    judge_set,
+    finish_set,
     npy,
-    png,
-    read_set,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -169,11 +168,7 @@ def import_pictures(
             _picture(made, folder, row, display, focal_length)
         if field is not None:
             _measure(out, made.content, parameters["pixel_angle_rad"])
-        _compare(made)
-        made.put({})
-        made.finish()
-    say(1.0, "finished")
-    return read_set(out)
+    return finish_set(made, say)
 
 
 def _rows(table: Path) -> list[Row]:
@@ -362,7 +357,7 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
     values = _values(folder, row)
     light = display.decode(values).astype(np.float32)
     if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
-        made.put({f"{row.stem}.png": png(values), f"{row.stem}.npy": npy(light)})
+        made.put({f"{row.stem}.png": png_of(values), f"{row.stem}.npy": npy(light)})
     for end in row.fixations:
         scene = made.content["scenes"][row.scene]
         focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]
@@ -398,16 +393,6 @@ def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
             stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
             known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)
             known[stem] |= sharpest(blurred, light, distance, [optics], pixel_angle)
-
-
-def _compare(made: Folder) -> None:
-    """Compute mean luminance relative to the pinhole picture, for every scene that has one."""
-    for scene in made.content["controls"]["scenes"].values():
-        sharp = [one for stem, one in scene["pictures"].items() if stem.startswith("pinhole")]
-        for one in scene["pictures"].values():
-            if sharp and sharp[0]["mean_luminance"] > 0 and one is not sharp[0]:
-                one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp[0]["mean_luminance"] - 1)
-    judge_set(made)
 
 
 def _apertures(rows: Sequence[Row]) -> list[str]:

@@ -78,7 +78,7 @@ def dead_leaves(
     smallest_deg: Degrees = 0.25,
     largest_deg: Degrees = 2.0,
     exponent: Annotated[float, Amount("powers of the radius", 0)] = 3.0,
-    aspect: Annotated[float, Amount("long axis / short axis", 1)] = 1.0,
+    aspect: Annotated[float, Amount("long axis / short axis", 1, 10)] = 1.0,
     width_deg: Degrees = 8.0,
     height_deg: Degrees = 8.0,
     pixels_per_degree: Resolution = 32.0,
@@ -151,7 +151,7 @@ def dead_leaves(
     if order == "depth":
         nearest_first = side == "nearer"
         sds, blurs = sorted(sds, reverse=nearest_first), sorted(blurs, reverse=nearest_first)
-    _check_sizes(smallest_deg, largest_deg, aspect, frame)
+    _check_sizes(smallest_deg, largest_deg, frame)
     depths = depth_of_blur(blurs, side, focus_m=focus_m, pupil_mm=pupil_mm)
     sizes = smallest_deg * pixels_per_degree, largest_deg * pixels_per_degree
     leaves = _leaves(frame.shape, sizes, exponent, aspect, max(sds), (mean, contrast), seed)
@@ -174,9 +174,7 @@ def dead_leaves(
     )
 
 
-def _check_sizes(smallest: float, largest: float, aspect: float, frame: Frame) -> None:
-    if aspect > 10:
-        raise InputError(f"aspect is {aspect:g}, but must be 1 to 10.")
+def _check_sizes(smallest: float, largest: float, frame: Frame) -> None:
     if smallest > largest:
         raise InputError(f"smallest_deg is {smallest:g}, but largest_deg is {largest:g}: exchange them.")
     if smallest * frame.pixels_per_degree < 1 or largest * frame.pixels_per_degree > 2 * max(frame.shape):

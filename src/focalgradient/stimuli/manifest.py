@@ -2,17 +2,31 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+import math
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import BeforeValidator, ConfigDict, Field
 
 from focalgradient.tables import Table
 
-__all__ = ["Manifest", "StimulusRecord", "StoredDisplay"]
+__all__ = ["Fixation", "Manifest", "Picture", "StimulusRecord", "StoredDisplay", "Target"]
 
-Pair = Annotated[list[float], Field(min_length=2, max_length=2)]
-Known = float | None
-"""A number, or null if unknown, as in imported sets."""
+Fixation = str
+"""Fixated object, which is in focus: "nearest", "farthest", or another name from the set's table."""
+
+
+def _known(value: Any) -> Any:
+    return math.nan if value is None else value
+
+
+def _pair(values: Any) -> Any:
+    return tuple(values) if isinstance(values, list) else values
+
+
+Known = Annotated[float, BeforeValidator(_known)]
+"""A number; null, NaN once read, if unknown, as in imported sets."""
+Pair = Annotated[tuple[Known, Known], BeforeValidator(_pair)]
 
 
 class _Entry(Table):
@@ -21,33 +35,64 @@ class _Entry(Table):
     model_config = ConfigDict(extra="ignore")
 
 
-class _Target(_Entry):
+class Target(_Entry):
+    """A fixated object.
+
+    Parameters
+    ----------
+    name
+        ``"nearest"``, ``"farthest"``, or a name from the table of the pictures.
+    distance_m
+        Distance along the camera's axis; NaN if unknown, as in imported sets.
+    position_px
+        Position in pixels from the picture's upper left corner, to the right and down.
+    """
+
     name: str = Field(description="the name of what is fixated")
     distance_m: Known = Field(description="a distance in metres, or null")
     position_px: Pair = Field(description="two numbers of pixels")
 
 
 class _Scene(_Entry):
-    tables: ClassVar[dict[str, type[Table]]] = {"nearest": _Target, "farthest": _Target, "targets": _Target}
-
     seed: int | None = Field(description="a whole number, or null")
     depth: str | None = Field(description="the name of a file, or null")
-    nearest: _Target | None = Field(None, description="a table of what is fixated")
-    farthest: _Target | None = Field(None, description="a table of what is fixated")
-    targets: dict[str, _Target] = Field({}, description="a table of what is fixated, by its name")
+    nearest: Target | None = Field(None, description="a table of what is fixated")
+    farthest: Target | None = Field(None, description="a table of what is fixated")
+    targets: dict[str, Target] = Field({}, description="a table of what is fixated, by its name")
 
 
-class _Picture(_Entry):
+class Picture(_Entry):
+    """A picture of the set.
+
+    Parameters
+    ----------
+    scene, aperture, fixation
+        Name of the scene, aperture ("pinhole" or an f-number such as "f/11"), and object in focus.
+    png, linear
+        Paths of its files relative to the set's folder: 8-bit values for the display, and linear radiance (white = 1).
+    focus_m, aperture_mm
+        Focus distance; aperture diameter, 0 for the pinhole.
+    blur_px, blur_arcmin
+        Smallest and largest diameter of the blur disc in the picture: in pixels, and on the display. Values unknown for
+        imported pictures are NaN.
+    others
+        Other columns of the table from which it was imported.
+    """
+
     scene: str = Field(description="the name of a scene")
     aperture: str = Field(description='the name of an aperture: "pinhole", or an f-number as "f/11"')
-    fixation: str = Field(description='the name of what is fixated, as "nearest"')
+    fixation: Fixation = Field(description='the name of what is fixated, as "nearest"')
     png: str = Field(description="the name of a file")
     linear: str = Field(description="the name of a file")
     focus_m: Known = Field(description="a distance in metres, or null")
     aperture_mm: Known = Field(description="a diameter in millimetres, or null")
-    blur_px: list[Known] = Field(min_length=2, max_length=2, description="two numbers of pixels")
-    blur_arcmin: list[Known] = Field(min_length=2, max_length=2, description="two numbers of minutes of arc")
-    further: dict[str, str] = Field({}, description="a table of texts")
+    blur_px: Pair = Field(description="two numbers of pixels")
+    blur_arcmin: Pair = Field(description="two numbers of minutes of arc")
+    others: dict[str, str] = Field({}, alias="further", description="a table of texts")
+
+    def agrees(self, levels: Mapping[str, str]) -> bool:
+        """Return whether no column of the picture contradicts the given factor levels."""
+        return all(self.others.get(name, level) == level for name, level in levels.items())
 
 
 class StoredDisplay(_Entry):
@@ -64,12 +109,10 @@ class StoredDisplay(_Entry):
 class Manifest(_Entry):
     """Manifest of a depth-rating set."""
 
-    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "scenes": _Scene, "pictures": _Picture}
-
     set: Literal["depth-rating"] = Field(description='"depth-rating"')
     display: StoredDisplay = Field(description="a table of the display")
     scenes: dict[str, _Scene] = Field(description="a table of scenes, by their names")
-    pictures: list[_Picture] = Field(description="a list of pictures")
+    pictures: list[Picture] = Field(description="a list of pictures")
     files: dict[str, str] = Field(description="each file's SHA-256, by its name")
     parameters: dict[str, Any] = Field({}, description="a table of parameters")
     controls: dict[str, Any] = Field({}, description="a table of what was measured")
@@ -84,8 +127,6 @@ class _Controlled(Table):
 
 class StimulusRecord(_Entry):
     """Record of a drawn stimulus, stored beside its arrays."""
-
-    tables: ClassVar[dict[str, type[Table]]] = {"display": StoredDisplay, "controlled": _Controlled}
 
     name: str = Field(description="the name of the function that drew it")
     source: list[str] = Field(description="a list of keys of the bibliography")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from focalgradient.files import plain_name
 from focalgradient.optics import Aperture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress, part_of, silent
-from focalgradient.render.blurred import blur_picture, check_radius
+from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, named_apertures, stem_of
@@ -31,14 +31,12 @@ from focalgradient.stimuli.sets import (
     begin_set,
     check_size,
     disc_ends,
-    judge_set,
+    finish_set,
     npy,
-    png,
-    read_set,
+    png_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
-from focalgradient.stimuli.sheet import sheet_png
 
 __all__ = ["make_from_photographs"]
 
@@ -115,16 +113,7 @@ def make_from_photographs(
         for number, (name, pair) in enumerate(photographs.items()):
             share = part_of(say, number, len(photographs))
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
-        judge_set(folder)
-        light = folder.content["controls"]["mean_luminance_percent"]["worst"]
-        note = (
-            f"Rings: point in focus. Shown at {display.degrees(shape[1]):.1f} degrees of visual angle.\n"
-            f"Maximum difference in mean luminance between conditions of a scene: {light:.2g} %."
-        )
-        folder.put({"sheet.png": sheet_png(out, folder.content, note)})
-        folder.finish()
-    say(1.0, "finished")
-    return read_set(out)
+    return finish_set(folder, say, display)
 
 
 def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:
@@ -134,44 +123,28 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
     first: tuple[int, int] | None = None
     for name, (light, distance) in photographs.items():
         plain_name(name, "the name of a scene")
-        if light.ndim not in (2, 3) or light.shape[2:] not in ((), (3,)) or light.shape[:2] != distance.shape:
-            raise InputError(
-                f"{name} has a picture of shape {light.shape} and a depth of {distance.shape}, but must have H x W or "
-                "H x W x 3 and H x W: give the depth of every pixel."
-            )
+        checked_picture(light, distance, (f"the picture of {name}", f"the depth of {name}"), channels=3)
         first = check_size(name, distance.shape, display, first)
-        if not (np.isfinite(light).all() and light.min() >= 0 and light.max() > 0):
-            raise InputError(
-                f"{name} contains radiance that is negative, not finite or zero everywhere: correct the picture."
-            )
-        if not (distance > 0).all():
-            raise InputError(f"{name} contains distances that are not positive: fill the holes of its depth.")
+        if light.min() < 0 or light.max() <= 0:
+            raise InputError(f"{name} contains radiance that is negative or zero everywhere: correct the picture.")
         stored_distance(distance, name)
     assert first is not None
     return first
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Condition:
-    """A photograph with known depth, and the lens through which it is to be seen."""
-
-    sharp: NDArray[np.float32]
-    distance: NDArray[np.floating]
-    optics: Aperture
-    pixel_angle: float
-
-
-def _blurred(condition: _Condition) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """Return the radiance of the blurred picture, and its measures."""
-    sharp, distance, optics, weights = condition.sharp, condition.distance, condition.optics, np.array(LUMINANCE)
+def _blurred(
+    sharp: NDArray[np.float32], distance: NDArray[np.floating], pixel_angle: float, optics: Aperture
+) -> tuple[NDArray[np.float32], dict[str, Any]]:
+    """Return a picture seen through an aperture, and its measures."""
+    weights = np.array(LUMINANCE)
     blurred = sharp
     if optics.aperture_diameter > 0:
-        blurred = blur_picture(sharp, distance, optics, pixel_angle=condition.pixel_angle)
+        blurred = blur_picture(sharp, distance, optics, pixel_angle=pixel_angle)
     light = np.maximum(blurred, 0).astype(np.float32)
     measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
     if optics.aperture_diameter > 0:
-        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, condition.pixel_angle)
-        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], condition.pixel_angle)
+        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, pixel_angle)
+        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], pixel_angle)
     return light, measured
 
 
@@ -199,14 +172,11 @@ def _scene(
                 Aperture(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1]),
             )
     optics_of = dict(shown.values())  # pinhole first
-    jobs = [_Condition(sharp, distance, optics, pixel_angle) for optics in optics_of.values()]
+    blurred = partial(_blurred, sharp, distance, pixel_angle)
     known: dict[str, Any] = {}
-    for stem, (light, measured) in zip(optics_of, in_order(executor, _blurred, jobs), strict=True):
-        if stem != "pinhole":
-            ratio = measured["mean_luminance"] / known["pinhole"]["mean_luminance"]
-            measured["mean_luminance_percent"] = 100 * (ratio - 1)
+    for stem, (light, measured) in zip(optics_of, in_order(executor, blurred, [*optics_of.values()]), strict=True):
         known[stem] = measured
-        folder.put({f"{name}/{stem}.png": png(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
+        folder.put({f"{name}/{stem}.png": png_of(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
         blur = disc_ends(optics, distance, pixel_angle)

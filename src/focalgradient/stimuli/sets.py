@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import io
-import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +17,14 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.optics import Optics
+from focalgradient.photographs.pictures import png_of
+from focalgradient.progress import Progress
+from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
+from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
-from focalgradient.stimuli.manifest import Manifest, StoredDisplay
+from focalgradient.stimuli.manifest import Fixation, Manifest, Picture, StoredDisplay, Target
+from focalgradient.stimuli.sheet import sheet_note, sheet_png
 from focalgradient.tables import check_table
 
 __all__ = [
@@ -34,9 +38,9 @@ __all__ = [
     "check_size",
     "disc_ends",
     "display_json",
-    "judge_set",
+    "finish_set",
     "npy",
-    "png",
+    "png_of",
     "read_set",
     "stored_display",
     "stored_distance",
@@ -44,28 +48,6 @@ __all__ = [
 
 LARGEST_PICTURE = 256 << 20
 """Maximum size of a picture file in bytes: an 8-bit PNG of the largest display has some 100 MB."""
-
-Fixation = str
-"""Fixated object, which is in focus: "nearest", "farthest", or another name from the set's table."""
-
-
-@dataclass(frozen=True, slots=True)
-class Target:
-    """A fixated object.
-
-    Parameters
-    ----------
-    name
-        ``"nearest"``, ``"farthest"``, or a name from the table of the pictures.
-    distance_m
-        Distance along the camera's axis; NaN if unknown, as in imported sets.
-    position_px
-        Position in pixels from the picture's upper left corner, to the right and down.
-    """
-
-    name: str
-    distance_m: float
-    position_px: tuple[float, float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,40 +77,6 @@ class ShownScene:
                 "these."
             )
         return self.targets[fixation]
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture of the set.
-
-    Parameters
-    ----------
-    scene, aperture, fixation
-        Name of the scene, aperture ("pinhole" or an f-number such as "f/11"), and object in focus.
-    png, linear
-        Paths of its files relative to the set's folder: 8-bit values for the display, and linear radiance (white = 1).
-    focus_m, aperture_mm
-        Focus distance; aperture diameter, 0 for the pinhole.
-    blur_px, blur_arcmin
-        Smallest and largest diameter of the blur disc in the picture: in pixels, and on the display. Values unknown for
-        imported pictures are NaN.
-    """
-
-    scene: str
-    aperture: str
-    fixation: Fixation
-    png: str
-    linear: str
-    focus_m: float
-    aperture_mm: float
-    blur_px: tuple[float, float]
-    blur_arcmin: tuple[float, float]
-    others: Mapping[str, str] = field(default_factory=dict)
-    """Other columns of the table from which it was imported."""
-
-    def agrees(self, levels: Mapping[str, str]) -> bool:
-        """Return whether no column of the picture contradicts the given factor levels."""
-        return all(self.others.get(name, level) == level for name, level in levels.items())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -174,9 +122,7 @@ class StimulusSet:
             raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
         entry = known[name]
         ends = {end: entry[end] for end in ("nearest", "farthest") if entry.get(end)} | entry.get("targets", {})
-        targets = {
-            end: Target(one["name"], _number(one["distance_m"]), tuple(one["position_px"])) for end, one in ends.items()
-        }
+        targets = {end: Target.model_validate(one) for end, one in ends.items()}
         return ShownScene(name, entry["seed"], entry["depth"], targets)
 
     def picture(self, scene: str, aperture: str, fixation: str, levels: Mapping[str, str] | None = None) -> Picture:
@@ -220,20 +166,14 @@ class StimulusSet:
 
     def drawing(self, scene: str) -> NDArray[np.uint8] | None:
         """Return the named drawing, H x W, in the size of the set's pictures; None for a scene of the set."""
-        from focalgradient.stimuli.drawings import DRAWINGS, example_picture
-
         return example_picture(scene, self.pixels(self.pictures[0]).shape[:2]) if scene in DRAWINGS else None
 
     def blurred(self, design: Any, scene: str, amount: float) -> NDArray[np.uint8]:
         """Return a scene's pinhole picture with the blur of a threshold's trial (`blurred_scene`)."""
-        from focalgradient.stimuli.blurred_scene import blurred_scene
-
         return blurred_scene(self, design, scene, amount)
 
     def mask(self, seed: tuple[int, ...]) -> NDArray[np.uint8]:
         """Return a mask of noise, H x W, in the size of the set's pictures."""
-        from focalgradient.stimuli.drawings import noise_mask
-
         return noise_mask(self.pixels(self.pictures[0]).shape[:2], self.display.pixels_per_degree, seed)
 
     def pixels(self, picture: Picture) -> NDArray[np.uint8]:
@@ -300,24 +240,9 @@ def read_set(folder: str | Path) -> StimulusSet:
     if not isinstance(manifest, dict) or manifest.get("set") != "depth-rating":
         raise InputError(f"{path} is not the manifest of a depth-rating set: {remedy}.")
     checked = check_table(str(path), manifest, Manifest)
-    display = stored_display(checked.display)
-    where = f"{path}: a file's name"
-    pictures = tuple(
-        Picture(
-            scene=one.scene,
-            aperture=one.aperture,
-            fixation=one.fixation,
-            png=inner_name(one.png, where),
-            linear=inner_name(one.linear, where),
-            focus_m=_number(one.focus_m),
-            aperture_mm=_number(one.aperture_mm),
-            blur_px=_pair(one.blur_px),
-            blur_arcmin=_pair(one.blur_arcmin),
-            others=one.further,
-        )
-        for one in checked.pictures
-    )
-    return StimulusSet(folder, manifest, display, pictures)
+    for name in (name for one in checked.pictures for name in (one.png, one.linear)):
+        inner_name(name, f"{path}: a file's name")
+    return StimulusSet(folder, manifest, stored_display(checked.display), tuple(checked.pictures))
 
 
 def begin_set(
@@ -404,12 +329,34 @@ def add_picture(
     )
 
 
-def judge_set(folder: Folder) -> None:
-    """Judge the measured controls of all blurred pictures; refuse a picture sharper than its blur allows."""
-    controls = folder.content["controls"]
-    refuse_seams(controls["scenes"])
-    pictures = [scene["pictures"] for scene in controls["scenes"].values()]
-    controls |= judged([one for stems in pictures for stem, one in stems.items() if stem != "pinhole"])
+def finish_set(folder: Folder, say: Progress, display: Display | None = None) -> StimulusSet:
+    """Finish a set whose pictures are made and listed, unless it is finished, and return it.
+
+    Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
+    blurred pictures, and draws the contact sheet for a `display`, if given.
+
+    Raises
+    ------
+    InputError
+        If a picture is sharper than its blur allows.
+    """
+    if not folder.complete:
+        controls = folder.content["controls"]
+        measured = [scene["pictures"] for scene in controls["scenes"].values()]
+        for stems in measured:
+            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), {"mean_luminance": 0.0})
+            for one in stems.values() if sharp["mean_luminance"] > 0 else ():
+                if one is not sharp:
+                    one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
+        refuse_seams(controls["scenes"])
+        controls |= judged([one for stems in measured for stem, one in stems.items() if stem != "pinhole"])
+        if display is not None:
+            say(1.0, "sheet")
+            width = folder.settings["parameters"]["picture_px"][0]
+            folder.put({"sheet.png": sheet_png(folder.path, folder.content, sheet_note(controls, display, width))})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(folder.path)
 
 
 def display_json(display: Display) -> dict[str, Any]:
@@ -426,13 +373,6 @@ def display_json(display: Display) -> dict[str, Any]:
         "distance_m": display.distance,
         "pixels_per_degree": display.pixels_per_degree,
     }
-
-
-def png(values: NDArray[np.uint8]) -> bytes:
-    """Return 8-bit values, grey or colour, as a PNG file."""
-    buffer = io.BytesIO()
-    Image.fromarray(values).save(buffer, "PNG")
-    return buffer.getvalue()
 
 
 def npy(array: NDArray[Any]) -> bytes:
@@ -474,15 +414,6 @@ def stored_display(shown: StoredDisplay) -> Display:
         shown.white_cd_m2,
         shown.dither,
     )
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
-
-
-def _pair(values: Sequence[float | None]) -> tuple[float, float]:
-    low, high = values
-    return _number(low), _number(high)
 
 
 def _lost(path: Path) -> InputError:

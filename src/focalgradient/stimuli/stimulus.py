@@ -70,7 +70,7 @@ class Amount(Range):
 Angle = Annotated[float, Amount("degrees")]
 Degrees = Annotated[float, Amount("degrees", positive=True)]
 Resolution = Annotated[float, Amount("pixels per degree", positive=True)]
-METRES, PUPIL = Amount("metres", positive=True), Amount("millimetres", positive=True)
+METRES, PUPIL = Amount("metres", positive=True), Amount("millimetres", most=100, positive=True)
 Metres = Annotated[float, METRES]
 Millimetres = Annotated[float, Amount("millimetres", 0)]
 Luminance = Annotated[float, Amount("shares of white", positive=True)]
@@ -231,8 +231,6 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     """
     METRES.check("focus_m", focus_m)
     PUPIL.check("pupil_mm", pupil_mm)
-    if pupil_mm > 100:
-        raise InputError(f"pupil_mm is {pupil_mm:g}, but an eye's pupil has 1 to 10: give its diameter in millimetres.")
     blur = np.asarray(blur_arcmin, float)
     distance = distance_of_blur(2 * blur * ARCMIN, side, pupil_mm / 1000, 1 / focus_m)
     if np.isnan(distance).any():

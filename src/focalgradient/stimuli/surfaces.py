@@ -13,6 +13,7 @@ from focalgradient.errors import InputError, check_finite, check_seed
 from focalgradient.optics import Aperture, Optics, check_optics
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
+from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.fractal import fractal
 from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
 from focalgradient.stimuli.stimulus import (
@@ -379,15 +380,12 @@ def miniature(
         sharp, relative = draw_town(frame.shape, tangent, seed)
         metres = true_distance_m * relative / relative[frame.shape[0] // 2, frame.shape[1] // 2]
     else:
-        sharp, metres = check_finite("picture", picture, "shares of white"), np.asarray(depth_m, float)
-        if sharp.ndim != 2 or sharp.shape != metres.shape or sharp.shape[0] % 2 or sharp.shape[1] % 2:
+        sharp = check_finite("picture", picture, "shares of white")
+        _, metres = checked_picture(sharp, depth_m, ("picture", "depth_m"))
+        if sharp.ndim != 2 or sharp.shape[0] % 2 or sharp.shape[1] % 2 or sharp.min() < 0 or sharp.max() > 1:
             raise InputError(
-                f"picture is of shape {sharp.shape} and depth_m of {metres.shape}, but both must be H x W, with even "
-                "sides: give the luminance and the distance of every pixel."
-            )
-        if not (metres > 0).all() or sharp.min() < 0 or sharp.max() > 1:
-            raise InputError(
-                "picture must contain luminance from 0 to 1, and depth_m positive distances: scale or correct them."
+                f"picture has shape {sharp.shape} and values from {sharp.min():g} to {sharp.max():g}, but must be "
+                "H x W with even sides, and luminance from 0 to 1: crop or scale it."
             )
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
     scale = true_distance_m / simulated_distance_m

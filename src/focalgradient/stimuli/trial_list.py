@@ -8,10 +8,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from focalgradient.design import Design
 from focalgradient.design.given_list import trial_row
-from focalgradient.stimuli.sets import StimulusSet, png
-from focalgradient.tasks import task_named
+from focalgradient.stimuli.sets import StimulusSet, png_of
+from focalgradient.tasks import Task, task_named
+from focalgradient.tasks.steps import files_of, steps_of
 
 __all__ = ["TrialList", "trial_list"]
 
@@ -85,14 +89,31 @@ def trial_list(
     for trial in design.trials(participant, session):
         row = trial_row(trial)
         seed = design.noise_seed(participant, trial, session)
-        for column, shown in task.pictures(design, trial, stimuli, pixels_per_degree, seed).items():
+        for column, shown in _pictures(task, design, trial, stimuli, pixels_per_degree, seed).items():
             if isinstance(shown, str):
                 row[column] = shown
             elif pixels_per_degree is not None:
                 row[column] = f"{trial.phase}-{trial.trial:03}{'' if column == 'picture' else '-' + column}.png"
-                drawn[row[column]] = png(shown)
+                drawn[row[column]] = png_of(shown)
         rows.append(row)
     return TrialList(rows, drawn)
+
+
+def _pictures(
+    task: Task, design: Any, trial: Any, stimuli: StimulusSet | None, pixels_per_degree: float | None, seed: int
+) -> dict[str, str | NDArray[np.uint8]]:
+    """Return the pictures of a trial by column: files of the set and, at a resolution, pixels of what is drawn."""
+    found: dict[str, str | NDArray[np.uint8]] = {**files_of(task, design, trial, stimuli)}
+    if pixels_per_degree is None or not task.described or task.adapts or task.adjusts:
+        return found
+    pictured = None if task.pictured is None else task.pictured(design, trial)
+    if pictured is not None and (stimuli is None or not pictured):
+        return found
+    steps = steps_of(task, design, trial, pixels_per_degree, seed=seed, stimuli=stimuli, words=None)
+    drawn = [(step.event, step.picture) for step in steps if isinstance(step.picture, np.ndarray)]
+    if pictured is not None:
+        return {**found, **dict(drawn)}
+    return {f"picture_{n}" if n > 1 else "picture": picture for n, (_, picture) in enumerate(drawn, start=1)}
 
 
 def _cell(value: Any) -> str:

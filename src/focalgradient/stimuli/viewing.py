@@ -20,12 +20,12 @@ from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.files import printable
 from focalgradient.optics import Optics
 from focalgradient.photographs.depth_pictures import DepthPair, DepthPicture
-from focalgradient.photographs.pictures import png_of
 from focalgradient.plausibility import named
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.psf import Psf
 from focalgradient.render import blur_picture
-from focalgradient.stimuli.sets import npy
+from focalgradient.stimuli.sets import npy, png_of
+from focalgradient.video import Frame, Source
 
 __all__ = ["Seen", "Viewing", "viewed_files", "with_frames"]
 
@@ -274,8 +274,6 @@ def with_frames(
     if video is None:
         yield from ((pair, None) for pair in pairs)
         return
-    from focalgradient.video import Frame, Source
-
     files = f"but {printable(pairs[0].depth.parent)} {len(pairs)} files: give one depth file per frame."
     with Source(video, lambda colours: colours) as source:
         frames = source.frames()

@@ -47,7 +47,7 @@ def wide_field(
     quadrant: Quadrant = "upper right",
     annulus_deg: Degrees = ANNULUS_DEG,
     transition_deg: Degrees = 0.5,
-    window_deg: Degrees = 46.0,
+    window_deg: Annotated[float, Amount("degrees on a flat screen", most=120, positive=True)] = 46.0,
     smallest_deg: Degrees = 0.4,
     largest_deg: Degrees = 4.0,
     pixels_per_degree: Resolution = 16.0,
@@ -111,8 +111,6 @@ def wide_field(
     """
     parameters = arguments(wide_field, locals())
     shape = check_shape(psf, parameters)
-    if window_deg > 120:
-        raise InputError(f"window_deg is {window_deg:g}, but must be 120 at most on a flat screen: give less.")
     flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # in degrees at the central resolution
     frame = Frame(flat, flat, pixels_per_degree)
     if eccentricity_deg + annulus_deg / 2 + transition_deg > window_deg / 2:

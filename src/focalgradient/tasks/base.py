@@ -3,45 +3,60 @@
 from __future__ import annotations
 
 import typing
-from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
-from importlib.resources import files
-from typing import Any, ClassVar
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, ClassVar, Protocol
 
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
-from focalgradient.scales import Control, Held
+from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.scales.base import filled
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
-from focalgradient.tasks.steps import Interval, Step, steps_of
+from focalgradient.tasks.steps import Interval, Pictured, Step
 
-__all__ = ["Response", "Task", "paper_settings"]
+__all__ = ["Response", "Task"]
 
 
-class Task(ABC):
+class Language(Protocol):
+    """Texts of a session, of which a task needs the language."""
+
+    @property
+    def language(self) -> str:
+        """Name of the language, such as "en"."""
+        ...
+
+
+class Task:
     """An experiment, as the laboratory, browser, files, simulation and report need to know it.
 
-    A custom task defines `name`, `title`, `design`, `trial` and `answer`, its texts, its laboratory trial (`run`) and,
-    if observers are to be simulated, their answers (`simulated`). Columns, pages, checks and report are derived from
-    these; each can be overridden.
+    A custom task defines `name`, `title`, `design`, `trial` and `answer`, its texts, what a trial shows (`shown` with
+    `control`, `adjustment`, or `run`) and, if observers are to be simulated, their answers (`simulated`). Columns,
+    pages, checks and report are derived from these. Functions that are None here are optional: a task that needs one
+    defines a method of that name.
     """
 
     name: ClassVar[str]
     """Label of the task in file names: letters and digits."""
     title: ClassVar[str]
     """Short description of the task, for sidecars and report."""
+    design: type[Any]
+    """Class of the design, a subclass of `focalgradient.design.Plan`."""
+    trial: type[Any]
+    """Class of a trial, a subclass of `focalgradient.design.Trial`."""
+    answer: type[Any]
+    """Class of an answer, a subclass of `Response`."""
     command: ClassVar[str] = ""
     """Name on the command line; empty: `name`."""
     texts: ClassVar[Mapping[str, Mapping[str, str]]] = {}
     """Texts by language ("en"), then by entry: "instructions" (pages separated by ``---``), "debriefing", and custom
     entries.
     """
+    settings_file: ClassVar[str] = ""
+    """Name of a settings file in `focalgradient.design`, the template of a design; empty: made of the defaults."""
+    table: ClassVar[tuple[Column, ...]] = ()
+    """Columns of every session's table; empty: derived from trial and answer."""
     onset: ClassVar[str] = "onset"
     """Column of the onset time of a trial."""
     background: ClassVar[float] = -0.004
@@ -59,20 +74,73 @@ class Task(ABC):
     no_pictures: ClassVar[str] = "whose observers look at none"
     """Reason why simulated observers need no picture folder; empty if they look at pictures."""
 
-    @property
-    @abstractmethod
-    def design(self) -> type[Any]:
-        """Class of the design, a subclass of `focalgradient.design.Plan`."""
+    pages: Callable[..., Any] | None = None
+    """Make the pages for the participant (`focalgradient.design.sequence.Pages`) from design, words, participant and
+    whether they are shown in a browser; None: "instructions" before the task and "debriefing" after it.
+    """
+    shown: Callable[..., Interval | Step | Sequence[Interval | Step]] | None = None
+    """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds, from design, trial and
+    pixels_per_degree.
 
-    @property
-    def trial(self) -> type[Any]:
-        """Class of a trial, a subclass of `focalgradient.design.Trial`."""
-        raise NotImplementedError
+    Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
+    own. Together with `control` this describes a trial as data, which the window and the browser both show, after
+    `pause_s` of the design and with `blank_s` after each picture. It may have the parameters `seed`, the seed of the
+    trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials; `stimuli`, the set of
+    pictures (`needed`); `words`, the texts of the session; and `display` and `refresh_hz`, those of the screen.
+    """
+    control: Callable[..., Control | Held | OwnControl] | None = None
+    """Return the description of a trial's response control, from words and trial; it may have the parameters `design`
+    and `participant` (a label).
+    """
+    adjustment: Callable[..., Adjustment] | None = None
+    """Return the description of an adjustment trial, which replaces `shown` and `control`, from design, words, trial
+    and pixels_per_degree. `answered` then also receives `start`, the initial value of the knob.
+    """
+    run: Callable[..., Any] | None = None
+    """Show a trial in the laboratory's window and return its answer, from sitting and trial; trials that are described
+    as data need none.
+    """
+    standard: Callable[..., Step] | None = None
+    """Return what is shown as the standard, with which trials are compared, for a `Standard` of the pages, from design,
+    form, pixels_per_degree, stimuli and words.
+    """
+    pictured: Callable[..., Mapping[str, Pictured]] | None = None
+    """Return the pictures of a set that a trial shows, from design and trial, by column: "picture", and "reference" for
+    the one with which it is compared.
+    """
+    right: Callable[..., float | None] | None = None
+    """Return whether a practice answer is correct, from design, trial and answer; None if it has no correct answer.
 
-    @property
-    @abstractmethod
-    def answer(self) -> type[Any]:
-        """Class of an answer, a subclass of `Response`."""
+    For held keys, the share of the trial for which the right one was held, at least one half if correct. It may have
+    the parameter `participant`.
+    """
+    simulated: Callable[..., Any] | None = None
+    """Return a simulated observer's answer with an arbitrary `onset`, from design, trial, observer and a generator."""
+    check_answer: Callable[..., None] | None = None
+    """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
+    check_devices: Callable[..., None] | None = None
+    """Raise `InputError` before the window opens if a device of the design does not respond."""
+    planned: Callable[..., Sequence[Any]] | None = None
+    """Return the tests of the report before data exist, from the design (`focalgradient.statistics.ConditionTest`);
+    None: one for each measure and factor (`focalgradient.statistics.planned_tests`).
+    """
+    tested: Callable[..., Sequence[Any]] | None = None
+    """Return these tests with their effects, from the design and a table of all trials except catch trials."""
+    findings: Callable[..., Sequence[str]] | None = None
+    """Return sentences about all answers for the report, from a table with participants and no catch trials."""
+    reported: Callable[..., Any] | None = None
+    """Return the task's part of a report (`focalgradient.report.parts.Part`) on the data set in a folder, from root and
+    asked; None: the means of each condition, the tests, a figure by factor, and all trials as CSV.
+    """
+    preregistered: Callable[..., Any] | None = None
+    """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`), from design and asked;
+    None: the planned tests, with their power if the task has simulated observers.
+    """
+    study: Callable[..., Any] | None = None
+    """Return the simulated experiment for the power of the report's tests (`focalgradient.power.AnyStudy`), from
+    design, assumed effects and standard deviations by option name, and seed; None: answers of the default observer,
+    tested as in the report (`focalgradient.power.TaskStudy`).
+    """
 
     @property
     def called(self) -> str:
@@ -82,7 +150,7 @@ class Task(ABC):
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
         """Return the columns of a session's table for the recorded design settings; None: those of every design.
 
-        By default the fields of the trial, then those of the answer.
+        By default `table`, else the fields of the trial, then those of the answer.
 
         Raises
         ------
@@ -90,37 +158,24 @@ class Task(ABC):
             If a field of the answer has the name of a trial's field, which it would overwrite; only tasks that adapt or
             adjust set such a field.
         """
+        if self.table:
+            return self.table
         answered = [*added_columns(self.answer, "Answer.")]
         chosen = {column.name for column in answered}
         shown = [*added_columns(self.trial, "Condition of the trial.")]
-        both = [one.name for one in shown if one.name in chosen]
+        both = [column.name for column in shown if column.name in chosen]
         if both and not (self.adapts or self.adjusts):
             raise InputError(
                 f"the task {self.name!r} fails: {both[0]!r} is a field of the trial and of the answer, which would "
                 "overwrite the condition that was shown: rename the field of the answer."
             )
-        shown = [one for one in shown if one.name not in chosen]
+        shown = [column for column in shown if column.name not in chosen]
         catch = Column("catch", "Whether the trial only checks attention.", "bool")
         onset = Column("onset", "When the stimulus appeared, on the clock of the sitting.", "number", "s", least=0)
         time = Column("response_time", "From the question to the answer.", "number", "s", least=0)
         return (TRIAL, *shown, REPETITION, catch, onset, *answered, time, DROPPED, SITTING)
 
-    def settings(self) -> str:
-        """Return the settings file (TOML) of the task's default design, as a template."""
-        lines = [f"# {self.title}"]
-        for name, value in self.design().model_dump(mode="json").items():
-            if isinstance(value, dict):
-                continue
-            lines.append(f"{name} = {_toml(value)}")
-        return "\n".join(lines) + "\n"
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        """Return the pages for the participant: by default "instructions" before the task and "debriefing" after it."""
-        from focalgradient.design.plain_pages import PlainPages
-
-        return PlainPages(self, words)
-
-    def text(self, words: Any, entry: str, **values: object) -> str:
+    def text(self, words: Language, entry: str, **values: object) -> str:
         """Return a text of the task in the session's language.
 
         Raises
@@ -144,81 +199,18 @@ class Task(ABC):
         """
         return trial
 
-    def shown(self, design: Any, trial: Any, pixels_per_degree: float) -> Interval | Step | Sequence[Interval | Step]:
-        """Return the picture of a trial (H x W x 3, 8 bits) and its duration in seconds.
-
-        Trials with several intervals return a list, one pair per interval, or a `Step` with a mark and an event of its
-        own. Together with `control` this describes a trial as data, which the window and the browser both show, after
-        `pause_s` of the design and with `blank_s` after each picture. An override may add the parameters `seed`, the
-        seed of the trial's noise (`focalgradient.design.Plan.noise_seed`), which differs between any two trials;
-        `stimuli`, the set of pictures (`needed`); `words`, the texts of the session; and `display` and `refresh_hz`,
-        those of the screen.
-        """
-        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
-
-    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
-        """Return what is shown as the standard, with which trials are compared, for a `Standard` of the pages."""
-        raise InputError(f"the task {self.name!r} has no standard: define standard.")
-
-    def adjustment(self, design: Any, words: Any, trial: Any, pixels_per_degree: float) -> Adjustment:
-        """Return the description of an adjustment trial, which replaces `shown` and `control`.
-
-        The answer is created by `answered`, which then also receives `start`, the initial value of the knob.
-        """
-        raise InputError(f"the task {self.name!r} has nothing to adjust: define adjustment, or shown and control.")
-
-    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
-        """Return the pictures of a set that a design requires: scene, aperture, fixation, levels of its factors."""
+    def needed(self, design: Any) -> Sequence[Pictured]:
+        """Return the pictures of a set that a design requires; by default none."""
         return ()
-
-    def right(self, design: Any, trial: Any, answer: Any) -> float | None:
-        """Return whether a practice answer is correct; None if it has no correct answer.
-
-        For held keys, the share of the trial for which the right one was held, at least one half if correct. An
-        override may add the parameter `participant`.
-        """
-        return None
-
-    def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
-    ) -> dict[str, str | NDArray[np.uint8]]:
-        """Return the pictures of a trial for other programs, by column: a file of the picture set, or pixels.
-
-        Parameters
-        ----------
-        design, trial
-            Design of the session, and one of its trials.
-        stimuli
-            The set of pictures; None if none was given.
-        pixels_per_degree
-            Angular resolution of the screen; None: return no pixels.
-        seed
-            Seed of the trial's noise.
-
-        Returns
-        -------
-        dict
-            "picture", with further intervals as "picture_2", or with the picture to compare it with as "reference".
-        """
-        if pixels_per_degree is None or not self.described or self.adapts or self.adjusts:
-            return {}
-        shown = [step.picture for step in steps_of(self, design, trial, pixels_per_degree, seed=seed)]
-        pixels = [picture for picture in shown if isinstance(picture, np.ndarray)]
-        return {f"picture_{n}" if n > 1 else "picture": picture for n, picture in enumerate(pixels, start=1)}
-
-    def control(self, words: Any, trial: Any) -> Control | Held:
-        """Return the description of a trial's response control.
-
-        An override may add the parameters `design` and `participant` (a label).
-        """
-        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
 
     def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.
 
         Each consists of its response control and a note without a value, with the unit and description of the column.
         """
-        return {name: (one.control(), Noted(None, one.unit or None, one.about)) for name, one in design.also.items()}
+        return {
+            name: (asked.control(), Noted(None, asked.unit or None, asked.about)) for name, asked in design.also.items()
+        }
 
     def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
         """Return the answer for a value set on the control: by default in the one field that the answer class adds.
@@ -241,16 +233,10 @@ class Task(ABC):
         kind = typing.get_type_hints(self.answer)[name]
         return self.answer(**{name: int(value) if kind is int else value}, **times)
 
-    def stimulus(self, design: Any, trial: Any, stimuli: Any) -> dict[str, str]:
-        """Return the keyword `stimulus` of `answered`: the file of the trial's picture; empty without a set."""
-        file = None if stimuli is None else self.pictures(design, trial, stimuli, None).get("picture")
-        return {"stimulus": file} if isinstance(file, str) else {}
-
     @property
     def described(self) -> bool:
         """True if trials are described as data, so that a browser can show them."""
-        own = type(self)
-        return self.adjusts or (own.shown is not Task.shown and own.control is not Task.control)
+        return self.adjusts or None not in (self.shown, self.control)
 
     @property
     def adapts(self) -> bool:
@@ -268,47 +254,12 @@ class Task(ABC):
     @property
     def adjusts(self) -> bool:
         """True if a trial is an adjustment described as data."""
-        return type(self).adjustment is not Task.adjustment
-
-    def run(self, sitting: Any, trial: Any) -> Any:
-        """Show a trial in the laboratory's window and return its answer.
-
-        Trials that are described as data need none: the laboratory shows them (`focalgradient.lab.show_described`).
-        """
-        raise InputError(f"the task {self.name!r} has no trial to show: define shown and control, or run.")
-
-    def check_devices(self, design: Any) -> None:  # noqa: B027 - most tasks have none
-        """Raise `InputError` before the window opens if a device of the design does not respond; none by default."""
-
-    def simulated(self, design: Any, trial: Any, observer: Any, chance: Any) -> Any:
-        """Return a simulated observer's answer with an arbitrary `onset`; `chance` is a NumPy generator."""
-        raise InputError(f"the task {self.name!r} has no simulated observer: define simulated.")
+        return self.adjustment is not None
 
     @property
     def simulates(self) -> bool:
         """True if the task has simulated observers."""
-        return self.modelled or type(self).simulated is not Task.simulated
-
-    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
-        """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
-        return
-
-    def picture_file(
-        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
-    ) -> str | None:
-        """Return the file of the picture that a trial must have shown; None: it shows none of the set.
-
-        Parameters
-        ----------
-        design
-            Design of the session.
-        shown
-            Condition and answer of the trial, as recorded.
-        pictures
-            Files of the set by scene, aperture and fixation, and by those followed by levels such as "light=dim".
-        """
-        name: str | None = shown.get("stimulus")
-        return name
+        return self.modelled or self.simulated is not None
 
     def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
@@ -322,85 +273,15 @@ class Task(ABC):
 
         Not among them are the levels that a procedure sets, as they are not answers.
         """
-        columns = [one for one in self.columns(settings) if one.form != "text"]
-        names = {one.name for one in added_columns(self.answer, "")} - {*self.adapted_fields}
-        return {one.name: one.units or ("share" if one.form == "bool" else "") for one in columns if one.name in names}
-
-    def planned(self, design: Any) -> tuple[Any, ...]:
-        """Return the tests of the report before data exist, as `focalgradient.statistics.ConditionTest` objects.
-
-        By default one for each measure and factor: see `focalgradient.statistics.planned_tests`.
-        """
-        from focalgradient.statistics.conditions import planned_tests
-
-        measures = self.measures(design.model_dump(mode="json"))
-        return planned_tests({name: name in self.ratios for name in measures}, self.factors(design))
-
-    def tested(self, design: Any, table: Any) -> tuple[Any, ...]:
-        """Return the tests of the report with their effects; `table` contains all trials except catch trials."""
-        from focalgradient.statistics.conditions import condition_tests
-
-        return condition_tests(table, self.planned(design))
-
-    def findings(self, table: Any) -> list[str]:
-        """Return sentences about all answers for the report; `table` has `participant_id` and no catch trials."""
-        return []
-
-    def reported(self, root: Any, asked: Any) -> Any:
-        """Return the task's part of a report (`focalgradient.report.parts.Part`) on the data set in the folder `root`.
-
-        None, the default: the means of each condition, the tests of `tested`, a figure by factor, and all trials as
-        CSV.
-        """
-        return None
-
-    def preregistered(self, design: Any, asked: Any) -> Any:
-        """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`).
-
-        None, the default: the tests of `planned`, with their power if the task has simulated observers.
-        """
-        return None
-
-    def study(self, design: Any, assumed: Mapping[str, float], seed: int) -> Any:
-        """Return the simulated experiment for the power of the report's tests: a `focalgradient.power.Study`.
-
-        None, the default: answers of the default observer, tested by `tested` (`focalgradient.power.TaskStudy`).
-
-        Parameters
-        ----------
-        design
-            Design of the experiment.
-        assumed
-            Assumed effects and standard deviations, by option name; the task's defaults for others.
-        seed
-            Seed of all random numbers.
-
-        Raises
-        ------
-        InputError
-            If the task has no such option, or no simulated observer.
-        """
-        return None
+        columns = [column for column in self.columns(settings) if column.form != "text"]
+        names = {column.name for column in added_columns(self.answer, "")} - {*self.adapted_fields}
+        return {
+            column.name: column.units or ("share" if column.form == "bool" else "")
+            for column in columns
+            if column.name in names
+        }
 
 
 def _order(value: Any) -> tuple[str, Any]:
     """Return a sort key for levels, which may be of different types."""
     return (type(value).__name__, value)
-
-
-def paper_settings(name: str) -> str:
-    """Return the text of a settings file that comes with the package."""
-    return (files("focalgradient.design") / "files" / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def _toml(value: Any) -> str:
-    """Format a value for a settings file.
-
-    >>> _toml(["a", 1.5, True])
-    '["a", 1.5, true]'
-    """
-    if isinstance(value, list):
-        return f"[{', '.join(map(_toml, value))}]"
-    if isinstance(value, bool):
-        return str(value).lower()
-    return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"' if isinstance(value, str) else repr(value)

@@ -13,7 +13,7 @@ import numpy as np
 
 from focalgradient.errors import InputError, described
 from focalgradient.files.columns import cell_test
-from focalgradient.scales import Control, Held, Scale, Steps, Ways
+from focalgradient.scales import Control, Held, OwnControl, Scale, Steps, Ways
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import RESERVED
 from focalgradient.tasks.noted import NAME, Noted
@@ -158,14 +158,18 @@ class _Checked:
 
     def pages(self) -> None:
         """Check that every page has its texts."""
+        if self.task.pages is None:
+            for entry in ("instructions", "debriefing"):
+                if any(entry in texts for texts in self.task.texts.values()):
+                    self.call(entry, self.task.text, self.words, entry)
+            return
         pages = self.call("pages", self.task.pages, self.design, self.words, "01", False)
         for name in ("opening", "again", "closing"):
             self.call(name, getattr(pages, name))
 
     def simulated(self, participant: str, trials: Sequence[Any]) -> None:
         """Check the answers of a simulated observer, given by `simulated` alone, to a participant's trials."""
-        own = type(self.task)
-        if self.task.modelled or own.simulated is Task.simulated:
+        if self.task.modelled or self.task.simulated is None:
             return
         from focalgradient.observers.observer import observer_named
 
@@ -237,9 +241,11 @@ class _Checked:
                 f"only {room[0]} x {room[1]}: use the whole screen or a larger one, or make smaller pictures."
             )
 
-    def control(self, name: str, control: Any) -> Control:
+    def control(self, name: str, control: Any) -> Control | OwnControl:
         """Check the response control of a question."""
-        self.need(isinstance(control, Scale | Steps | Ways), f"{name} is {described(control)}, not a control")
+        self.need(
+            isinstance(control, Scale | Steps | Ways | OwnControl), f"{name} is {described(control)}, not a control"
+        )
         if isinstance(control, Scale | Steps):
             line = f"{name} goes from {control.least:g} to {control.most:g}"
             self.need(control.least < control.most, f"{line}, but its ends must ascend")
@@ -252,7 +258,7 @@ class _Checked:
             self.need(len(control.ways) == 2, f"{name} has {len(control.ways)} ways, but must have 2")
         return control
 
-    def answers(self, trial: Any, participant: str) -> Control | Held:
+    def answers(self, trial: Any, participant: str) -> Control | Held | OwnControl:
         """Check that the control's ends give answers within the limits of their columns; return the control."""
         control = self.call("control", control_of, self.task, self.design, self.words, trial, participant)
         if isinstance(control, Held):
@@ -272,7 +278,8 @@ class _Checked:
                 given = getattr(answer, column.name, None)
                 if column.name in {one.name for one in dataclasses.fields(answer)}:
                     self.need(cell_test(column)(given), f"{column.name} is {given!r}, but must be {column.expected}")
-            self.call("check_answer", self.task.check_answer, self.design, trial, answer)
+            if self.task.check_answer is not None:
+                self.call("check_answer", self.task.check_answer, self.design, trial, answer)
         return control
 
     def further(self, trial: Any) -> None:

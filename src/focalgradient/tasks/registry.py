@@ -21,10 +21,10 @@ GROUP = "focalgradient.tasks"
 """Entry-point group by which installed packages declare tasks: name of the task = "module:Class"."""
 
 OURS: Mapping[str, str] = {
-    "depthrating": "focalgradient.tasks.depth_rating:DepthRating",
-    "necker": "focalgradient.tasks.necker:NeckerRotation",
-    "pinhole": "focalgradient.tasks.pinhole:PinholeDemonstration",
-    "blurthreshold": "focalgradient.tasks.blur_threshold:BlurThreshold",
+    "depthrating": "focalgradient.experiments.depth_rating:DepthRating",
+    "necker": "focalgradient.experiments.necker:NeckerRotation",
+    "pinhole": "focalgradient.experiments.pinhole:PinholeDemonstration",
+    "blurthreshold": "focalgradient.experiments.blur_threshold:BlurThreshold",
     "published": "focalgradient.published.task:PublishedTask",
 }
 """Built-in tasks, in the notation of entry points."""
@@ -56,9 +56,8 @@ def register(task: Class) -> Class:
     """
     if not (inspect.isclass(task) and issubclass(task, Task)):
         raise InputError(f"a task must be a class derived from Task, got {described(task)}.")
-    if inspect.isabstract(task):
-        missing = ", ".join(sorted(task.__abstractmethods__))
-        raise InputError(f"the task {task.__name__} lacks {missing}: define it in the class.")
+    if missing := [name for name in ("answer", "design", "trial") if not hasattr(task, name)]:
+        raise InputError(f"the task {task.__name__} lacks {', '.join(missing)}: define it in the class.")
     name = getattr(task, "name", "")
     if not (isinstance(name, str) and LABEL.fullmatch(name)):
         raise InputError(f"name of the task {task.__name__} is {described(name)}, but must be letters and digits.")

@@ -65,11 +65,15 @@ def check_rating(design: Any, answer: Any) -> None:
         raise InputError(f"rating is {answer.rating:g}, but the scale of the design {wrong}: give one of its answers.")
     if answer.start is not None and not least - ROUNDING <= answer.start <= most + ROUNDING:
         raise InputError(f"start is {answer.start:g}, but the scale of the design goes from {least:g} to {most:g}.")
+    if answer.confidence is not None and not getattr(design, "confidence", False):
+        raise InputError(f"confidence is {answer.confidence:g}, but the design does not ask for it: leave it out.")
     if answer.confidence is not None and answer.confidence > 1:
         raise InputError(f"confidence is {answer.confidence:g}, but goes from 0 to 1.")
     gaze = getattr(design, "gaze", "none")
     if (gaze != "none") is not (answer.gaze_left is not None):
         raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: correct it.")
+    if gaze == "none" and answer.gaze_away is not None:
+        raise InputError(f"gaze_away is {answer.gaze_away:g}, but gaze is {gaze!r} in the design: leave it out.")
     left = answer.gaze_away is None or answer.gaze_away > getattr(design, "gaze_within_deg", 0.0)
     if answer.gaze_left is not None and answer.gaze_left is not left:
         raise InputError(

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.scales import Control, Held
+from focalgradient.scales import Control, Held, OwnControl
 
 if TYPE_CHECKING:
     from focalgradient.tasks.base import Task
@@ -20,12 +20,15 @@ __all__ = [
     "LEAST_RIGHT",
     "Interval",
     "Look",
+    "Pictured",
     "Step",
     "control_of",
+    "files_of",
     "intervals_of",
     "judged",
     "pauses",
     "steps_of",
+    "stimulus_of",
 ]
 
 BLANK_S = 0.3
@@ -38,6 +41,9 @@ LEAST_RIGHT = 0.5
 
 Interval = tuple[NDArray[np.uint8], float]
 """Picture (H x W x 3, 8 bits) and its duration in seconds."""
+
+Pictured = tuple[str, str, str, Mapping[str, str]]
+"""Picture of a set: scene, aperture, fixation, and levels of the design's factors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +118,7 @@ def pauses(design: Any) -> tuple[float, float]:
 
 def intervals_of(task: Task, design: Any, trial: Any, pixels_per_degree: float, **known: Any) -> list[Interval | Step]:
     """Return what `shown` gives for a trial, as a list also for a single interval; `known`: parameters it may have."""
+    assert task.shown is not None
     shown = _passing(task.shown, design, trial, pixels_per_degree, **known)
     single = isinstance(shown, Step) or (isinstance(shown, tuple) and not isinstance(shown[0], tuple | Step))
     return [shown] if single else [*shown]
@@ -123,14 +130,31 @@ def steps_of(task: Task, design: Any, trial: Any, pixels_per_degree: float, **kn
     return [one if isinstance(one, Step) else Step(*one) for one in shown]
 
 
-def control_of(task: Task, design: Any, words: Any, trial: Any, participant: str) -> Control | Held:
+def control_of(task: Task, design: Any, words: Any, trial: Any, participant: str) -> Control | Held | OwnControl:
     """Return the control on which a participant answers a trial."""
-    control: Control | Held = _passing(task.control, words, trial, design=design, participant=participant)
+    assert task.control is not None
+    control: Control | Held | OwnControl = _passing(task.control, words, trial, design=design, participant=participant)
     return control
+
+
+def files_of(task: Task, design: Any, trial: Any, stimuli: Any) -> dict[str, str]:
+    """Return the files of the set that a trial shows, by column: "picture", "reference"; empty without a set."""
+    if stimuli is None or task.pictured is None:
+        return {}
+    shown = task.pictured(design, trial).items()
+    return {column: stimuli.picture(*key).png for column, key in shown if stimuli.drawing(key[0]) is None}
+
+
+def stimulus_of(task: Task, design: Any, trial: Any, stimuli: Any) -> dict[str, str]:
+    """Return the keyword `stimulus` of `Task.answered`: the file of the trial's picture; empty without one."""
+    file = files_of(task, design, trial, stimuli).get("picture")
+    return {} if file is None else {"stimulus": file}
 
 
 def judged(task: Task, design: Any, trial: Any, answer: Any, participant: str) -> tuple[bool | None, float | None]:
     """Return whether a practice answer is correct, and for which share of the trial, if keys were held."""
+    if task.right is None:
+        return None, None
     right = _passing(task.right, design, trial, answer, participant=participant)
     return (right, None) if right is None or isinstance(right, bool) else (right >= LEAST_RIGHT, right)
 

@@ -97,47 +97,37 @@ def save_movie(
         )
     say = progress or silent
     encode = (display or Display()).encode
-    write_whole(path, lambda hidden: _write(frames, hidden, path.name, rate, lossless, encode, count, say))
+
+    def write(hidden: Path) -> None:
+        writer, first, number = None, None, 0
+        try:
+            for number, frame in enumerate(frames, 1):
+                stored = _stored(frame, number - 1, encode)
+                kind = stored.shape, stored.dtype
+                if writer is None:
+                    first = kind
+                    writer = _writer(hidden, path.name, stored, rate, lossless)
+                elif kind != first:
+                    raise InputError(
+                        f"frame {number - 1} is an array of shape {stored.shape}, {stored.dtype}, but the first was of "
+                        f"{first[0]}, {first[1]}: give frames of one shape and type."  # type: ignore[index]
+                    )
+                if stored.ndim == 3:
+                    stored = stored[..., ::-1]
+                elif not lossless:
+                    stored = np.repeat(stored[..., None], 3, axis=2)
+                writer.write(np.ascontiguousarray(stored))
+                say(min(number / count, 1.0) if count else 0.0, f"frame {number}")
+        finally:
+            if writer is not None:
+                writer.release()
+        if writer is None:
+            raise InputError("frames is empty, but a movie needs at least one frame: give one.")
+        check_frames(hidden, number)
+
+    write_whole(path, write)
     say(1.0, "finished")
     return path
-
-
-def _write(
-    frames: Iterable[NDArray[Any]],
-    hidden: Path,
-    name: str,
-    rate: float,
-    lossless: bool,
-    encode: Callable[[NDArray[Any]], Grey],
-    count: int | None,
-    say: Progress,
-) -> None:
-    """Write frames to the path `hidden`; messages call it `name`."""
-    writer, first, number = None, None, 0
-    try:
-        for number, frame in enumerate(frames, 1):
-            stored = _stored(frame, number - 1, encode)
-            kind = stored.shape, stored.dtype
-            if writer is None:
-                first = kind
-                writer = _writer(hidden, name, stored, rate, lossless)
-            elif kind != first:
-                raise InputError(
-                    f"frame {number - 1} is an array of shape {stored.shape}, {stored.dtype}, but the first was of "
-                    f"{first[0]}, {first[1]}: give frames of one shape and type."  # type: ignore[index]
-                )
-            if stored.ndim == 3:
-                stored = stored[..., ::-1]
-            elif not lossless:
-                stored = np.repeat(stored[..., None], 3, axis=2)
-            writer.write(np.ascontiguousarray(stored))
-            say(min(number / count, 1.0) if count else 0.0, f"frame {number}")
-    finally:
-        if writer is not None:
-            writer.release()
-    if writer is None:
-        raise InputError("frames is empty, but a movie needs at least one frame: give one.")
-    check_frames(hidden, number)
 
 
 def _stored(frame: Any, number: int, encode: Callable[[NDArray[Any]], Grey]) -> NDArray[Any]:

@@ -20,7 +20,7 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Control, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
-from focalgradient.tasks.steps import control_of, judged
+from focalgradient.tasks.steps import control_of, judged, stimulus_of
 from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
 from focalgradient.web.pictures import Described, drawn
 from focalgradient.web.possible import check_frames, check_possible
@@ -117,7 +117,7 @@ def read_answer(
     _name_pictures(frames, seen.events)
     if seen.sha256:
         extra[SHOWN] = Noted(seen.sha256, description=SHOWN_ABOUT)
-    given = task.answered(design, shown, value, **times, **task.stimulus(design, shown, pictures))
+    given = task.answered(design, shown, value, **times, **stimulus_of(task, design, shown, pictures))
     return with_noted(given, extra, task.columns(design.model_dump(mode="json"))), frames
 
 

@@ -20,7 +20,7 @@ from focalgradient.design.sequence import Page, Pages, Standard, breaks
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Held
+from focalgradient.scales import Held, OwnControl
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import Task, check_task, task_named
 from focalgradient.tasks.steps import LEAST_RIGHT, control_of
@@ -30,6 +30,7 @@ from focalgradient.web.pictures import (
     Described,
     cube_session,
     cube_trial,
+    form_of,
     own_session,
     own_trial,
     parts,
@@ -107,7 +108,13 @@ class Lists:
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree, stimuli=self.pictures)
         if isinstance(design, NeckerDesign) or self._task.adjusts:
             return
-        if isinstance(control_of(self._task, design, self.words, design.trials("01")[0], "01"), Held):
+        control = control_of(self._task, design, self.words, design.trials("01")[0], "01")
+        if isinstance(control, OwnControl):
+            raise InputError(
+                f"{design.task} is answered on a control of its own, which a browser cannot show: run it in the "
+                "laboratory with focalgradient run."
+            )
+        if isinstance(control, Held):
             raise InputError(
                 f"{design.task} is answered by held keys, which a browser offers for the turning cube only: run it in "
                 "the laboratory with focalgradient run."
@@ -142,7 +149,7 @@ class Lists:
         else:
             content = own_session(design, self._display)
         if isinstance(design, DepthRatingDesign):  # of the page with an example
-            content["scale"] = design.response_scale.control(self.words).form()
+            content["scale"] = form_of(design.response_scale.control(self.words))
         pages = self._pages(participant)
         again = pages.again()
         opening = [self._step(page) for page in pages.opening()]
@@ -198,7 +205,7 @@ class Lists:
                 part.pop(CONTENT)
                 part["url"] = f"/pictures/{trial.phase}/{trial.trial}/{number}"
             if further := self._task.further(self.design, self.words, trial):
-                entry["also"] = [{"name": name, "scale": control.form()} for name, (control, _) in further.items()]
+                entry["also"] = [{"name": name, "scale": form_of(control)} for name, (control, _) in further.items()]
             around = {"first": first, "before": before, "lead": turn.lead, "after": turn.after}
             entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries

@@ -14,12 +14,14 @@ import numpy as np
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.design.words import Words
 from focalgradient.display import Display
+from focalgradient.errors import InputError
 from focalgradient.live import FocusSeries, packed, page_script, page_shaders
 from focalgradient.psf import DISC_K
 from focalgradient.render.wireframe import WIDTH
+from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.stimuli import StimulusSet
 from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
-from focalgradient.stimuli.sets import png
+from focalgradient.stimuli.sets import png_of
 from focalgradient.tasks import Task
 from focalgradient.tasks.steps import Look, Step, control_of, pauses, steps_of
 
@@ -31,6 +33,7 @@ __all__ = [
     "cube_session",
     "cube_trial",
     "drawn",
+    "form_of",
     "own_session",
     "own_trial",
     "parts",
@@ -58,6 +61,7 @@ def standard(
     task: Task, design: Any, form: str, words: Words, display: Display, stimuli: StimulusSet | None
 ) -> dict[str, Any]:
     """Return the interval that shows the standard."""
+    assert task.standard is not None
     step = task.standard(design, form, display.pixels_per_degree, stimuli, words)
     return _intervals(step, stimuli, "standard")[0]
 
@@ -130,8 +134,15 @@ def own_trial(shown: Described) -> dict[str, Any]:
         return _adjusted(shown.task, shown.design, shown.trial, shown.words, shown.display)
     drawn(shown)
     intervals = [part for step in _steps(shown) for part in _intervals(step, shown.stimuli, "picture")]
-    control: Any = control_of(shown.task, shown.design, shown.words, shown.trial, "01")
-    return {"intervals": intervals, "scale": control.form()}
+    control = control_of(shown.task, shown.design, shown.words, shown.trial, "01")
+    return {"intervals": intervals, "scale": form_of(control)}
+
+
+def form_of(control: Control | Held | OwnControl) -> dict[str, Any]:
+    """Return the description of a control for the page; raise `InputError` for one that the page cannot show."""
+    if isinstance(control, OwnControl | Held):
+        raise InputError("a question has a control of its own, which a browser cannot show: use one of Scale or Steps.")
+    return control.form()
 
 
 def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
@@ -143,15 +154,16 @@ def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
     x, y = step.mark or (0.0, 0.0)
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
     made = isinstance(step.picture, np.ndarray)
-    content = png(step.picture) if made else stimuli.folder / step.picture.png
+    content = png_of(step.picture) if made else stimuli.folder / step.picture.png
     shown = [{CONTENT: content, "seconds": step.seconds, "event": event, **mark}]
     if step.mask is not None and step.mask_s:
-        shown.append({CONTENT: png(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
+        shown.append({CONTENT: png_of(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
     return shown
 
 
 def _adjusted(task: Task, design: Any, trial: Any, words: Words, display: Display) -> dict[str, Any]:
     """Return an adjustment trial's knob and focus series; of a view with a fixed focus, that picture alone."""
+    assert task.adjustment is not None
     asked = task.adjustment(design, words, trial, display.pixels_per_degree)
     views = [{CONTENT: _packed(view.series, view.focus), "pos": list(view.pos)} for view in asked.views]
     names = ("least", "most", "question", "ratios")

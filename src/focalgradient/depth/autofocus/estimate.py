@@ -35,7 +35,7 @@ from focalgradient.depth.numerics import (
 )
 from focalgradient.depth.registration import filled
 from focalgradient.depth.search import LEVEL_STEP
-from focalgradient.depth.validity import blur_is_known
+from focalgradient.depth.validity import MIN_SUPPORT, OUTSIDE, blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.view import View
 
@@ -47,13 +47,6 @@ WIDTH = 1.0
 REACH = 2.0
 """Blur radius in pixels, relative to the peak, up to which settings are fitted, with decreasing weight; at least three
 settings are."""
-
-OUTSIDE = 0.3
-"""Proportion of the frame at or beyond either end of the stack above which the stack's range is named as the reason
-(our choice)."""
-
-SUPPORT = 0.1
-"""Minimum number of usable pixels in a window, as a proportion of the largest such number."""
 
 
 def check(views: Sequence[View]) -> None:
@@ -114,7 +107,7 @@ def estimate(problem: Problem) -> Estimate:
     shape = registered.shape
     depth = lowest + unit * interpolate_nodes(fine, apart, step, shape)
     depth_sd = unit * interpolate_nodes(sd, apart, step, shape)
-    enough = count > SUPPORT * count.max()
+    enough = count > MIN_SUPPORT * count.max()
     inside = (peak.vergence > lowest) & (peak.vergence < highest)
     seen = peak.valid & inside & enough
     # The sharpest setting of all is an end, and no peak lies within.

@@ -103,7 +103,7 @@ def judge_alternatives(
         return np.log(np.maximum(nodes.misfit, 0.01)) * equalised.window_size() * support / 2, nodes, equalised
 
     stated, nodes, equalised = costs(blurs)
-    use = (nodes.support > 0.5) & (nodes.texture >= 1) & nodes.inside
+    use = nodes.has_texture & nodes.inside
     if use.sum() < LEAST_NODES:
         return None
     radius = np.interp(nodes.level, np.arange(equalised.levels), blurs.radius.max(axis=0))

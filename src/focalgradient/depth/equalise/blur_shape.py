@@ -58,7 +58,7 @@ def misfits(
 
 
 def _misfits(read: Sequence[Nodes]) -> list[float]:
-    use = np.all([(nodes.support > 0.5) & (nodes.texture >= 1) for nodes in read], axis=0)
+    use = np.all([nodes.has_texture for nodes in read], axis=0)
     return [float(np.median(nodes.misfit[use])) if use.any() else 1.0 for nodes in read]
 
 

@@ -13,7 +13,7 @@ from focalgradient.depth.equalise.curves import curves
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import find_outlines
 from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refine, reject_outliers
-from focalgradient.depth.equalise.signal import Signal, beyond_infinity
+from focalgradient.depth.equalise.signal import Signal, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.numerics import repeat_blocks
@@ -50,6 +50,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     for tile in whitening.tiles:
         part, whitened, energy = whitening.of_tile(tile)
         likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
+        beyond = repeat_blocks(beyond_ends(likelihood.nodes, search), whitened.step, part.views.shape)
         inliers, local = reject_outliers(whitened, part, likelihood)
         refined = refine(whitened, part, inliers, local)
         halves = detail_halves(whitened, part, refined, one_waveband)
@@ -58,7 +59,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
             outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)
             if outlines is not None:  # whose windows hold two depths: no error of the model
                 split = halves.test(outlines.is_clear(whitened, refined.nodes, blurs.radius))
-        frame.fill(tile, refined, split, outlines)
+        frame.fill(tile, beyond, refined, split, outlines)
         grid = whitened.without_images()
         # Before the next tile's are made, for memory.
         del part, whitened, energy, likelihood, inliers, local, refined, halves, outlines
@@ -87,8 +88,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         "share_disagreeing": float(1 - frame.is_consistent.mean()),
         **signal.rejection(depth.nodes, depth.split.tau, (search.lowest, search.highest), pixels.is_valid),
     }
-    beyond = repeat_blocks(signal.beyond(depth.nodes, grid.levels), grid.step, views.shape)
-    beyond *= views.usable & ~pixels.is_valid
+    beyond = frame.beyond * (views.usable & ~pixels.is_valid & (one_waveband and signal.is_trusted))
     details["share_at_or_beyond"] = {"farthest": float(np.mean(beyond < 0)), "nearest": float(np.mean(beyond > 0))}
     farther = details["share_at_or_beyond"]["farthest"]
     impossible = [] if search.lowest > 0 or views.warnings else beyond_infinity(farther, signal.explained)

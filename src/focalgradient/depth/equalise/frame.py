@@ -57,9 +57,6 @@ TENTH, BLUR_BESIDE = 0.1, 0.15
 """Maximum standard deviation of a surface near an occlusion boundary for valid depth: relative to its distance, or of
 its blur radius in pixels, whichever is larger. Between boundaries closer than a window, surfaces are less certain."""
 
-LIKELIER = 0.5
-"""Probability above which a pixel belongs to a surface without texture rather than not."""
-
 OTHER_SURFACE = 0.25
 """Standard deviation of the vergence of an untextured surface about that of the textured one beside it, relative to the
 frame's median vergence: in rooms the root mean square error of depth is 0.18 of vergence where texture ends and 0.12
@@ -71,6 +68,7 @@ class Frame:
     """Results of the tiles of a frame, H x W each."""
 
     is_consistent: NDArray[np.bool_]  # whether a pixel's views agree
+    beyond: NDArray[np.int8]  # 1 nearer than the search, -1 farther
     texture: OwnTexture
     outlines: Outlines | None = None
     tiles: list[tuple[Tile, Nodes]] = field(default_factory=list)
@@ -80,11 +78,19 @@ class Frame:
     def empty(cls, shape: tuple[int, int]) -> Frame:
         """Allocate a frame of `shape`, to be filled."""
         texture = OwnTexture(np.empty(shape, np.bool_), np.empty(shape, np.float32))
-        return cls(np.empty(shape, np.bool_), texture)
+        return cls(np.empty(shape, np.bool_), np.empty(shape, np.int8), texture)
 
-    def fill(self, tile: Tile, refined: Refined, split: SplitBand, outlines: Outlines | None) -> None:
+    def fill(
+        self,
+        tile: Tile,
+        beyond: NDArray[np.int8],
+        refined: Refined,
+        split: SplitBand,
+        outlines: Outlines | None,
+    ) -> None:
         """Store the results of one tile."""
         self.is_consistent[tile.core] = refined.inliers.is_consistent[tile.within]
+        self.beyond[tile.core] = beyond[tile.within]
         self.texture.is_present[tile.core] = refined.texture.is_present[tile.within]
         self.texture.other_surface[tile.core] = refined.texture.other_surface[tile.within]
         self.tiles.append((tile, refined.nodes))
@@ -178,7 +184,7 @@ def depth_at_pixels(
         vergence[at], sd[at], is_near_valid = _near_outlines(frame.outlines, coherent, step, search, tau)
         # Both sides of an outline are continued from places about it: some must rest on signal.
         reach = 2 * math.ceil(AROUND * problem.settings.window / step) + 1
-        is_about = ndimage.maximum_filter(is_informative & signal.is_textured, reach)
+        is_about = ndimage.maximum_filter(is_informative & depth.nodes.has_texture, reach)
         is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
     beside_sd = np.zeros(shape, np.float32)
     if signal.one_waveband:
@@ -187,7 +193,7 @@ def depth_at_pixels(
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
             other_sd = apart * np.sqrt(frame.texture.other_surface)
             sd = np.hypot(sd, other_sd)
-            beside_sd = np.where(frame.texture.other_surface > LIKELIER, other_sd, np.float32(0))
+            beside_sd = np.where(frame.texture.other_surface > 0.5, other_sd, np.float32(0))
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))

@@ -57,13 +57,17 @@ __all__ = [
 MIN_NOISE_VARIANCE = 1e-4
 """Minimum estimated noise variance relative to the assumed one: with noiseless views a parabola may lie below 0."""
 
+SUPPORTED, FEW = 0.5, 0.02
+"""Minimum proportion of a node's window that must be usable for it to count in statistics of the frame; and proportion
+of the nodes with texture up to which all count. Chosen by hand."""
+
 SCATTER_SHARE = 0.5
 """Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
 
 SCATTER_WINDOWS, ALL_WINDOWS = 2.0, 4.0
-"""Distance in windows over which a jump scatters depth where boundaries are found: 95 % of a window's weight; and where
-none is looked for: all of it. Planes that grow farther leave out
-what lies on another surface."""
+"""Distance in windows over which a jump scatters depth, and invalidates it, where boundaries are found: 95 % of a
+window's weight; and where none is looked for: all of it. Planes that grow farther leave out what lies on another
+surface."""
 
 RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
@@ -109,6 +113,21 @@ class Nodes:
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
     curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, and not what is left, curves the cost
+
+    @property
+    def is_supported(self) -> NDArray[np.bool_]:
+        """Return the nodes of whose window half or more could be used."""
+        return self.support > SUPPORTED
+
+    @property
+    def has_texture(self) -> NDArray[np.bool_]:
+        """Return the supported nodes with more texture than noise."""
+        return self.is_supported & (self.texture >= 1)
+
+    def with_texture(self, among: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return the nodes with texture `among` some (h x w); all of these where hardly any has."""
+        textured = among & (self.texture >= 1)
+        return textured if textured.mean() > FEW else among
 
     @property
     def is_textured(self) -> NDArray[np.bool_]:
@@ -232,11 +251,10 @@ class Equalised:
         gains = [r.gains.sum(axis=0) for r in self.residuals]
         mean, square = (sum((g**power) @ self.residuals[0].measure for g in gains) for power in (1, 2))
         freedom = np.interp(nodes.level, np.arange(self.levels), mean**2 / square) * self.window_size() * nodes.support
-        for some in (nodes.support > 0.5) & (nodes.texture >= 1), nodes.support > 0.5:
-            if some.mean() > 0.02:
-                found = lower_quartile(nodes.misfit[some] / quartile_by_chance(freedom[some]))
-                return max(MIN_NOISE_VARIANCE, found)
-        return 1.0
+        some = nodes.with_texture(nodes.is_supported)
+        if some.mean() <= FEW:
+            return 1.0
+        return max(MIN_NOISE_VARIANCE, lower_quartile(nodes.misfit[some] / quartile_by_chance(freedom[some])))
 
     def evaluate(self, nodes: Nodes) -> ResidualStatistics:
         """Return the residual statistics of each pixel at the depth estimated around it."""

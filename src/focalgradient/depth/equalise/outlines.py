@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, special
 
 from focalgradient.depth.equalise import surfaces
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
@@ -92,10 +92,6 @@ GROWN_WINDOWS = 4.0
 """Distance in windows within which pixels contribute to a grid point's depth: 2.2 times the widest of
 `numerics.SMOOTH`, 1.7, rounded up."""
 
-REPLACED_WINDOWS = 2.0
-"""Distance beyond the reach of a boundary, in windows, within which it may invalidate depth: a window has 95 % of its
-weight within two. Chosen on `MADE_WITH`."""
-
 MIN_CONTRADICTION = 3
 """Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
 steep planes have contradictions one or two points wide."""
@@ -103,9 +99,6 @@ steep planes have contradictions one or two points wide."""
 IMPROBABLE = 0.00135
 """Probability that a pixel lies on the other side of a boundary, below which that adds nothing to its standard
 deviation: beyond three standard deviations of the boundary's place."""
-
-CARRIED_WINDOWS = 2.0
-"""Distance from a boundary, in windows, over which these carry depth of either side across it: 95 % of their weight."""
 
 
 Value = TypeVar("Value", bound=np.generic)
@@ -143,7 +136,7 @@ class Outlines:
         step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
         distance = _at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
         blur = np.interp(nodes.level, np.arange(equalised.levels), np.max(radii, axis=0))
-        return np.asarray(distance > CARRIED_WINDOWS * widest + blur)
+        return np.asarray(distance > SCATTER_WINDOWS * widest + blur)
 
     def before(self, other: Outlines) -> Outlines:
         """Return these outlines, and the `other` ones where these replace nothing."""
@@ -222,7 +215,7 @@ def _outlines_of_tile(
         return ends
     # Beside outlines, what these windows give takes the place of what wider ones carry over them.
     curved = nodes.sd**2 + curvature_variance(equalised, nodes, is_informative, given)
-    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= given.blur(level) + CARRIED_WINDOWS * wider
+    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= given.blur(level) + SCATTER_WINDOWS * wider
     is_beside &= ~ends.is_replaced
     ends.is_replaced[is_beside] = True
     ends.level[is_beside] = level[is_beside]
@@ -315,7 +308,7 @@ def _continued(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
     is_own = equalised.to_blocks(is_clear, shape) & ((np.abs(level - own) < gap) | (distance > located.reach))
     own, own_sd = np.where(is_own, level, own), np.where(is_own, sd, own_sd)
-    is_replaced = zone.is_inside & (distance <= located.reach + REPLACED_WINDOWS * equalised.window)
+    is_replaced = zone.is_inside & (distance <= located.reach + SCATTER_WINDOWS * equalised.window)
     is_replaced &= ~(is_own & (distance > CLEAR_REACHES * located.reach + KEPT_WINDOWS * equalised.window))
     return Outlines(
         _sides(distance < 1, is_near),

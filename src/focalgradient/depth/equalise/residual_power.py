@@ -111,9 +111,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
     window = equalised.window / equalised.step
     blocks = numerics.block_sum(weight**2, equalised.step).astype(np.float32)
     usable = numerics.gather(blocks[None], window)[0]
-    some = (nodes.support > 0.5) & (usable > 0.5 * usable.max())
-    textured = some & (nodes.texture >= 1)
-    some = textured if textured.mean() > 0.02 else some
+    some = nodes.with_texture(nodes.is_supported & (usable > 0.5 * usable.max()))
     level = nodes.level[some]
     count = int(np.clip(some.sum() // GROUP_NODES, 1, MAX_GROUPS))
     limits = np.quantile(level, np.linspace(0, 1, count + 1)[1:-1]) if level.size else np.zeros(0)

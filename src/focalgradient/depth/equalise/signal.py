@@ -14,6 +14,8 @@ from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.equalise.wavebands import BandGains
 from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import Image
+from focalgradient.depth.search import Search, one_focus
+from focalgradient.depth.validity import LEAST_BLUR_SD, MIN_SUPPORT, OUTSIDE
 
 __all__ = [
     "AROUND",
@@ -21,6 +23,7 @@ __all__ = [
     "NEARLY_NOTHING",
     "Signal",
     "among_outside",
+    "beyond_ends",
     "beyond_infinity",
     "indicating_nodes",
     "informative_nodes",
@@ -80,19 +83,12 @@ OVER_ERROR = 20.0
 proportional to contrast. The residual is 1/100 to 1/300 of that power on a photographed flat sheet and on rendered
 squares, and 1/6 to 1/25 on photographs of printed squares whose optics are misstated."""
 
-OUTSIDE = 0.3
-"""Proportion of textured places outside the search range above which none of them is valid, and above which, in the
-whole frame, the range is named as the cause (our choice)."""
-
 NEARLY_NOTHING = 0.01
 """Proportion of valid pixels below which a map counts as empty (our choice)."""
 
 BEYOND_INFINITY, UNEXPLAINED = 0.1, 0.8
 """Proportion of the frame beyond infinity above which, and of its texture explained below which, more blur than
 infinity has is named. With foci in feet they are 0.36 and 0.46, with a scene at infinity 0 and 1."""
-
-MIN_SUPPORT = 0.1
-"""Minimum proportion of a window that must be usable. Chosen by hand."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -101,7 +97,6 @@ class Signal:
 
     one_waveband: bool  # whether all views are in one
     is_informative: NDArray[np.bool_]  # h x w: depth rests on signal
-    is_textured: NDArray[np.bool_]  # h x w: there is texture
     explained: float  # share of the places with texture that are informative
     blank: float | None  # misfit of views without signal (`left_on_blank`)
     is_trusted: bool  # whether depth is claimed anywhere
@@ -113,8 +108,8 @@ class Signal:
         is_informative = informative_nodes(nodes, one_waveband)
         if one_waveband:
             is_informative &= ~among_outside(nodes, AROUND * settings.window / step)
-        is_textured = (nodes.texture >= 1) & (nodes.support > 0.5)
-        explained = float(is_informative[is_textured].mean()) if is_textured.any() else 0.0
+        textured = is_informative[nodes.has_texture]
+        explained = float(textured.mean()) if textured.size else 0.0
         # Where most of the texture, or depth from most of its detail, contradicts the model, weak texture proves
         # nothing. Views in different wavebands have texture of their own, which is modelled: coarse and fine detail may
         # differ.
@@ -123,29 +118,21 @@ class Signal:
         # What a user gives as noise may be more than there is.
         images = [view.image for view in problem.views]
         blank = left_on_blank(nodes, is_informative, images) if one_waveband and settings.noise is None else None
-        return cls(one_waveband, is_informative, is_textured, explained, blank, is_explained and blank is None)
+        return cls(one_waveband, is_informative, explained, blank, is_explained and blank is None)
 
     def misfit(self, nodes: Nodes) -> float:
         """Return the median misfit where there is texture, if anywhere."""
-        return float(np.median(nodes.misfit[self.is_textured] if self.is_textured.any() else nodes.misfit))
-
-    def beyond(self, nodes: Nodes, levels: int) -> NDArray[np.int8]:
-        """Return (h x w) 1 where a surface lies nearer than the `levels` searched, as the likelihood still rises there.
-
-        -1 where it lies farther; 0 elsewhere, and everywhere if nothing is claimed. Of surfaces beyond the limits,
-        two foci show 79 % and two apertures 30 %; they report 0.04 % of those within.
-        """
-        is_outside = ~nodes.inside & (nodes.support > 0.5) & (self.one_waveband and self.is_trusted)
-        return (is_outside * np.where(nodes.level > (levels - 1) / 2, 1, -1)).astype(np.int8)
+        textured = nodes.misfit[nodes.has_texture]
+        return float(np.median(textured if textured.size else nodes.misfit))
 
     def rejection(
         self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
     ) -> dict[str, Any]:
         """Return why almost no pixel is valid (H x W) although the views show texture; else an empty dictionary."""
-        any_texture = bool(self.is_textured.any())
-        if is_valid.mean() >= NEARLY_NOTHING or not (any_texture or self.blank is not None):
+        textured = outside_range(nodes)[nodes.has_texture]
+        if is_valid.mean() >= NEARLY_NOTHING or not (textured.size or self.blank is not None):
             return {}
-        outside = float(outside_range(nodes)[self.is_textured].mean()) if any_texture else 0.0
+        outside = float(textured.mean()) if textured.size else 0.0
         why = why_rejected(nodes, self.explained, tau, not self.one_waveband, self.blank, searched)
         return {"rejected": why, "share_outside_range": outside}
 
@@ -186,6 +173,19 @@ def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool
     return located & textured & (nodes.support >= MIN_SUPPORT) & (nodes.misfit < MISFIT)
 
 
+def beyond_ends(nodes: Nodes, search: Search) -> NDArray[np.int8]:
+    """Return (h x w) 1 where a surface lies nearer than the search, as the likelihood still rises there; -1: farther.
+
+    Of `nodes` over all pixels: where no depth searched explains the views, all are rejected later. Less blur than at an
+    end where there is hardly any is no sign.
+    """
+    ends = search.radius(search.vergences[[0, -1]])
+    told = (ends >= LEAST_BLUR_SD) | (not one_focus(search.focus))
+    last = nodes.level > (search.levels - 1) / 2
+    is_outside = ~nodes.inside & (nodes.support >= MIN_SUPPORT) & told[last.astype(int)]
+    return (is_outside * np.where(last, 1, -1)).astype(np.int8)
+
+
 def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
     """Return the nodes that no candidate explains: the fit leaves the range, or the cost's minimum is not a depth."""
     return ~nodes.inside | ~nodes.curved_by_depth
@@ -201,7 +201,7 @@ def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
     width
         Standard deviation in nodes of the window about each.
     """
-    textured = ((nodes.texture >= 1) & (nodes.support > 0.5)).astype(float)
+    textured = nodes.has_texture.astype(float)
     outside, all_of_them = (
         ndimage.gaussian_filter(some, width, mode="constant") for some in (textured * outside_range(nodes), textured)
     )
@@ -233,7 +233,7 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     A residual below the noise indicates blank paper only in views (`images`, H x W each) with visible JPEG blocks;
     otherwise the noise may be overestimated, as where bars before a wall contradict every depth.
     """
-    seen = nodes.support > 0.5
+    seen = nodes.is_supported
     if not (seen & informative).any():
         return None
     there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
@@ -254,7 +254,7 @@ def why_rejected(
             "the views contain little but noise, which is not uniform, as after compression: store the views without "
             "loss, or crop them to the textured part"
         )
-    textured = (nodes.texture >= 1) & (nodes.support > 0.5)
+    textured = nodes.has_texture
     outside = outside_range(nodes) & textured
     if outside.sum() > OUTSIDE * textured.sum():
         return (
@@ -295,7 +295,7 @@ def _unevenness(nodes: Nodes) -> float:
 
     Places whose views contradict each other do not count, as outlines do.
     """
-    residual = nodes.misfit[(nodes.support > 0.5) & (nodes.misfit < MISFIT)]
+    residual = nodes.misfit[nodes.is_supported & (nodes.misfit < MISFIT)]
     if not residual.size:
         return 1.0
     weak, strong = np.quantile(residual, [0.05, 0.95])

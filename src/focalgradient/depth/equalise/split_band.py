@@ -130,7 +130,7 @@ class DetailHalves:
         """
         place = np.arange(equalised.levels)
         blurs = np.interp(nodes.level, place, search.radius(search.vergences))
-        use = is_trusted & (nodes.support > 0.5)
+        use = is_trusted & nodes.is_supported
         if use.sum() < LEAST_NODES:  # views contradict the model all over: the rest does not prove it right
             use = nodes.is_textured & (nodes.support > 0.1)
         share = np.maximum(LEAST_BLUR, blurs) * search.levels_per_pixel

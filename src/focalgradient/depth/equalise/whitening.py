@@ -215,9 +215,7 @@ def _even_out(
         # of depth, what contradicts at an edge would be taken for noise of all contrast about it.
         misfit = equalised.local_misfit(nodes, weight, CONTRAST_SD)
         variance = misfit * (1 if law is None else law.variance(bright, varied))
-        some = nodes.support > 0.5
-        is_textured = some & (nodes.texture >= 1)
-        some = is_textured if is_textured.mean() > 0.02 else some
+        some = nodes.with_texture(nodes.is_supported)
         found = noise_law(variance[some], bright[some], varied[some], brightness, level_known=at is None)
         if found is None or (law is not None and _alike(found, law)):
             break

@@ -22,6 +22,7 @@ OPTIONS = {
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
     "(near, far)": "(--near, --far)",
+    "telecentric (true)": "whether the lens is telecentric (--telecentric)",
     "(calibrate_camera, method='edges')": "(focalgradient calibrate --method edges)",
     "(give focus_distances_m once": "(give --focus-distance once",
     "(vergence of the screen)": "(--screen-at)",
@@ -31,8 +32,8 @@ OPTIONS = {
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
 
-_ENTRY = re.compile(r'\b(\w+)=(?:\{"([^"]*)": "([^"]*)"\}|\["([^"]*)"\])')
-"""Pattern of an entry of a mapping or a list in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
+_ENTRY = re.compile(r'\b(\w+)=(?:\{((?:"[^"]*": "[^"]*"(?:, )?)+)\}|\["([^"]*)"\])')
+"""Pattern of a mapping or a list of one in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
 
 
 def entries_as_options(sentence: str) -> str:
@@ -40,8 +41,15 @@ def entries_as_options(sentence: str) -> str:
 
     >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level"].')
     "choose with --where phase=main, or give --by 'light level'."
+    >>> entries_as_options('name them with columns={"rating": "NAME", "scene": "NAME"}.')
+    'name them with --columns rating=NAME,scene=NAME.'
     """
-    return _ENTRY.sub(lambda found: f"--{found[1]} {shlex.quote(found[4] or f'{found[2]}={found[3]}')}", sentence)
+
+    def option(entry: re.Match[str]) -> str:
+        pairs = re.findall(r'"([^"]*)": "([^"]*)"', entry[2] or "")
+        return f"--{entry[1]} {shlex.quote(entry[3] or ','.join(map('='.join, pairs)))}"
+
+    return _ENTRY.sub(option, sentence)
 
 
 @contextmanager

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
+from focalgradient.dataset import Watched
+from focalgradient.design.cube_pages import CubePages
+from focalgradient.design.necker import NeckerDesign, NeckerTrial
+from focalgradient.design.words import Words
 from focalgradient.display import Display
 from focalgradient.files.columns import Column
 from focalgradient.scales import Held
-from focalgradient.tasks.base import Task, paper_settings
+from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
 from focalgradient.tasks.steps import Step
 
@@ -83,40 +86,21 @@ class NeckerRotation(Task):
     modelled: ClassVar[bool] = True
     observer_s: ClassVar[float] = 0.05
     no_pictures: ClassVar[str] = "whose cube is drawn as its design says"
-
-    @property
-    def design(self) -> type[Any]:
-        from focalgradient.design.necker import NeckerDesign
-
-        return NeckerDesign
-
-    @property
-    def answer(self) -> type[Any]:
-        from focalgradient.dataset.answers import Watched
-
-        return Watched
-
-    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        return COLUMNS
-
-    def settings(self) -> str:
-        return paper_settings("necker")
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        from focalgradient.design.cube_pages import CubePages
-
-        return CubePages(design, words, participant, browser)
+    settings_file: ClassVar[str] = "necker"
+    table: ClassVar[tuple[Column, ...]] = COLUMNS
+    pages = CubePages
+    design, trial, answer = NeckerDesign, NeckerTrial, Watched
 
     def shown(
         self,
-        design: Any,
-        trial: Any,
+        design: NeckerDesign,
+        trial: NeckerTrial,
         pixels_per_degree: float,
         *,
         display: Display | None = None,
         refresh_hz: float = 60.0,
     ) -> Step:
-        from focalgradient.stimuli.cube_frames import frame_count, frames_of, shown
+        from focalgradient.stimuli.cube_frames import frame_count, frames_of, shown  # compiles code with Numba
 
         if display is None:
             display = Display()
@@ -125,12 +109,12 @@ class NeckerRotation(Task):
         frames = frames_of(trial, design, frame_count(design, refresh_hz), pixel_angle)
         return Step((shown(light, display) for light in frames), trial.trial_s, "cube")
 
-    def control(self, words: Any, trial: Any, *, design: Any = None, participant: str = "01") -> Held:
+    def control(self, words: Words, trial: NeckerTrial, *, design: NeckerDesign, participant: str) -> Held:
         percepts = {key: percept for percept, key in design.keys_of(participant).items()}
         return Held(design.keys, tuple(words(f"necker.{percepts[key]}") for key in design.keys))
 
-    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
-        return self.answer(presses=value, trial_duration=times.pop("response_time"), **times)
+    def answered(self, design: NeckerDesign, trial: NeckerTrial, value: Any, **times: Any) -> Watched:
+        return Watched(presses=value, trial_duration=times.pop("response_time"), **times)
 
-    def right(self, design: Any, trial: Any, answer: Any, *, participant: str = "01") -> float | None:
+    def right(self, design: NeckerDesign, trial: NeckerTrial, answer: Watched, *, participant: str) -> float | None:
         return None if trial.is_ambiguous else answer.share_held(design.keys_of(participant), trial.shape)

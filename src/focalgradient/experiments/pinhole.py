@@ -6,18 +6,25 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import product
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.dataset import Rated
+from focalgradient.design.pinhole import Form, Pinhole, PinholeTrial
+from focalgradient.design.pinhole_pages import PinholePages
+from focalgradient.design.words import Words
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Scale
-from focalgradient.tasks.base import Task, paper_settings
+from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.response import check_rating
-from focalgradient.tasks.steps import Look, Step
+from focalgradient.tasks.steps import Look, Pictured, Step
+
+if TYPE_CHECKING:
+    from focalgradient.stimuli import Picture, StimulusSet
 
 __all__ = ["PinholeDemonstration", "through_tube", "whole_field"]
 
@@ -66,53 +73,41 @@ class PinholeDemonstration(Task):
     title: ClassVar[str] = "Depth with one eye through a pinhole, freely, and through a tube"
     background: ClassVar[float] = -1.0
     ratios: ClassVar[frozenset[str]] = frozenset({"rating"})
+    settings_file: ClassVar[str] = "pinhole"
+    table: ClassVar[tuple[Column, ...]] = COLUMNS
+    pages = PinholePages
+    design, trial, answer = Pinhole, PinholeTrial, Rated
 
-    @property
-    def design(self) -> type[Any]:
-        from focalgradient.design.pinhole import Pinhole
-
-        return Pinhole
-
-    @property
-    def trial(self) -> type[Any]:
-        from focalgradient.design.pinhole import PinholeTrial
-
-        return PinholeTrial
-
-    @property
-    def answer(self) -> type[Any]:
-        from focalgradient.dataset.answers import Rated
-
-        return Rated
-
-    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        return COLUMNS
-
-    def settings(self) -> str:
-        return paper_settings("pinhole")
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        from focalgradient.design.pinhole_pages import PinholePages
-
-        return PinholePages(design, words, participant, browser)
-
-    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+    def needed(self, design: Pinhole) -> Sequence[Pictured]:
         if "picture" not in design.forms:
             return ()
         return [(*pair, FIXATION, {}) for pair in product(design.scenes, ("pinhole", design.natural_aperture))]
 
+    def pictured(self, design: Pinhole, trial: PinholeTrial) -> Mapping[str, Pictured]:
+        if trial.form == "real":
+            return {}
+        aperture = "pinhole" if trial.viewing == "pinhole" else design.natural_aperture
+        return {"picture": (trial.scene, aperture, FIXATION, {})}
+
     def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, stimuli: Any = None, words: Any = None
+        self,
+        design: Pinhole,
+        trial: PinholeTrial,
+        pixels_per_degree: float,
+        *,
+        stimuli: StimulusSet,
+        words: Words | None,
     ) -> Step:
         if trial.form == "real":
+            assert words is not None
             look = Look(words(WAYS[trial.viewing]), words("pinhole.ready"), words("pinhole.look"))
             return Step(look, design.look_s, "look")
-        aperture = "pinhole" if trial.viewing == "pinhole" else design.natural_aperture
-        picture = stimuli.picture(trial.scene, aperture, FIXATION)
+        picture: Picture | NDArray[np.uint8]
+        picture = whole = stimuli.picture(*self.pictured(design, trial)["picture"])
         place = stimuli.scene(trial.scene).target(FIXATION).position_px
         if trial.viewing != "natural":
             wide = 2 * math.degrees(math.tan(math.radians(design.field_deg) / 2)) * pixels_per_degree
-            pixels = stimuli.pixels(picture)
+            pixels = stimuli.pixels(whole)
             height, width = pixels.shape[:2]
             if wide > min(width, height):
                 raise InputError(
@@ -123,41 +118,23 @@ class PinholeDemonstration(Task):
             picture = through_tube(pixels, whole_field(place, pixels.shape, wide), wide)
         return Step(picture, design.picture_s, "picture", place, MARK_S)
 
-    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
-        trial = self.trial(form=form, viewing="pinhole", scene=design.scenes[0])
+    def standard(
+        self, design: Pinhole, form: Form, pixels_per_degree: float, stimuli: StimulusSet, words: Words
+    ) -> Step:
+        trial = PinholeTrial(form=form, viewing="pinhole", scene=design.scenes[0])
         return replace(self.shown(design, trial, pixels_per_degree, stimuli=stimuli, words=words), event="standard")
 
-    def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
-    ) -> dict[str, str | NDArray[np.uint8]]:
-        if stimuli is None or trial.form == "real":
-            return {}
-        if pixels_per_degree is not None and trial.viewing != "natural":
-            return {"picture": self.shown(design, trial, pixels_per_degree, stimuli=stimuli).picture}
-        aperture = "pinhole" if trial.viewing == "pinhole" else design.natural_aperture
-        return {"picture": stimuli.picture(trial.scene, aperture, FIXATION).png}
-
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+    def control(self, words: Words, trial: PinholeTrial, *, design: Pinhole) -> Control:
         question, *texts = (words(f"pinhole.{name}") for name in ("question", "below", "flatter", "deeper"))
         return Scale(question, texts[0], design.least_rating, design.most_rating, ends=(texts[1], texts[2]))
 
-    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
-        return self.answer(rating=value, **times)
+    def answered(self, design: Pinhole, trial: PinholeTrial, value: float, **times: Any) -> Rated:
+        return Rated(rating=value, **times)
 
-    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+    def check_answer(self, design: Pinhole, trial: PinholeTrial, answer: Rated) -> None:
         check_rating(design, answer)
 
-    def picture_file(
-        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
-    ) -> str | None:
-        if shown["form"] == "real":
-            return None
-        aperture = "pinhole" if shown["viewing"] == "pinhole" else design.natural_aperture
-        known = {pictures.get((shown["scene"], aperture, one)) for one in ("nearest", "farthest")}
-        name: str | None = shown["stimulus"]
-        return name if name in known else next((one for one in known if one), None)
-
-    def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
+    def factors(self, design: Pinhole) -> Mapping[str, tuple[Any, ...]]:
         """Return the fixed factors "viewing" and "form" that have several levels; scenes are a random factor."""
         found = {"viewing": design.viewings, "form": design.forms}
         return {name: tuple(levels) for name, levels in found.items() if len(levels) > 1}

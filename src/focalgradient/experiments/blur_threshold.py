@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
-import numpy as np
-from numpy.typing import NDArray
-
+from focalgradient.dataset import Chosen
+from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial, LevelTrial
+from focalgradient.design.threshold_pages import ThresholdPages
+from focalgradient.design.words import Words
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Ways
-from focalgradient.tasks.base import Task, paper_settings
+from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STIMULUS, TRIAL
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import Pictured, Step
+
+if TYPE_CHECKING:
+    from focalgradient.stimuli import StimulusSet
 
 __all__ = ["BlurThreshold"]
 
@@ -52,43 +56,30 @@ class BlurThreshold(Task):
     command: ClassVar[str] = "blur-threshold"
     modelled: ClassVar[bool] = True
     observer_s: ClassVar[float] = 1.5
+    settings_file: ClassVar[str] = "blur_threshold"
+    table: ClassVar[tuple[Column, ...]] = COLUMNS
+    pages = ThresholdPages
+    design, trial, answer = BlurThresholdDesign, BlurTrial, Chosen
 
-    @property
-    def design(self) -> type[Any]:
-        from focalgradient.design.blur_threshold import BlurThresholdDesign
-
-        return BlurThresholdDesign
-
-    @property
-    def answer(self) -> type[Any]:
-        from focalgradient.dataset.answers import Chosen
-
-        return Chosen
-
-    def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
-    ) -> dict[str, str | NDArray[np.uint8]]:
-        return {} if stimuli is None else {"picture": stimuli.picture(trial.scene, "pinhole", design.fixation).png}
-
-    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
-        return COLUMNS
-
-    def settings(self) -> str:
-        return paper_settings("blur_threshold")
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        from focalgradient.design.threshold_pages import ThresholdPages
-
-        return ThresholdPages(design, words, participant, browser)
-
-    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
+    def needed(self, design: BlurThresholdDesign) -> Sequence[Pictured]:
         return [(scene, "pinhole", design.fixation, {}) for scene in design.scenes]
 
-    def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
+    def pictured(self, design: BlurThresholdDesign, trial: BlurTrial) -> Mapping[str, Pictured]:
+        return {"picture": (trial.scene, "pinhole", design.fixation, {})}
+
+    def adapted(
+        self, design: BlurThresholdDesign, trial: BlurTrial, recorded: Sequence[Mapping[str, Any]]
+    ) -> LevelTrial:
         return design.adapted(trial, recorded)
 
     def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+        self,
+        design: BlurThresholdDesign,
+        trial: LevelTrial,
+        pixels_per_degree: float,
+        *,
+        seed: int = 0,
+        stimuli: StimulusSet,
     ) -> list[Step]:
         place = stimuli.scene(trial.scene).target(design.fixation).position_px
         steps = []
@@ -98,17 +89,17 @@ class BlurThreshold(Task):
             steps.append(Step(picture, design.picture_s, event, place if mark_s else None, mark_s))
         return steps
 
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
+    def control(self, words: Words, trial: BlurTrial, *, design: BlurThresholdDesign) -> Control:
         return Ways(words(f"blur.question_{design.judged}"), (words("depth.first"), words("depth.second")))
 
-    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
+    def answered(self, design: BlurThresholdDesign, trial: LevelTrial, value: float, **times: Any) -> Chosen:
         chosen = int(value)
-        return self.answer(level=trial.level, answer=chosen, correct=chosen == trial.interval, **times)
+        return Chosen(level=trial.level, answer=chosen, correct=chosen == trial.interval, **times)
 
-    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
-        return bool(answer.correct)
+    def right(self, design: BlurThresholdDesign, trial: BlurTrial, answer: Chosen) -> bool:
+        return answer.correct
 
-    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+    def check_answer(self, design: BlurThresholdDesign, trial: BlurTrial, answer: Chosen) -> None:
         if not design.is_level(answer.level):
             raise InputError(f"level is {answer.level:g}, but must be one of the design's levels.")
         if trial.catch and answer.level != design.levels[-1]:
@@ -116,8 +107,3 @@ class BlurThreshold(Task):
             raise InputError(f"level is {answer.level:g}, but {greatest}: give that.")
         if answer.correct is not (answer.answer == trial.interval):
             raise InputError(f"correct is {answer.correct}, which contradicts the answer: compare it with interval.")
-
-    def picture_file(
-        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
-    ) -> str | None:
-        return pictures.get((shown["scene"], "pinhole", design.fixation))

@@ -6,18 +6,25 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.dataset import Rated
+from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial
+from focalgradient.design.rating_pages import RatingPages
+from focalgradient.design.words import Words
 from focalgradient.files.columns import Column
 from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
-from focalgradient.tasks.base import Task, paper_settings
+from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
 from focalgradient.tasks.response import check_rating
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import Pictured, Step
+
+if TYPE_CHECKING:
+    from focalgradient.stimuli import Picture, StimulusSet
 
 __all__ = ["DepthRating"]
 
@@ -70,7 +77,7 @@ def _depth_columns(
     columns = list(COLUMNS)
     place = {column.name: number for number, column in enumerate(columns)}
     columns[place["rating"]] = answer.rating()
-    own = [
+    factor_columns = [
         Column(name, "A factor of the design.", "text", levels=dict.fromkeys(levels, "as the design names it"))
         for name, levels in json.loads(factors).items()
     ]
@@ -88,7 +95,7 @@ def _depth_columns(
     columns[place["catch"] + 1 : place["catch"] + 1] = [
         STANDARD_BEFORE,
         *([INTERVAL] if intervals > 1 else []),
-        *own,
+        *factor_columns,
     ]
     return tuple(columns)
 
@@ -107,34 +114,9 @@ class DepthRating(Task):
     observer_s: ClassVar[float] = 0.5
     no_pictures: ClassVar[str] = ""
     settings_of_report: ClassVar[frozenset[str]] = frozenset({"bound", "ordinal", "far_effect"})
-
-    @property
-    def design(self) -> type[Any]:
-        from focalgradient.design.depth_rating import DepthRatingDesign
-
-        return DepthRatingDesign
-
-    @property
-    def answer(self) -> type[Any]:
-        from focalgradient.dataset.answers import Rated
-
-        return Rated
-
-    def pictures(
-        self, design: Any, trial: Any, stimuli: Any, pixels_per_degree: float | None, seed: int = 0
-    ) -> dict[str, str | NDArray[np.uint8]]:
-        if stimuli is None:
-            return {}
-        shown = {"picture": (trial.scene, trial.aperture, trial.fixation)}
-        if design.response_scale.intervals > 1 or design.reference == "same-scene":
-            shown["reference"] = design.reference_of(trial)
-        found: dict[str, str | NDArray[np.uint8]] = {}
-        for column, (scene, aperture, fixation) in shown.items():
-            drawing = stimuli.drawing(scene)
-            found[column] = (
-                stimuli.picture(scene, aperture, fixation, trial.factors).png if drawing is None else drawing
-            )
-        return found
+    settings_file: ClassVar[str] = "depth_rating"
+    pages = RatingPages
+    design, trial, answer = DepthRatingDesign, DepthTrial, Rated
 
     def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
         if not isinstance(settings, Mapping) or "scale" not in settings:
@@ -151,7 +133,9 @@ class DepthRating(Task):
         gaze = settings.get("gaze", "none") != "none"
         return _depth_columns(scale.column, scale.intervals, json.dumps(levels), json.dumps(names), gaze)
 
-    def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
+    def further(
+        self, design: DepthRatingDesign, words: Words, trial: DepthTrial
+    ) -> Mapping[str, tuple[Control, Noted]]:
         """Return the question of confidence, if the design asks it, and those of the design's `also`."""
         asked = super().further(design, words, trial)
         if not design.confidence:
@@ -160,59 +144,57 @@ class DepthRating(Task):
         sure = Scale(words("scale.sure"), "", 0.0, 1.0, ratios=False, ends=ends)
         return {"confidence": (sure, Noted(None)), **asked}
 
-    def right(self, design: Any, trial: Any, answer: Any) -> bool | None:
-        found: bool | None = design.right(trial, answer.rating)
-        return found
+    def needed(self, design: DepthRatingDesign) -> Sequence[Pictured]:
+        return design.pictures()
 
-    def settings(self) -> str:
-        return paper_settings("depth_rating")
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        from focalgradient.design.rating_pages import RatingPages
-
-        return RatingPages(design, words, participant, browser)
-
-    def needed(self, design: Any) -> Sequence[tuple[str, str, str, Mapping[str, str]]]:
-        found: list[tuple[str, str, str, dict[str, str]]] = design.pictures()
-        return found
+    def pictured(self, design: DepthRatingDesign, trial: DepthTrial) -> Mapping[str, Pictured]:
+        levels = {name: trial.factors[name] for name in design.picture_factors}
+        shown: dict[str, Pictured] = {"picture": (trial.scene, trial.aperture, trial.fixation, levels)}
+        if design.response_scale.intervals > 1 or design.reference == "same-scene":
+            shown["reference"] = (*design.reference_of(trial), levels)
+        return shown
 
     def shown(
-        self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None
+        self,
+        design: DepthRatingDesign,
+        trial: DepthTrial,
+        pixels_per_degree: float,
+        *,
+        seed: int = 0,
+        stimuli: StimulusSet,
     ) -> list[Step]:
-        order = [("picture", (trial.scene, trial.aperture, trial.fixation), design.picture_s, True)]
-        if design.response_scale.intervals > 1:
-            order.insert(2 - trial.interval, ("reference", design.reference_of(trial), design.picture_s, True))
-        elif design.reference == "same-scene":
-            order.insert(0, ("reference", design.reference_of(trial), design.reference_s, False))
+        pictured = self.pictured(design, trial)
+        two = design.response_scale.intervals > 1
+        order = ["picture", "reference"] if two and trial.interval == 1 else ["reference", "picture"]
         steps = []
-        for number, (event, (scene, aperture, fixation), seconds, is_judged) in enumerate(order):
-            picture = stimuli.drawing(scene)
+        for number, event in enumerate(name for name in order if name in pictured):
+            is_judged = two or event == "picture"
+            scene, aperture, fixation, levels = pictured[event]
+            picture: Picture | NDArray[np.uint8] | None = stimuli.drawing(scene)
             if picture is None:
-                picture = stimuli.picture(scene, aperture, fixation, trial.factors)
+                picture = stimuli.picture(scene, aperture, fixation, levels)
             else:
                 scene = design.standard_scene  # whose mark a drawing has
             mark = stimuli.scene(scene).target(fixation).position_px, design.mark_s, design.mark == "kept"
             mask = stimuli.mask((seed, number)) if design.mask == "noise" and design.mask_s else None
+            seconds = design.picture_s if is_judged else design.reference_s
             steps.append(Step(picture, seconds, event, *mark, mask, design.mask_s, is_judged))
         return steps
 
-    def standard(self, design: Any, form: str, pixels_per_degree: float, stimuli: Any, words: Any) -> Step:
+    def standard(
+        self, design: DepthRatingDesign, form: str, pixels_per_degree: float, stimuli: StimulusSet, words: Words
+    ) -> Step:
         picture = stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
         return Step(picture, design.standard_s, "standard")
 
-    def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
-        control: Control = design.response_scale.control(words)
-        return control
+    def control(self, words: Words, trial: DepthTrial, *, design: DepthRatingDesign) -> Control:
+        return design.response_scale.control(words)
 
-    def answered(self, design: Any, trial: Any, value: float, **times: Any) -> Any:
-        return self.answer(rating=design.response_scale.answer_in(value, trial.interval), **times)
+    def answered(self, design: DepthRatingDesign, trial: DepthTrial, value: float, **times: Any) -> Rated:
+        return Rated(rating=design.response_scale.answer_in(value, trial.interval), **times)
 
-    def check_answer(self, design: Any, trial: Any, answer: Any) -> None:
+    def check_answer(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> None:
         check_rating(design, answer)
 
-    def picture_file(
-        self, design: Any, shown: Mapping[str, Any], pictures: Mapping[tuple[str, ...], str]
-    ) -> str | None:
-        levels = sorted(name for name, factor in design.factors.items() if factor.pictures)
-        key = (shown["scene"], shown["aperture"], shown["fixation"])
-        return pictures.get((*key, *(f"{name}={shown['factors'][name]}" for name in levels)))
+    def right(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> bool | None:
+        return design.right(trial, answer.rating)
