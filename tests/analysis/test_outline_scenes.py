@@ -1,5 +1,7 @@
 """Scenes with outlines of `analysis/outline_scenes.py`: as much is claimed, and as little of it wrong, as is stated."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from outline_scenes import (
@@ -53,6 +55,27 @@ def test_the_stated_uncertainty_is_not_wider_than_the_errors(name: str) -> None:
     assert 0.45 < whole["z"] < 1.1
     assert whole["within_2_sd"] > 93
     assert whole["beyond_5_sd"] < 0.2
+
+
+def test_dark_bars_before_texture_do_not_widen_the_frame() -> None:
+    """Contradictions at their edges were taken for noise by contrast and for a softer view: z was 0.016."""
+    case = replace(UNCERTAINTY["bars of 9 px, apertures"], size=(120, 200), rays=512)
+    views, vergence = views_and_truth("", case)
+    depth, _ = recovered(case, views, outlines=True)
+    assert depth.details["noise_by_brightness"] is None
+    assert "likelier" not in depth.details
+    whole = score(depth, vergence, np.ones(case.size, bool))
+    assert 0.2 < whole["z"] < 1.1
+    assert whole["valid"] > 45
+    assert whole["beyond_5_sd"] < 1
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("width", "least"), [(5, 0.45), (9, 0.6), (14, 0.25)])
+def test_dark_bars_are_covered_without_width(width: int, least: float) -> None:
+    whole = whole_frame(UNCERTAINTY[f"bars of {width} px, apertures"])
+    assert least < whole["z"] < 1.1
+    assert whole["beyond_5_sd"] < 1
 
 
 def whole_frame(case: Case) -> dict[str, float]:

@@ -218,6 +218,15 @@ def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
     return sums
 
 
+def block_mean(image: NDArray[np.generic], step: int) -> NDArray[np.float64]:
+    """Return the means over blocks of step x step pixels: of a mask, the share of each block that is true.
+
+    >>> block_mean(np.array([[True, True, False], [True, False, False]]), 2).tolist()
+    [[0.75, 0.0]]
+    """
+    return block_sum(image.astype(np.float32), step) / block_sum(np.ones(image.shape, np.float32), step)
+
+
 @njit(nogil=True, cache=True)
 def _block_sum(image, step, first, last, sums):  # type: ignore[no-untyped-def]
     height, width = image.shape

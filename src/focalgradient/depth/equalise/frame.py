@@ -12,7 +12,7 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import Conditions
-from focalgradient.depth.equalise.outlines import Outlines, curvature_variance
+from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
 from focalgradient.depth.equalise.residuals import BAND
 from focalgradient.depth.equalise.robust import Refined
 from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
@@ -25,7 +25,7 @@ from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import NoiseLaw
-from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Search
 from focalgradient.depth.validity import blur_is_known
@@ -131,13 +131,15 @@ def depth_at_nodes(
     nodes = join_nodes(frame.tiles, shape, equalised.step)
     given, split = Conditions(blurs.radius, levels_per_pixel), join_splits(frame.splits)
     if gains is None:
+        # Where the views contradict each other, as on dark bars, depth is not claimed, and bends none beside it.
+        is_seen = block_mean(frame.is_consistent, equalised.step) >= HALF
         variance = np.zeros(nodes.level.shape)
         if outlines:
-            variance = curvature_variance(equalised, nodes, informative_nodes(nodes), given)
+            variance = curvature_variance(equalised, nodes, informative_nodes(nodes) & is_seen, given)
             # An error of the model bends depth, too, and is part of the sd already.
             by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
-        return NodeDepth(equalised.beside_jumps(nodes, SCATTER_WINDOWS), split, variance)
+        return NodeDepth(equalised.beside_jumps(nodes, SCATTER_WINDOWS, is_seen), split, variance)
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
     variance = equalised.farther_from_jumps(nodes, FILTER_REACH * float(np.median(given.blur(nodes.level))))
     nodes = equalised.beside_jumps(nodes)
@@ -203,7 +205,7 @@ def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -
     if law is None:
         return np.zeros([-(-n // step) for n in registered.shape])
     image = 1 - (uneven_noise(replace(law, by_contrast=0.0), registered) / uneven_noise(law, registered)) ** 2
-    return block_sum(image, step) / block_sum(np.ones_like(image), step)
+    return block_mean(image, step)
 
 
 def _coherent_error(

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -260,6 +260,13 @@ class Equalised:
         """Return the residual statistics of each pixel at the depth estimated around it."""
         return self.evaluate_images(nodes)[0]
 
+    def local_misfit(self, nodes: Nodes, weight: Image, window: float) -> FloatArray:
+        """Return the misfit at the depth of `nodes` in windows of another size (h x w), over the pixels of `weight`."""
+        parts = [numerics.block_sum(image, self.step) for image in (weight * self.evaluate(nodes).rest, weight)]
+        total, count = numerics.gather(np.stack(parts).astype(np.float32), window / self.step)
+        noise = np.sum([r.noise for r in self.residuals], axis=0)
+        return total / (np.maximum(count, 1e-6) * np.interp(nodes.level, np.arange(self.levels), noise))
+
     def evaluate_images(self, nodes: Nodes) -> tuple[ResidualStatistics, list[tuple[Image, Image]]]:
         """Evaluate as `evaluate` does; also return each comparison's residual (H x W) and its derivative by level."""
         shape = self.residuals[0].images.shape[1:]
@@ -314,12 +321,16 @@ class Equalised:
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
 
-    def beside_jumps(self, nodes: Nodes, windows: float = ALL_WINDOWS) -> Nodes:
+    def beside_jumps(
+        self, nodes: Nodes, windows: float = ALL_WINDOWS, is_seen: NDArray[np.bool_] | Literal[True] = True
+    ) -> Nodes:
         """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
 
         Adds to it the scatter of depth about its local plane, in the window asked for, as far as enough of it reach.
+        Nodes that are not `is_seen` (h x w) do not scatter depth.
         """
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(nodes, windows)))
+        counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(counted, windows)))
 
     def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
         """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
@@ -340,7 +351,7 @@ class Equalised:
             return ndimage.gaussian_filter(wide, sd, truncate=windows)[margin:-margin, margin:-margin]
 
         sd = (self.window + reach) / self.step
-        total = local(trust)
+        total = np.maximum(local(trust), 1e-9)
         mean = local(trust * nodes.level) / total
         spread = local(trust * nodes.level**2) / total - mean**2
         down, right = np.gradient(mean)

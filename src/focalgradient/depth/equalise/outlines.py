@@ -38,10 +38,10 @@ from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.model_error import LEAST_BLUR
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_sum
+from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_mean, block_sum
 from focalgradient.depth.validity import blur_is_known
 
-__all__ = ["Outlines", "curvature_variance", "find_outlines"]
+__all__ = ["HALF", "Outlines", "curvature_variance", "find_outlines"]
 
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows near boundaries relative to that of the settings, and its minimum in pixels. Near boundaries of
@@ -188,7 +188,7 @@ def _outlines_of_tile(
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
     is_explained = few_large(squared_residual(equalised, level, sd, given)) & inliers.is_consistent
     is_reliable = is_informative & blur_is_known(nodes.sd / given.levels_per_pixel, 0.0)
-    is_reliable &= _share(is_explained, step) >= MIN_EXPLAINED
+    is_reliable &= block_mean(is_explained, step) >= MIN_EXPLAINED
     jump_sd = _jump_sd(nodes, given)
     is_valid = inliers.is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, given, images)
@@ -236,7 +236,7 @@ def _may_jump(
     jumps = surfaces.pairs(planes, sd, is_informative, given.gap)
     may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative, given)
     may_jump |= ndimage.binary_opening(
-        _share(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
+        block_mean(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
     )
     return may_jump if jumps is None else may_jump | (jumps[..., 0] >= 0)
 
@@ -278,7 +278,7 @@ def _find_large(
     is_unoccluded = located.is_unoccluded
     again, is_new = refine_again(is_unoccluded)
     is_new &= blur_is_known(again.sd / given.levels_per_pixel, 0.0)
-    is_new &= _share(is_unoccluded & is_explained, step) >= HALF
+    is_new &= block_mean(is_unoccluded & is_explained, step) >= HALF
     is_inside = _at_nodes(located.zone.is_inside, step)
     is_new = np.where(is_inside, is_new, is_reliable)
     is_kept = ~is_inside | _if_few(is_new, is_reliable, located, step)
@@ -291,7 +291,7 @@ def _find_large(
     located = located_by(nodes, is_reliable, is_settled)
     if located is None:
         return None
-    is_clear = is_reliable & (_share(located.is_unoccluded, step) >= HALF)
+    is_clear = is_reliable & (block_mean(located.is_unoccluded, step) >= HALF)
     is_clear |= _if_few(is_clear, is_reliable, located, step)
     curved = np.sqrt(nodes.sd**2 + curvature_variance(equalised, nodes, is_reliable, given))
     return _continued(equalised, nodes, curved, is_clear, located, given.gap)
@@ -397,8 +397,3 @@ def _if_few(
 def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
     """Return the values (H x W) at the centre of each node's block: h x w."""
     return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
-
-
-def _share(pixels: NDArray[np.bool_], step: int) -> FloatArray:
-    """Return the share of each node's block that is true in `pixels` (H x W): h x w."""
-    return block_sum(pixels.astype(np.float32), step) / block_sum(np.ones(pixels.shape, np.float32), step)
