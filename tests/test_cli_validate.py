@@ -7,8 +7,7 @@ from pathlib import Path
 import command_line
 import pytest
 
-from focalgradient.dataset import Apparatus, Rated, Session
-from focalgradient.dataset import checks as checks
+from focalgradient.dataset import Apparatus, Rated, Session, validator
 from focalgradient.design import Pinhole
 
 DESIGN = Pinhole(scenes=["a"], repetitions=1)
@@ -43,7 +42,7 @@ def test_problems_are_listed_with_exit_code_1(data):
 
 
 def test_without_the_validator_of_the_standard_that_is_said(data, monkeypatch):
-    monkeypatch.setattr(checks.shutil, "which", lambda *args, **more: None)
+    monkeypatch.setattr(validator.shutil, "which", lambda *args, **more: None)
     result = run(data)
     assert result.exit_code == 0
     assert "Note: BIDS was not checked: bids-validator-deno is not installed" in result.stdout
