@@ -195,7 +195,7 @@ def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
         assert low < threshold < high
         assert known == pytest.approx(known_threshold(BlurThresholdDesign(), cells[0][4:], 3), rel=1e-3)
     page = (tmp_path / "report" / "report.md").read_text()
-    for words in ("Geometric mean of each person’s threshold: ", "QUEST+", "psignifit", "Simulated observers"):
+    for words in ("Geometric mean threshold: ", "QUEST+", "psignifit", "Simulated observers"):
         assert words in page
     assert (tmp_path / "report" / "blur_thresholds.png").read_bytes().startswith(b"\x89PNG")
 

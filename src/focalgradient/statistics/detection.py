@@ -360,8 +360,8 @@ def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analy
 
     def means(level: str, answers: Answers) -> str:
         d, c = (with_interval(answers.to(f"mean {what}")[level]) for what in (D_PRIME, CRITERION))
-        where = f"{level}: " if level else ""
-        return f"{where}mean d′ {d}, criterion c {c} (above 0: a tendency to “no”)."
+        where = f" in {level}" if level else ""
+        return f"Mean d′{where}: {d}; mean criterion c: {c} (above 0: a tendency to “no”)."
 
     def differed(level: str, answers: Answers) -> str:
         test, other = answers.to(DIFFERENCE)[level], level.removesuffix(less("", first))

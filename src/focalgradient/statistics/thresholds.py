@@ -420,10 +420,9 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
 
     def mean(level: str, answers: Answers) -> str:
         found = answers.to(MEAN)[level]
-        where = f"{level}: " if level else ""
         if isinstance(found, NotComputed):
-            return f"{where}{found.reason}"
-        return f"{where}{'g' if level else 'G'}eometric mean of each person’s threshold: {with_interval(found, unit)}."
+            return f"{level}: {found.reason}" if level else found.reason
+        return f"Geometric mean threshold{f' in {level}' if level else ''}: {with_interval(found, unit)}."
 
     def ratio(level: str, answers: Answers) -> str:
         found, (one, other) = answers.to(RATIO)[level], pairs[level]
