@@ -131,8 +131,10 @@ def depth_at_nodes(
     nodes = join_nodes(frame.tiles, shape, equalised.step)
     given, split = Conditions(blurs.radius, levels_per_pixel), join_splits(frame.splits)
     if gains is None:
-        # Where the views contradict each other, as on dark bars, depth is not claimed, and bends none beside it.
+        # Where the views contradict each other, as on dark bars, depth is not claimed, and bends none beside it; but
+        # where most of them do, as on blank paper in JPEG, what agrees is chance.
         is_seen = block_mean(frame.is_consistent, equalised.step) >= HALF
+        is_seen |= ndimage.gaussian_filter(is_seen.astype(float), equalised.window / equalised.step) < HALF
         variance = np.zeros(nodes.level.shape)
         if outlines:
             variance = curvature_variance(equalised, nodes, informative_nodes(nodes) & is_seen, given)

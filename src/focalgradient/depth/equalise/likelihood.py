@@ -260,13 +260,6 @@ class Equalised:
         """Return the residual statistics of each pixel at the depth estimated around it."""
         return self.evaluate_images(nodes)[0]
 
-    def local_misfit(self, nodes: Nodes, weight: Image, window: float) -> FloatArray:
-        """Return the misfit at the depth of `nodes` in windows of another size (h x w), over the pixels of `weight`."""
-        parts = [numerics.block_sum(image, self.step) for image in (weight * self.evaluate(nodes).rest, weight)]
-        total, count = numerics.gather(np.stack(parts).astype(np.float32), window / self.step)
-        noise = np.sum([r.noise for r in self.residuals], axis=0)
-        return total / (np.maximum(count, 1e-6) * np.interp(nodes.level, np.arange(self.levels), noise))
-
     def evaluate_images(self, nodes: Nodes) -> tuple[ResidualStatistics, list[tuple[Image, Image]]]:
         """Evaluate as `evaluate` does; also return each comparison's residual (H x W) and its derivative by level."""
         shape = self.residuals[0].images.shape[1:]

@@ -200,21 +200,23 @@ def _even_out(
     """
     weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
 
-    def read() -> tuple[Nodes, Image]:
+    def read() -> tuple[Nodes, Image]:  # every other node
         energy = equalised.energy(weight)
-        return equalised.minima(*equalised.averages(energy, weight)), energy
+        mean, support = equalised.averages(energy, weight)
+        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2]), energy
+
+    def at_nodes(image: Image) -> FloatArray:
+        return block_mean(image, step)[::2, ::2]
 
     (nodes, energy), law = read(), None
     if not one_waveband:
         return None, nodes, energy
     image, contrast = _brightness(views), _local_contrast(views)
-    bright, varied, divided = block_mean(image, step), block_mean(contrast, step), np.ones_like(image)
+    bright, varied, divided = at_nodes(image), at_nodes(contrast), np.ones_like(image)
     brightness = float(image.mean()) if at is None else at
     for _ in range(EVENING_ROUNDS):
-        # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both. In windows
-        # of depth, what contradicts at an edge would be taken for noise of all contrast about it.
-        misfit = equalised.local_misfit(nodes, weight, CONTRAST_SD)
-        variance = misfit * (1 if law is None else law.variance(bright, varied))
+        # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
+        variance = nodes.misfit * (1 if law is None else law.variance(bright, varied))
         some = nodes.with_texture(nodes.is_supported)
         found = noise_law(variance[some], bright[some], varied[some], brightness, level_known=at is None)
         if found is None or (law is not None and _alike(found, law)):
