@@ -67,7 +67,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
     depth = depth_at_nodes(frame, grid, blurs, search.levels_per_pixel, noise.gains, settings.outlines)
-    alternative = judge_alternatives(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
+    alternative = judge_alternatives(problem, blurs, noise_sd) if one_waveband else None
     tau = error_with(depth.split, alternative)
     signal = Signal.of(problem, depth.nodes, noise.gains, grid.step)
     pixels = depth_at_pixels(problem, grid, frame, depth, signal, tau, whitening.law)
