@@ -1,9 +1,11 @@
 """The report of a data set that is damaged, incomplete or mixed: what can be analysed is, and the rest is named."""
 
+import itertools
 import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 from recorded import edit, rating_file, record_necker, record_ratings
 
@@ -97,3 +99,19 @@ def test_sessions_left_unfinished_are_told(copy):
     made = make_report(copy)
     assert any("3 of 34 trials of the design are missing" in problem for problem in made.problems)
     assert "depth_rating.png" in made.files
+
+
+def test_cells_without_answers_are_stated_once_with_the_tests_concerned(tmp_path) -> None:
+    """One subject did not answer one scene with the near object in focus."""
+    random = np.random.default_rng(2)
+    shown = itertools.product(range(8), range(6), ("pinhole", "f/11", "f/5.6"), ("near", "far"))
+    rows = [
+        f"p{who},s{scene},{aperture},{end},{np.exp(random.normal(0, 0.2)):.2f}"
+        for who, scene, aperture, end in shown
+        if (who, scene, end) != (1, 2, "near")
+    ]
+    table = tmp_path / "own.csv"
+    table.write_text("\n".join(["participant,scene,aperture,fixation,rating", *rows]))
+    [note] = re.findall(r"[^>]*: 1 of 48 cells of subjects by scenes have no answers", page(make_report(table)))
+    assert "depth effect, nearest;" in note
+    assert "depth effect, farthest" not in note

@@ -52,10 +52,21 @@ class _Cells:
     """Cells of the rows of one table; missing results are dashes, and their reasons are collected for the notes."""
 
     def __init__(self) -> None:
-        self.notes: dict[str, None] = {}
+        self._reasons: dict[str, None] = {}
+        self._tests = 0
+        self._remarked: dict[str, list[str]] = {}  # tests by what is remarked on them
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Reasons of missing results, and remarks with the tests that they are about where these are not all."""
+        remarks = (
+            f"{'; '.join(names)}: {remark}" if len(names) < self._tests else remark
+            for remark, names in self._remarked.items()
+        )
+        return (*self._reasons, *remarks)
 
     def missing(self, result: NotComputed, cells: int) -> list[str]:
-        self.notes[f"{NONE}: {result.reason}"] = None
+        self._reasons[f"{NONE}: {result.reason}"] = None
         return [NONE] * cells
 
     def answer(self, answer: Answer) -> list[str]:
@@ -72,7 +83,9 @@ class _Cells:
             unit += f", bound {shown(answer.displayed(outcome.bound))}, 90 % interval"
         if not isinstance(outcome, Effect):
             return [unit, NONE, *row, NONE, probability(getattr(outcome, "p", None)), *[NONE] * 3]
-        self.notes.update(dict.fromkeys(outcome.remarks))
+        self._tests += 1
+        for remark in outcome.remarks:
+            self._remarked.setdefault(remark, []).append(", ".join(filter(None, (answer.name, answer.level))))
         test = f"t({freedom(outcome.df)}){SPACE}={SPACE}{decimals(outcome.statistic)}"
         size = outcome.d or outcome.dz_interval
         ends = [NONE, NONE] if size is None else [decimals(size.estimate), interval(size.low, size.high, 2)]
@@ -106,7 +119,7 @@ def answer_tables(answers: Iterable[Answer], caption: str, roles: Collection[str
     ]
     empty = {place for place in range(1, len(head)) if all(row[place] in ("", NONE) for row in rows)}
     kept = [[cell for place, cell in enumerate(row) if place not in empty] for row in [head, *rows]]
-    return [Table(caption, kept[0], kept[1:], tuple(cells.notes), "results.csv")] if rows else []
+    return [Table(caption, kept[0], kept[1:], cells.notes, "results.csv")] if rows else []
 
 
 def quality_sheets(found: Quality, name: str) -> list[Sheet]:
@@ -249,5 +262,5 @@ def sheet(
     """Return a table of `rows` for display, and for the file its `records` (dictionaries, or results of one kind)."""
     records = list(records)
     digits = pd.DataFrame(records) if isinstance(records[0], dict) else as_table(records)
-    notes = () if cells is None else tuple(cells.notes)
+    notes = () if cells is None else cells.notes
     return Sheet(file, Table(caption, header, rows, notes, file), digits)
