@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.figure import Figure
 from outline_scenes import HELD_BACK, MADE_WITH, near_outlines, recovered, score, views_and_truth
@@ -67,7 +69,7 @@ def _figure(drawn: dict[str, tuple[View, DepthMap]], found: dict[str, dict[str, 
             if what == "view":
                 draw_view(ax, view, "first view")
             else:
-                depth = drawn[what][1]
+                depth = replace(drawn[what][1], beyond=None)  # of no interest here: some blocks beside an outline
                 titles = {"without": "windows alone", "with": "continued to outlines"}
                 draw_depth(ax, depth, title=titles[what], outlines=what == "with")
                 ax.child_axes[-1].set_ylabel("distance (m)")
