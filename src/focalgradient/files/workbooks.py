@@ -39,10 +39,11 @@ def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
 
     try:
         with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            parts = {part.filename: _part(archive, part, name) for part in archive.infolist()}
+            has_formulas = False
+            for part in archive.infolist():
+                has_formulas |= b"<f" in _part(archive, part, name) and "worksheets" in part.filename
         with warnings.catch_warnings(action="ignore"):  # of styles and extensions, which are not read
             values = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-            has_formulas = any(b"<f" in content for part, content in parts.items() if "worksheets" in part)
             written = openpyxl.load_workbook(io.BytesIO(data), read_only=True) if has_formulas else None
             filled = {}
             for sheet in values.worksheets:
