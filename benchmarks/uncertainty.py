@@ -8,7 +8,7 @@ deviation in dioptres. The ray-traced scenes are `UNCERTAINTY` of `analysis/outl
 curved or tilted by so much in the corner, and a sheet of which only that it is flat is known, follow; a curved field,
 and a pupil cut as beside the axis of a fast lens, are scored twice, by what pixels state each (``vergence_sd``) and
 with what the frame shares (``total_sd``). Rows with a number in brackets are draws of fully textured surfaces, of which
-that percentage should be valid (of corrupted pairs, of what is not spoilt). Of a scene that reaches beyond the search,
+that percentage should be valid (of corrupted pairs, of undamaged pixels). Of a scene that reaches beyond the search,
 also given are the shares of that part that are claimed, and reported as nearer or farther.
 
 DATA is a folder with any of ``canon_rf50_flat`` and ``indoor_pairs``: rooms are scored by ``vergence_sd``, each and

@@ -101,8 +101,8 @@ class Task:
     as data need none.
     """
     standard: Callable[..., Step] | None = None
-    """Return what is shown as the standard, with which trials are compared, for a `Standard` of the pages, from design,
-    form, pixels_per_degree, stimuli and words.
+    """Return the step that shows the standard with which trials are compared, for a `Standard` of the pages, from
+    design, form, pixels_per_degree, stimuli and words.
     """
     pictured: Callable[..., Mapping[str, Pictured]] | None = None
     """Return the pictures of a set that a trial shows, from design and trial, by column: "picture", and "reference" for

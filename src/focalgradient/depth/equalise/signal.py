@@ -180,9 +180,9 @@ def beyond_ends(nodes: Nodes, search: Search) -> NDArray[np.int8]:
     end where there is hardly any is no sign.
     """
     ends = search.radius(search.vergences[[0, -1]])
-    told = (ends >= LEAST_BLUR_SD) | (not one_focus(search.focus))
+    is_sign = (ends >= LEAST_BLUR_SD) | (not one_focus(search.focus))
     last = nodes.level > (search.levels - 1) / 2
-    is_outside = ~nodes.inside & (nodes.support >= MIN_SUPPORT) & told[last.astype(int)]
+    is_outside = ~nodes.inside & (nodes.support >= MIN_SUPPORT) & is_sign[last.astype(int)]
     return (is_outside * np.where(last, 1, -1)).astype(np.int8)
 
 
