@@ -193,23 +193,6 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
     assert not (tmp_path / "c.toml").exists()
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("distance_m = -1.0\nf_number = 8", "view 1: distance_m is -1.0, but must be a positive number of metres"),
-        ("distance_m = 1.0\nf_number = 8\nfocus_m = 1.0", "did you mean focus_distance_m?"),
-        ("f_number = 8\nfocus_distance_m = 1.0", "t.toml states no distance: give each view of a target distance_m"),
-        (
-            "[[aperture]]\nf_number = 8",
-            "t.toml is a calibration already: give the settings file that names photographs",
-        ),
-    ],
-)
-def test_wrong_targets_are_refused_in_a_sentence(tmp_path, line, said):
-    (tmp_path / "t.toml").write_text(f'{CAMERA}[[view]]\nimage = "a.png"\n{line}\n')
-    assert said in sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
-
-
 @pytest.mark.parametrize("out", ["targets.toml", "0.5_8.png", "folder/../targets.toml", "link.toml"])
 def test_no_input_is_written_over(tmp_path, out):
     path = targets(tmp_path, (0.5,))

@@ -148,36 +148,6 @@ def test_impossible_lenses(values: tuple[float, float, float], said: str) -> Non
         Lens(*values)
 
 
-@pytest.mark.parametrize(
-    ("values", "said"),
-    [
-        ((4.2, 1.8, 1000.0), r"focal_length is 4\.2 m: if millimetres are meant, give 0\.0042"),
-        ((0.05, 0.025, 1.0), r"f_number is 0\.025, below the 0\.5 .* if it is the aperture's diameter"),
-    ],
-)
-def test_what_is_more_likely_a_slip_is_warned_of(values: tuple[float, float, float], said: str) -> None:
-    with pytest.warns(FocalGradientWarning, match=said) as caught:
-        Lens(*values)
-    assert caught[0].filename == __file__
-
-
-@pytest.mark.parametrize("distance", [0.0, -1.0, math.nan, [1.0, -2.0]])
-def test_impossible_distances(distance: float | list[float]) -> None:
-    lens = Lens(0.025, 4, 1.0)
-    for ask in (lens.defocus, lens.blur_radius):
-        with pytest.raises(InputError, match="distance contains values that are not positive"):
-            ask(distance)
-
-
-def test_impossible_blur() -> None:
-    lens = Lens(0.025, 4, 1.0)
-    for radius in (-1e-3, math.nan, [1e-3, -1e-3]):
-        with pytest.raises(InputError, match="radius contains negative or NaN values"):
-            lens.distance_from_blur(radius, "beyond")
-    with pytest.raises(InputError, match="side is 'far', but must be 'beyond' or 'nearer'"):
-        lens.distance_from_blur(1e-3, "far")
-
-
 def test_the_blur_of_infinity_gives_back_infinity() -> None:
     """Whatever the lens: rounding leaves no distance of millions of metres, nor one beyond infinity."""
     for f_number in (1.4, 2.8, 5.6, 7.3, 11.0):
@@ -333,3 +303,33 @@ def test_depth_is_refused_through_optics_whose_blur_varies_over_the_field() -> N
     views = [View(np.eye(64) + 1, made(isotropic=True, uniform=False, focus_vergence=f), 3e-4) for f in (0.8, 1.2)]
     with pytest.raises(InputError, match="the blur of Own varies over the field"):
         recover_depth(views)
+
+
+@pytest.mark.parametrize(
+    ("values", "said"),
+    [
+        ((4.2, 1.8, 1000.0), r"focal_length is 4\.2 m: if millimetres are meant, give 0\.0042"),
+        ((0.05, 0.025, 1.0), r"f_number is 0\.025, below the 0\.5 .* if it is the aperture's diameter"),
+    ],
+)
+def test_what_is_more_likely_a_slip_is_warned_of(values: tuple[float, float, float], said: str) -> None:
+    with pytest.warns(FocalGradientWarning, match=said) as caught:
+        Lens(*values)
+    assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("distance", [0.0, -1.0, math.nan, [1.0, -2.0]])
+def test_impossible_distances(distance: float | list[float]) -> None:
+    lens = Lens(0.025, 4, 1.0)
+    for ask in (lens.defocus, lens.blur_radius):
+        with pytest.raises(InputError, match="distance contains values that are not positive"):
+            ask(distance)
+
+
+def test_impossible_blur() -> None:
+    lens = Lens(0.025, 4, 1.0)
+    for radius in (-1e-3, math.nan, [1e-3, -1e-3]):
+        with pytest.raises(InputError, match="radius contains negative or NaN values"):
+            lens.distance_from_blur(radius, "beyond")
+    with pytest.raises(InputError, match="side is 'far', but must be 'beyond' or 'nearer'"):
+        lens.distance_from_blur(1e-3, "far")

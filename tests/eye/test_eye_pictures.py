@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from focalgradient import InputError, recover_depth
+from focalgradient import recover_depth
 from focalgradient.eye import Eye, Oscillation, SpectralPicture, accommodation_views, band_views
 
 PIXEL = np.radians(1 / 60)
@@ -44,12 +44,3 @@ def test_each_cone_class_sees_its_own_light() -> None:
     for rendered, band in zip(seen, ("L+M", "S"), strict=True):
         wanted = SpectralPicture.of(colour).catch(band).mean()
         assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("shape", "mix", "said"),
-    [((64, 60), {}, "shape"), ((64, 64), {"correlation": 0.9}, "correlation or gain")],
-)
-def test_bad_pictures_are_refused(shape, mix, said) -> None:
-    with pytest.raises(InputError, match=said):
-        band_views((picture(64), np.ones((64, 64))), EYE, shape, PIXEL, **mix)

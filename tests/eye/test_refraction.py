@@ -126,21 +126,3 @@ def test_amplitudes_of_anderson_et_al():
 def test_old_lenses_take_blue():
     young, old = lens_density([450.0, 650.0], 20), lens_density([450.0, 650.0], 70)
     assert old[0] - young[0] > 8 * (old[1] - young[1])
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: natural_pupil(-1.0), "luminance goes down to -1"),
-        (lambda: natural_pupil(10.0, age=19.9), r"age is 19\.9"),
-        (lambda: natural_pupil(10.0, age=83.1), r"age is 83\.1"),
-        (lambda: natural_pupil(10.0, eyes=3), "eyes is 3"),
-        (lambda: Correction(vertex=12.0), "vertex is 12"),
-        (lambda: Refraction(0.0, 1.0, 181.0), "axis is 181"),
-        (lambda: Eye(refraction="abc", age=30), "refraction is 'abc'"),
-        (lambda: lens_density(450.0, -1), "age is -1"),
-    ],
-)
-def test_bad_input(call, sentence):
-    with pytest.raises(InputError, match=sentence):
-        call()

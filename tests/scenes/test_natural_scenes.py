@@ -8,7 +8,7 @@ import pytest
 from focalgradient import InputError, Lens
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import variant
-from focalgradient.scenes import SCENES, Mark, Mesh, Scene, bottle, scene, step, terrain
+from focalgradient.scenes import Mark, Mesh, Scene, step, terrain
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import Land
 from focalgradient.scenes.materials import NATURAL, material, ramp
@@ -124,20 +124,6 @@ def coarse_land(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(Land.mesh.__kwdefaults__, "texels", 200)
 
 
-@pytest.mark.slow
-def test_same_seed_same_scene() -> None:
-    made, again, other = bottle(4), bottle(4), bottle(5)
-    for one, two, three in zip(made.objects, again.objects, other.objects, strict=True):
-        assert isinstance(one, Mesh)
-        assert np.array_equal(one.vertices, two.vertices)
-        assert np.array_equal(one.uv, two.uv)
-        assert np.array_equal(one.paint, two.paint)
-        assert one.mirror or not np.array_equal(one.paint, three.paint)
-    assert made.sky is not None
-    assert again.sky is not None
-    assert np.array_equal(made.sky.radiance, again.sky.radiance)
-
-
 @pytest.mark.usefixtures("coarse_land")
 def test_terrain_lies_under_the_camera_and_ends_in_mountains() -> None:
     made = terrain(2)
@@ -182,12 +168,3 @@ def test_bad_mesh(change, words) -> None:  # type: ignore[no-untyped-def]
     given = {"vertices": CORNERS, "faces": FACES, "uv": CORNERS[:, :2], "paint": np.ones((2, 2, 3))} | change
     with pytest.raises(InputError, match=words):
         Mesh(**given)
-
-
-def test_scenes_by_name() -> None:
-    assert set(SCENES) == {"spheres", "bottle", "room", "terrain", "plane", "slant", "step"}
-    assert scene("step", 3) == step(0.8, 1.6, seed=3)
-    with pytest.raises(InputError, match="scene is 'castle', but must be one of spheres"):
-        scene("castle")
-    with pytest.raises(InputError, match="seed is -1"):
-        scene("plane", -1)
