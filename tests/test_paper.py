@@ -104,10 +104,4 @@ def test_the_appendix_s_k_takes_the_circle_for_the_spatial_constant(k: float, mo
     assert pinhole_distance(slope, **TERMS, side="beyond", paper_k=k) == pytest.approx(2.0)
 
 
-def test_the_second_moment_of_a_disc_is_half_its_radius() -> None:
-    y, x = np.mgrid[-1:1:2001j, -1:1:2001j]
-    inside = x**2 + y**2 <= 1
-    assert math.sqrt(np.mean(x[inside] ** 2)) == pytest.approx(0.5, abs=1e-3)
-
-
 # --- bad input --------------------------------------------------------------------------------------------------------

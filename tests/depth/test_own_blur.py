@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from textures import natural_spectrum
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
 from focalgradient.depth.limits import comparison_bound
@@ -61,10 +62,7 @@ def views(optics, noise: float = 0.005) -> list[View]:
     random = np.random.default_rng(1)
     size = SIDE + 96
     down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
-    radial = np.hypot(down, right)
-    radial[0, 0] = np.inf
-    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / radial
-    spectrum *= 0.2 / np.fft.irfft2(spectrum, (size, size)).std()
+    spectrum = natural_spectrum((size, size), random)
     seen = []
     for one in optics:
         blurred = one.oval(down / PIXEL, right / PIXEL, one.focus_vergence - 1 / TRUTH) * pixel_transfer(down, right)

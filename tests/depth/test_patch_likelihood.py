@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from textures import natural_spectrum
 
 from focalgradient import Lens, View
 from focalgradient.depth.equalise.patch import POWERS, RINGS, WEIGHTS, vergence_likelihood
@@ -102,9 +103,7 @@ def test_views_that_do_not_wrap():
 
     random = np.random.default_rng(5)
     frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
-    texture = np.fft.rfft2(random.standard_normal((256, 256))) / np.maximum(frequency, 1 / 256)
-    texture[0, 0] = 0
-    texture *= 0.2 / np.fft.irfft2(texture, (256, 256)).std()
+    texture = natural_spectrum((256, 256), random)
     views = []
     for n in (4, 8):
         lens = Lens(0.025, n, 1.0)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from textures import natural
 
 from focalgradient import recover_depth
 from focalgradient.eye import Eye, Oscillation, SpectralPicture, accommodation_views, band_views
@@ -12,20 +13,11 @@ PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.003, accommodation=2.0)
 
 
-def picture(side: int = 128, seed: int = 0) -> np.ndarray:
-    """A natural texture, of mean 1."""
-    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
-    frequency[0, 0] = np.inf
-    spectrum = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
-    field = np.fft.irfft2(np.where(frequency < 0.5, spectrum, 0) / frequency, (side, side))
-    return 1 + 0.2 * field / field.std()
-
-
 def test_depth_of_a_picture_by_two_moments() -> None:
     """Two walls side by side, 0.6 D apart: each is found away from the border between them."""
     distance = np.full((128, 160), 1 / 1.6)
     distance[:, 80:] = 1 / 2.2
-    shown = picture(160)[:128]
+    shown = natural((160, 160))[:128]
     rendered = accommodation_views(
         (shown, distance), EYE, (0.125, 0.375), Oscillation(), shown.shape, PIXEL, noise=0.005
     )

@@ -8,7 +8,7 @@ import pytest
 from focalgradient import InputError, Lens
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import variant
-from focalgradient.scenes import Mark, Mesh, Scene, step, terrain
+from focalgradient.scenes import SCENES, Mark, Mesh, Scene, scene, step, terrain
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import Land
 from focalgradient.scenes.materials import NATURAL, material, ramp
@@ -168,3 +168,12 @@ def test_bad_mesh(change, words) -> None:  # type: ignore[no-untyped-def]
     given = {"vertices": CORNERS, "faces": FACES, "uv": CORNERS[:, :2], "paint": np.ones((2, 2, 3))} | change
     with pytest.raises(InputError, match=words):
         Mesh(**given)
+
+
+def test_scenes_by_name() -> None:
+    assert set(SCENES) == {"spheres", "bottle", "room", "terrain", "plane", "slant", "step"}
+    assert scene("step", 3) == step(0.8, 1.6, seed=3)
+    with pytest.raises(InputError, match="scene is 'castle', but must be one of spheres"):
+        scene("castle")
+    with pytest.raises(InputError, match="seed is -1"):
+        scene("plane", -1)
