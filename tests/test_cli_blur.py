@@ -166,25 +166,6 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
     assert "more frames" in result.output
 
 
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        (["--f-number", "2"], "add the missing one"),
-        ([*LENS], "the size of a pixel is unknown"),
-        (["--pupil", "4", "--field", "4", "--to-show"], "add --chromatic"),
-        (["--pupil", "4", "--field", "4", "--chromatic", "--to-show", "--illuminant", "A"], "leave out --to-show"),
-        ([*LENS, "--field", "4", "--eye", "no.toml"], "give exactly one of the three"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_sentence(folder: Path, changed: list[str], words: str) -> None:
-    out = folder / "out"
-    result = run(folder / "picture.png", folder / "depth.npy", "--out", out, "--focus", 1, *changed)
-    assert result.exit_code == 2
-    assert words in result.output
-    assert result.output.count("\n") == 1
-    assert not out.exists()
-
-
 def test_an_alpha_channel_may_hide_nothing(folder: Path) -> None:
     values = cv2.imread(str(folder / "picture.png"))
     given = (folder / "depth.npy", *LENS, "--focus", 1, "--field", 4, "--out")

@@ -210,21 +210,6 @@ def test_a_photograph_is_not_written_over_by_a_calibration(tmp_path):
     assert (tmp_path / "other.jpg").read_bytes() == b"mine"
 
 
-def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
-    a, b = (picture(tmp_path / f"{n}.png", 1.0, 8, seed=seed) for seed, n in enumerate("ab"))
-    use = ("--calibration", camera[0], "--out", tmp_path / "out")
-    assert "f/4 was not calibrated, only f/8, f/16" in sentence(
-        run("depth", a, b, "--f-number", 4, "--f-number", 8, *use)
-    )
-    said = sentence(run("depth", a, b, "--f-number", 16, "--f-number", 8, "--focal-length", 50, *use))
-    assert "the focal length is given as 50 mm, but the camera was calibrated at 25 mm" in said
-    text = camera[0].read_text()
-    (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "informed = [", text))
-    said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))
-    assert "short.toml: uncertainty does not have a row and a column for each of the 6 parameters" in said
-    assert not (tmp_path / "out").exists()
-
-
 def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_path):
     shots = "".join(f'[[view]]\nimage = "{n}.png"\nf_number = {n}\n' for n in STOPS)
     (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')
