@@ -18,10 +18,15 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, special, stats
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.candidates import Candidates
-from focalgradient.depth.equalise.comparing import whitened_filters
-from focalgradient.depth.equalise.even import EvenCoordinate
-from focalgradient.depth.equalise.residuals import BAND, Residuals, mixed_residuals
+from focalgradient.depth.equalise.levels import Candidates, EvenCoordinate
+from focalgradient.depth.equalise.residuals import (
+    BAND,
+    Residuals,
+    lower_quartile,
+    mixed_residuals,
+    quartile_by_chance,
+    whitened_filters,
+)
 from focalgradient.depth.filters import (
     RADII,
     FloatArray,
@@ -33,7 +38,6 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.numerics import SMOOTH, Growth
-from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
 from focalgradient.depth.read import read_minima
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
-from focalgradient.depth.equalise.outline_places import Conditions
+from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
 from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import REORDERED

@@ -20,8 +20,8 @@ from scipy import fft
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
-from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 from focalgradient.depth.search import Search
+from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, random_effects
 
 __all__ = ["UNLIKE", "DetailHalves", "SplitBand"]
 

@@ -19,11 +19,10 @@ from scipy import stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, RADII, FloatArray, disc_pass
-from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
-from focalgradient.depth.validity import SECONDARY_MINIMUM
+from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, SECONDARY_MINIMUM, random_effects
 from focalgradient.psf import DISC_K, Psf
 
 __all__ = ["Differences", "JointEstimate", "Pair"]
