@@ -280,7 +280,7 @@ def test_what_optics_state_is_read_once() -> None:
     check_optics(made(isotropic=True), vergences=[0.6, 1.5], frequency=800.0)
     stated = capabilities(made(isotropic=True, light="green", tells_side=False, residual_blur_variance=1e-8))
     assert stated.forms_views
-    assert (stated.isotropic, stated.waveband, stated.uniform) == (True, "green", True)
+    assert (stated.isotropic, stated.waveband, stated.uniform, stated.field_sd) == (True, "green", True, 0)
     lens = capabilities(Lens(0.05, 2, 1.0, residual_blur_variance=1e-8))
     assert (lens.blur, lens.forms_views, lens.residual_blur_variance) == (None, False, 1e-8)
     with pytest.raises(InputError, match="only one of vergences and frequency"):
