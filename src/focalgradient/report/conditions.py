@@ -20,7 +20,7 @@ from focalgradient.power.own_tasks import tested_of
 from focalgradient.report.choices import OWN
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import TRIALS, WITHOUT, changed
-from focalgradient.report.export import table_files
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables
@@ -126,7 +126,10 @@ class ConditionPart(Part):
         return cls(*shown, data.simulated, data, task=task, settings=settings)
 
     def answers(self) -> Answers:
-        kept, everyone = (condition_questions(tests).answers(tests) for tests in (self.tests, self.everyone))
+        repeated = self.task is not None and self.task.tested is None
+        kept, everyone = (
+            condition_questions(tests, repeated_in_r=repeated).answers(tests) for tests in (self.tests, self.everyone)
+        )
         return kept if self.tests == self.everyone else Answers((*kept, *everyone.variant(WITHOUT)))
 
     def findings(self, output: Output) -> Iterator[Block]:
@@ -185,7 +188,9 @@ class ConditionPart(Part):
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.table)
+        answers, trials = self.answers(), f"{self.name}_trials"
+        script = r_script("conditions", answers).replace(b"TRIALS", trials.encode())
+        return table_files(trials, self.table) | ({"conditions.R": script} if answers.r_code else {})
 
 
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
