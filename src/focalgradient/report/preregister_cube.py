@@ -18,7 +18,7 @@ from focalgradient.report.preregistered import (
 from focalgradient.report.rules import as_toml
 from focalgradient.statistics.criteria import OF_CUBE
 from focalgradient.statistics.cube import cube_questions
-from focalgradient.statistics.exclusions import NO_CATCH
+from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.wording import many
 
 __all__ = ["preregister_cube"]
@@ -51,7 +51,8 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     )
     rules = asked.stated.rules
     questions = cube_questions([], design.gradients, max(design.strengths_mm), rules)
-    unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
+    judged = quality(study.table(1, study.stream(1)), rules)[1]
+    unjudged = {one.rule: one.reason for one in judged.unjudged}
     return Preregistered(
         "Preregistration: the turning Necker cube and focal gradients",
         questions.hypotheses,

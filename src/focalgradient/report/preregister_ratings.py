@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+import numpy as np
+import pandas as pd
+from numpy.random import default_rng
+
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
 from focalgradient.power import LatentModel, Model, Study, latent_power, rise_power
@@ -23,15 +27,7 @@ from focalgradient.report.rules import Stated, as_toml
 from focalgradient.scales import Analysis, OrdinalSteps
 from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.effects import questions_of
-from focalgradient.statistics.exclusions import (
-    FEW_OF_CONDITION,
-    FEW_PLACES,
-    NO_CATCH,
-    NO_STARTS,
-    NOT_DIFFERENT,
-    NOT_REPEATED,
-)
-from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
+from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
 from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.wording import in_focus, many
@@ -98,25 +94,28 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
 
 
 def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
-    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give."""
-    reasons = {}
-    trials = len(design.scenes) * design.repetitions
-    analysis = design.response_scale.analysis
-    if not design.catch_trials:
-        reasons["catch_passed"] = NO_CATCH
-    if not analysis.ratios:
-        reasons |= {"repeat_factor": analysis.no_ratios, "lapses": analysis.no_ratios}
-    if analysis.ratios and design.repetitions < 2:
-        reasons["repeat_factor"] = NOT_REPEATED
-    if analysis.ratios and trials < 3:
-        reasons["lapses"] = FEW_OF_CONDITION
-    if analysis.binary and design.catch_trials < MIN_ANSWERS:
-        reasons["same_answer"] = NOT_DIFFERENT
-    if analysis.binary or design.answer == "typed":
-        reasons["first_press"] = NO_STARTS
-    elif trials * len(design.apertures) * len(design.fixations) < MIN_STARTS:
-        reasons["first_press"] = FEW_PLACES
-    return {name: reason for name, reason in reasons.items() if getattr(stated.rules, name) is not None}
+    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give.
+
+    They are those that cannot be applied to answers of three people to whom scenes differ. Whether ratings of scenes
+    differ enough for `same_answer` depends on the answers, not on the design.
+    """
+    scale, rng = design.response_scale, default_rng(0)
+    levels = dict(zip(design.scenes, np.linspace(-1, 1, len(design.scenes)), strict=True))
+    rows = [
+        (f"sub-{who}", *(getattr(trial, name) for name in SHOWN), scale.simulated(levels.get(trial.scene, 0.0), 1.0))
+        for who in ("01", "02", "03")
+        for trial in design.trials(who)
+        if trial.phase == "main"
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", *SHOWN, "rating"]).assign(response_time=1.0, dropped_frames=0)
+    if not scale.analysis.binary and design.answer != "typed":
+        table["start"] = [scale.simulated(level, 1.0) for level in rng.uniform(-1, 1, len(table))]
+    unjudged = quality(table, stated.rules, scale.analysis)[1].unjudged
+    return {one.rule: one.reason for one in unjudged if scale.analysis.binary or one.rule != "same_answer"}
+
+
+SHOWN = ("trial", "scene", "aperture", "aperture_mm", "fixation", "interval", "catch")
+"""Fields of a trial that are columns of a table of ratings."""
 
 
 def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
