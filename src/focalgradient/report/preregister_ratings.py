@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +10,7 @@ from numpy.random import default_rng
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
-from focalgradient.power import LatentModel, Model, Study, latent_power, rise_power
+from focalgradient.power import LatentModel, Model, Study, latent_power, quick_power
 from focalgradient.report.exclusions import catch_answers, criteria
 from focalgradient.report.preregistered import (
     AFTERWARDS,
@@ -64,7 +64,8 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     if ratios and "pinhole" not in design.apertures:
         raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
     names = OF_RATINGS
-    assumed, powers = (_ratios if ratios else _latent)(design, asked)
+    study = Study((Model if ratios else LatentModel)(**asked.effects), design, asked.used_bound)
+    assumed, powers = (_ratios if ratios else _latent)(study)
     orders = "" if len(design.fixations) == 1 else f" ({design.fixation_order} order)"
     focus = " and ".join(in_focus(name) for name in fixations)
     shown = (
@@ -86,7 +87,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         table,
         [questions.outcome, questions.method, ROBUSTNESS_PLAN, *[CONFIDENCE_METHOD] * design.confidence],
         enough(powers, assumed),
-        power_table(powers, _named(fixations)),
+        power_table(powers, study.tests),
         neutral=_neutral(design, analysis),
         failed=FAILED_RATIOS if ratios else FAILED_OTHERS,
         rules_file=as_toml(asked.stated.rules, asked.used_bound if ratios else None, names),
@@ -132,12 +133,11 @@ def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
     return tests
 
 
-def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
+def _ratios(study: Study) -> tuple[str, dict[int, dict[str, float]]]:
     """Return the assumptions about ratios in words, and the power of their tests."""
-    model = Model(**asked.effects)
-    settings = model, design, asked.used_bound
-    powers = {number: rise_power(*settings, number, EXPERIMENTS) for number in SUBJECTS}
-    far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
+    model: Any = study.model
+    powers = {number: quick_power(study, number, EXPERIMENTS) for number in SUBJECTS}
+    far = "" if len(study.design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
     assumed = (
         f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean depth "
         f"effect of {model.effect:g} with the first object in focus{far} (ratios), standard deviations of the log "
@@ -147,11 +147,11 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
     return assumed, powers
 
 
-def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
+def _latent(study: Study) -> tuple[str, dict[int, dict[str, float]]]:
     """Return the assumptions about ordinal answers or choices in words, and the power of their tests."""
-    latent = LatentModel(**asked.effects)
-    powers = latent_power(Study(latent, design), SUBJECTS)
-    far = "" if len(design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
+    latent: Any = study.model
+    powers = latent_power(study, SUBJECTS)
+    far = "" if len(study.design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
     assumed = (
         "by simulated experiments with 8 and 24 subjects, analysed as above, none excluded, whose standard errors give "
         f"those of other numbers. Assumed: a ratio of the odds of a higher answer of {latent.effect:g} at the largest "
@@ -159,14 +159,3 @@ def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
         f"over subjects and {latent.between_scenes:g} over scenes."
     )
     return assumed, powers
-
-
-def _named(fixations: Sequence[str]) -> dict[str, str]:
-    """Return descriptions of the tests in the power analysis."""
-    first, *others = fixations
-    rest = " and ".join(others)
-    return {
-        "near_rise": f"{first}: rises with blur",
-        "far_equivalent": f"{rest}: equivalent to zero",
-        "interaction": f"{first} rises more than {rest}",
-    }
