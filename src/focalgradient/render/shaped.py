@@ -58,7 +58,10 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned, lens_radius(psf.picture(LENS_RADIUS_PX), LENS_RADIUS_PX))
+    lens = lens_radius(psf.picture(LENS_RADIUS_PX), LENS_RADIUS_PX)
+    if psf.gives_edge_response:  # pixels widen a picture, but the lens ends where the shape does
+        lens = min(lens, max(psf.edge_reach, 1.0))
+    return kernels_of(steps, turned, lens)
 
 
 def _radii(largest: float) -> NDArray[np.float64]:
