@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import convolve2d
 
-from focalgradient.depth import numerics
+from focalgradient.depth import numerics, planes
 from focalgradient.depth.noise import QUANTUM, NoiseLaw, noise_from_differences
 from focalgradient.depth.read import parabola_minimum, read_minima
 from focalgradient.depth.validity import SECONDARY_MINIMUM
@@ -130,3 +130,31 @@ def test_the_finest_detail_is_that_of_the_noise() -> None:
     noise = 3.0 * RANDOM.standard_normal((400, 400))
     assert noise_from_differences(noise) == pytest.approx(3.0, rel=0.02)
     assert NoiseLaw(0.5, 2.0).variance(np.array([-3.0])) == 0.5  # no light is negative
+
+
+def test_a_plane_with_and_without_a_jump_is_that_of_least_squares() -> None:
+    """Of 30 values, their slopes with a prior; by the normal equations."""
+    y, x, value = RANDOM.normal(size=(3, 30))
+    weight, side = RANDOM.random(30), np.where(RANDOM.random(30) < 0.4, -0.5, 0.5)
+    sums = planes.NOTHING
+    for at in zip(weight, y, x, weight * value, side, strict=True):
+        sums = planes.add(sums, *at)
+    columns = np.stack([np.ones(30), y, x, side])
+    normal = (weight * columns) @ columns.T + np.diag([0, 0.5**-2, 0.5**-2, 0])
+    known = columns @ (weight * value)
+    plane, explained = planes.fit_plane(sums, 0.5)
+    assert plane == pytest.approx(np.linalg.solve(normal[:3, :3], known[:3]), rel=1e-6)
+    assert explained == pytest.approx(plane @ known[:3])
+    assert planes.fit_jump(sums, 0.5) == pytest.approx(np.linalg.solve(normal, known)[[0, 3]], rel=1e-6)
+    one_side = planes.add(planes.add(planes.NOTHING, 1.0, 0.0, 0.0, 2.0, 0.5), 1.0, 1.0, 0.0, 3.0, 0.5)
+    assert planes.fit_jump(one_side, 0.5) == (0.0, 0.0)
+
+
+def test_a_plane_grows_to_itself_and_its_sd_is_that_of_the_weighted_mean() -> None:
+    down, across = np.indices((25, 31))
+    plane, weight = 3 + 0.4 * down - 0.3 * across, np.full((25, 31), 4.0)
+    for windows in ([1.5], [0.8, 1.2, 1.5]):
+        value, sd = planes.grow_planes(weight, weight * plane, plane, np.full((25, 31), 0.5), windows, 1e3, 49.0)
+        assert value == pytest.approx(plane, abs=1e-6)
+        fall = np.exp(-(np.arange(-4, 5) ** 2) / (2 * 1.5**2))
+        assert sd[12, 15] == pytest.approx(0.5 / 2 * (fall**2).sum() / fall.sum() ** 2, rel=1e-6)
