@@ -302,10 +302,7 @@ DAMAGES = {
         forged(each("onset", lambda event: event["onset"] / 5), "pinhole"),
         "it begins 6 s after the previous one",
     ),
-    "all: no pictures stated": (
-        forged(lambda events: events[0].pop("stimuli")),
-        "line 1: stimuli is missing",
-    ),
+    "all: no pictures stated": (forged(lambda events: events[0].pop("stimuli")), "line 1: stimuli is missing"),
     "all: age in a list": (forged(head(about=[30])), r"line 1: about is \[30\], but must be a table"),
     "all: triggers without codes": (forged(noted(3, "triggers", ports=[])), "line 4: markers is missing, but must be"),
     "all: a round in words": (forged(noted(3, "practice", round="last", passed=False)), "line 4: round is 'last', but"),
@@ -367,10 +364,7 @@ DAMAGES = {
     "row doubled": (people("sub-02\t", "sub-01\thuman\t30\tn/a\tn/a\nsub-02\t"), "sub-01 occurs 2 times"),
     "row lost, too": (people("sub-02\thuman\t30\tn/a\tn/a\n", ""), "sub-02 is missing: add a row, with its kind"),
     "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
-    "kind changed": (
-        people("human", "simulated"),
-        r"sub-01 is simulated, but dataset_description\.json says human",
-    ),
+    "kind changed": (people("human", "simulated"), r"sub-01 is simulated, but dataset_description\.json says human"),
     "one number twice": (renamed, "sub-01 and sub-1 are the same number, and had the same trial order"),
     "people not UTF-8": (
         lambda root: (root / "participants.tsv").write_bytes(b"participant_id\tkind\nsub-01\t\xff\n"),

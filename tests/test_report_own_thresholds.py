@@ -202,11 +202,6 @@ def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> N
     assert said in str(error.value)
 
 
-def test_a_missing_table_is_named_before_its_guess_rate(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"own\.csv does not exist: give a table of answers"):
-        make_report(tmp_path / "own.csv", guess_rate=0.5)
-
-
 def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
     path = tmp_path / "own.csv"
     for header, columns, expected in (

@@ -8,11 +8,7 @@ import pytest
 
 from focalgradient import DepthMap, Eye, InputError, Lens, cast, render_bands
 from focalgradient.errors import check_list
-from focalgradient.eye import (
-    band_views,
-    chromatic_difference,
-    eye_views,
-)
+from focalgradient.eye import band_views, chromatic_difference, eye_views
 from focalgradient.plotting import depth_figure
 from focalgradient.psf import transfer
 from focalgradient.scenes import plane

@@ -123,10 +123,7 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
         "the duration of shown is 0, but must be a number of seconds above 0",
     ),
     "an exit": ({"shown": ending}, r"fails: shown raises SystemExit\(0\)"),
-    "an unseeded picture": (
-        {"shown": unseeded},
-        "draws another picture the second time: draw from the parameter seed",
-    ),
+    "an unseeded picture": ({"shown": unseeded}, "draws another picture the second time: draw from the parameter seed"),
     "no observer": ({"simulated": raising}, r"fails: simulated raises KeyError\('side'\)"),
     "three ways": ({"control": control(Ways("?", ("a", "b", "c")))}, "control has 3 ways, but must have 2"),
     "no ratios": ({"control": control(Scale("?", "", 0, 9))}, "goes from 0 to 9, which has no ratios: give ratios=Fal"),

@@ -10,11 +10,10 @@ from typing import Literal
 import numpy as np
 import pandas as pd
 import pytest
-from extended import command
 from scipy import stats
 from statsmodels.stats.multitest import multipletests
 
-from focalgradient.dataset import Apparatus, Session, validate
+from focalgradient.dataset import Apparatus, Session
 from focalgradient.design import Plan, Trial
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
@@ -85,48 +84,11 @@ class Dots(Task):
             raise InputError(f"guess is {answer.guess}, but whoever is sure is right: mend it.")
 
 
-def test_columns_follow_from_the_records_of_trial_and_answer() -> None:
-    columns = {column.name: column for column in task_named("dots").columns()}
-    assert [*columns] == [
-        *("trial", "side", "dots", "repetition", "catch", "onset", "guess", "sure", "said", "response_time"),
-        *("dropped_frames", "sitting"),
-    ]
-    assert columns["side"].described()["Levels"] == {"left": "left", "right": "right"}
-    assert columns["guess"].described() == {
-        "Description": "Number that was guessed.",
-        "Format": "integer",
-        "Minimum": 0,
-        "Maximum": 99,
-    }
-    assert columns["sure"].form == "bool"
-    assert columns["said"].optional
-
-
-def test_a_list_has_each_condition_as_often_as_the_design_says() -> None:
-    trials = DotDesign().trials("01")
-    main = [trial for trial in trials if trial.phase == "main"]
-    assert len(trials) - len(main) == 2
-    assert pd.Series([trial.condition for trial in main]).value_counts().tolist() == [3] * 4
-    assert [trial.condition for trial in DotDesign().trials("02") if trial.phase == "main"] == [
-        trial.condition for trial in main[::-1]
-    ]
-
-
 def recorded(root: Path, design: DotDesign | None = None, **other: object) -> None:
     with Session.begin(root, design or DotDesign(), "01", apparatus=Apparatus("seconds of the test")) as session:
         for number, trial in enumerate(session.remaining()):
             given = {"guess": trial.dots, "sure": True, "said": "yes", **other}
             session.record(trial, DotAnswer(onset=5.0 * number, response_time=1.0, **given))
-
-
-def test_a_session_of_an_own_task_is_recorded_and_checked(tmp_path: Path) -> None:
-    recorded(tmp_path / "data")
-    assert validate(tmp_path / "data").problems == ()
-    table = next(tmp_path.rglob("*_beh.tsv"))
-    text = table.read_text()
-    assert text.splitlines()[1].split("\t")[-3:-1] == ["0", "1"]  # before the date
-    table.write_text(text.replace("\tyes\t", "\tno\t", 1))
-    assert any("it differs from its journal" in problem for problem in validate(tmp_path / "data").problems)
 
 
 def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_path: Path) -> None:
@@ -219,22 +181,3 @@ def test_what_is_no_task_or_takes_a_name_is_refused() -> None:
     for taken in ("dots", "necker"):
         with pytest.raises(InputError, match=f"'{taken}' already"):
             register(type("Own", (Dots,), {"name": taken}))
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [
-        ("", "registers 0 tasks, but must register one"),
-        ("x = 1 / 0", "cannot be run (ZeroDivisionError"),
-        (None, "does not exist: give the Python file"),
-    ],
-)
-def test_a_file_without_a_task_is_refused_in_a_sentence(text, sentence: str, tmp_path: Path) -> None:
-    file = tmp_path / f"wrong_{len(sentence)}.py"
-    if text is not None:
-        file.write_text(text)
-    done = command(tmp_path, "run", file, "--pilot")
-    assert done.returncode == 2
-    assert sentence in done.stderr
-    assert "Traceback" not in done.stderr

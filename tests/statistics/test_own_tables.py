@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import InputError
-from focalgradient.statistics import depth_rating, quality, read_ratings, read_reports
+from focalgradient.statistics import quality, read_ratings, read_reports
 from focalgradient.statistics.own_reports import holds_reports
 
 LONG = "subject,fstop,focus,resp\nA,pinhole,near,1.0\nA,f5.6,near,1.4\nB ,0,far,0.9\nB,5.6,farthest,1.2\n"
@@ -38,10 +38,6 @@ def test_trials_that_are_numbered_alike_are_numbered_anew(tmp_path: Path) -> Non
     own = read_ratings(write(tmp_path, f"subject,trial,aperture,focus,rating\n{rows}"))
     assert own.table["trial"].tolist() == [1, 2, 3]
     assert any("does not tell all trials apart" in note for note in own.notices)
-
-
-def test_names_that_are_plain_need_no_columns(tmp_path: Path) -> None:
-    assert len(read_ratings(write(tmp_path, LONG)).table) == 4
 
 
 def test_decimal_commas_and_conditions_in_another_language(tmp_path: Path) -> None:
@@ -227,32 +223,6 @@ def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str
         read_reports(write(tmp_path, text), NAMES, MEANT)
 
 
-def test_at_most_twenty_unknown_percepts_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
-    for words, said in ((20, r"'word19'[^;]*: give its"), (23, r"'word19'[^;]*; and 3 more: give its")):
-        rows = [f"A,{number},none,word{number},0,4" for number in range(words)]
-        with pytest.raises(InputError, match=said):
-            read_reports(write(tmp_path, "\n".join(["subject,trial,gradient,percept,onset,end", *rows])))
-
-
-def test_ten_unused_columns_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
-    for unused, said in ((10, "u8, u9."), (11, "u8, u9 and 1 more."), (13, "u8, u9 and 3 more.")):
-        names = [f"u{number}" for number in range(unused)]
-        head = ",".join(["subject,aperture,focus,rating", *names])
-        own = read_ratings(write(tmp_path, f"{head}\nA,0,near,1{',x' * unused}\n"))
-        assert f"Columns that were not used: {', '.join(names[:8])}, {said}" in own.notes
-
-
-def test_what_is_read_can_be_analysed(tmp_path: Path) -> None:
-    rows = [
-        f"{who},s{scene},{aperture},near,{1 + 0.1 * who * number + 0.02 * scene * number}"
-        for who in range(1, 6)
-        for scene in range(6)
-        for number, aperture in enumerate(("0", "f5.6"))
-    ]
-    own = read_ratings(write(tmp_path, "\n".join(["subject,scene,aperture,focus,rating", *rows])))
-    assert "Satterthwaite" in depth_rating(own.table, equivalence_bound=1.2).fixations[0].rise.method
-
-
 BAD = {
     "nothing": ("", "no header"),
     "no participant": (
@@ -296,13 +266,6 @@ def test_what_is_wrong_is_named(tmp_path: Path, name: str) -> None:
     text, sentence = BAD[name]
     with pytest.raises(InputError, match=sentence):
         read_ratings(write(tmp_path, text))
-
-
-def test_columns_that_are_not_there(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="has no column vp for participant: it has subject"):
-        read_ratings(write(tmp_path, LONG), {"participant": "vp"})
-    with pytest.raises(InputError, match="columns: colour is not known"):
-        read_ratings(write(tmp_path, LONG), {"colour": "resp"})
 
 
 CELLS = st.sampled_from(
