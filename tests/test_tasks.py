@@ -139,11 +139,7 @@ def test_factors_that_always_change_together_are_named(design, confounded: bool,
 @pytest.mark.parametrize(
     ("name", "given", "sentence"),
     [
-        (
-            "findings",
-            lambda self, table: [table["none"]],
-            r"the task 'dots' fails: findings raises KeyError\('none'\) \(",
-        ),
+        ("findings", lambda self, table: [table["none"]], r"the task 'dots' fails: findings raises KeyError\('none'\)"),
         ("findings", lambda self, table: "A sentence.", "findings is 'A sentence.', but must be a list of texts"),
         ("tested", lambda self, design, table: 1 / 0, "the task 'dots' fails: tested raises ZeroDivisionError"),
     ],

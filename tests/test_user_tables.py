@@ -84,11 +84,7 @@ def test_other_files_are_called_what_they_are(tmp_path: Path, content: bytes, wh
 @pytest.mark.parametrize(
     ("cells", "delimiter", "sentence"),
     [
-        (
-            ["1.5", "1,4"],
-            ";",
-            "row 3: rating is '1,4', but other cells have a decimal point, like '1.5': it is 1.4 or 14",
-        ),
+        (["1.5", "1,4"], ";", "row 3: rating is '1,4', .*: it is 1.4 or 14"),
         (["1,234.5", "2"], ";", "is '1,234.5', which is 1234.5"),
         (["1.234,5", "2"], ";", "is '1.234,5', which is 1234.5 or 1.2345"),
         (["1,234,567", "2"], ";", "without thousands separators"),

@@ -98,10 +98,7 @@ def test_a_run_that_was_cut_off_goes_on_to_the_same_answers(design, stimuli, enc
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (
-            {"observer": "blur-blind"},
-            "is of observer default, seed 1, model 5, not of the simulated one .blur-blind, seed 1, model 5.: give",
-        ),
+        ({"observer": "blur-blind"}, "is of observer default, seed 1, model 5, not of the simulated one .blur-blind"),
         ({"seed": 2}, "is of observer default, seed 1"),
         ({"observer": "ghost"}, "observer is 'ghost', but must be one of default, blur-blind"),
         ({"design": {"answer": "typed"}}, "is of another design"),
