@@ -63,6 +63,24 @@ def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy)
         make_report(copy)
 
 
+@pytest.mark.parametrize(
+    ("table", "sidecar", "said"),
+    [
+        ("mine_beh", '{"GeneratedBy": "focalgradient"}', "is of a task 'mine' that is unknown here"),
+        ("mine_beh", "{}", "holds the task 'mine' of another program"),
+        ("necker_events", "{}", "contains no answers to any known task"),
+    ],
+)
+def test_a_task_that_is_unknown_or_has_no_answers_is_named(tmp_path, copy, table, sidecar, said):
+    for file in copy.glob("sub-*/beh/*.tsv"):
+        file.unlink()
+    path = copy / "sub-01" / "beh" / f"sub-01_task-{table}.tsv"
+    path.write_text("onset\tduration\n0\t1\n")
+    path.with_suffix(".json").write_text(sidecar)
+    with pytest.raises(InputError, match=said):
+        make_report(copy)
+
+
 def test_all_excluded_is_said(tmp_path):
     made = make_report(record_ratings(tmp_path / "data", 2, Model(noise=2.0)))
     assert "leave out all 2 subjects" in page(made)
