@@ -5,7 +5,7 @@ from functools import partial
 
 import command_line
 import pytest
-from recorded import edit, rating_file, record_necker, record_ratings
+from recorded import record_ratings
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -26,15 +26,6 @@ def test_the_report_is_written(data, tmp_path):
     assert not any(name.startswith("necker") for name in names)
     assert "factor of 1.3" in (tmp_path / "new" / "report" / "report.md").read_text(encoding="utf-8")
     assert result.stdout.splitlines()[-1].startswith("Done: open ")
-
-
-def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
-    root = record_necker(record_ratings(tmp_path / "data", 2), 2)
-    edit(rating_file(root), 4, "fixation", "middle")
-    result = run(root, "--out", tmp_path / "report")
-    assert result.exit_code == 0
-    assert "row 4: fixation is 'middle', but must be one of nearest, farthest" in result.stderr
-    assert (tmp_path / "report" / "necker.png").exists()
 
 
 def test_a_table_of_ones_own(tmp_path):

@@ -27,17 +27,15 @@ def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_a
     task = task_named(str(Path(__file__).parents[1] / "experiments" / "depth_order.py"))
     design = task.design()
     first = next(trial for trial in design.trials("01") if trial.phase == "main")
-    same = [replace(first, phase=phase, trial=number) for phase in ("practice", "main") for number in (1, 2)]
-    drawn = {
-        (participant, trial.phase, trial.trial): [
-            intervals_of(task, design, trial, 10.0, seed=design.noise_seed(participant, trial))[0][0].tobytes()
-            for _ in range(2)
-        ]
-        for participant in ("01", "02")
-        for trial in same
-    }
-    assert all(again == once for once, again in drawn.values())
-    assert len({once for once, _ in drawn.values()}) == len(drawn)
+
+    def drawn(participant: str, **other: object) -> bytes:
+        trial = replace(first, **other)
+        seed = design.noise_seed(participant, trial)
+        return intervals_of(task, design, trial, 10.0, seed=seed)[0][0].tobytes()
+
+    once = drawn("01")
+    assert drawn("01") == once
+    assert len({once, drawn("02"), drawn("01", phase="practice"), drawn("01", trial=first.trial + 1)}) == 4
 
 
 @pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])
