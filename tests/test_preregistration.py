@@ -14,6 +14,7 @@ from recorded import record_necker
 from test_scales import record
 
 from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
+from focalgradient.power import Model
 from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
@@ -117,6 +118,16 @@ def test_where_markers_stood_is_judged_from_eight_trials(
     text = preregistration(path, stated=Stated(Rules()), effect=1.5)["preregistration.md"].decode()
     assert ("where the marker first stood was recorded in too few trials" not in text) == judged
     assert ("| first_press |" in text) == judged
+
+
+def test_a_model_of_subjects_states_the_effect_and_a_given_one_goes_before(tmp_path: Path) -> None:
+    path = design_of(tmp_path, "ratio", 1, NEAR, 1)
+    path.write_text(path.read_text() + "catch_trials = 3\n")
+
+    def stated(**given: object) -> bytes:
+        return preregistration(path, stated=Stated(Rules()), **given)["preregistration.md"]
+
+    assert stated(model=Model(effect=1.5)) == stated(effect=1.5) == stated(model=Model(effect=1.1), effect=1.5)
 
 
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
