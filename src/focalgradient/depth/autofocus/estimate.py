@@ -24,14 +24,12 @@ from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
     NODES,
-    SMOOTH,
-    STEEP,
     block_sum,
     gather,
-    grow_planes,
     interpolate_nodes,
     repeat_blocks,
 )
+from focalgradient.depth.planes import SMOOTH, STEEP, grow_planes
 from focalgradient.depth.registration import filled
 from focalgradient.depth.search import LEVEL_STEP, Estimate, Problem
 from focalgradient.depth.validity import MIN_SUPPORT, OUTSIDE, blur_is_known

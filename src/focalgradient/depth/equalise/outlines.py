@@ -37,7 +37,8 @@ from focalgradient.depth.equalise.robust import Likelihood, Part, Refined, refin
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_mean, block_sum
+from focalgradient.depth.numerics import block_mean, block_sum
+from focalgradient.depth.planes import HELD_APART, SMOOTH
 from focalgradient.depth.validity import LEAST_BLUR, blur_is_known
 
 __all__ = ["HALF", "Outlines", "curvature_variance", "curves", "find_outlines"]
@@ -89,7 +90,7 @@ Chosen on `MADE_WITH`."""
 
 GROWN_WINDOWS = 4.0
 """Distance in windows within which pixels contribute to a grid point's depth: 2.2 times the widest of
-`numerics.SMOOTH`, 1.7, rounded up."""
+`planes.SMOOTH`, 1.7, rounded up."""
 
 MIN_CONTRADICTION = 3
 """Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
