@@ -114,9 +114,8 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
     covariance = file.uncertainty.covariance
     if len(file.uncertainty.informed) != count or [len(row) for row in covariance] != [count] * count:
         raise InputError(
-            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the "
-            "file again "
-            "with focalgradient calibrate."
+            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
+            "again with focalgradient calibrate."
         )
     for name, key, marks in (
         ("aperture", "f_number", [one.f_number for one in file.apertures]),
