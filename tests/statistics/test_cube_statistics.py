@@ -12,7 +12,7 @@ from focalgradient.statistics import NeckerResult, NotComputed, necker
 from focalgradient.statistics.cube import log_odds
 from focalgradient.statistics.durations import fit_durations
 from focalgradient.statistics.means import share_interval
-from focalgradient.statistics.tables import PERCEPTS
+from focalgradient.user_tables.schema import PERCEPTS
 
 
 def reports(subjects: int, change: float, *, gap: float = 0.5, trials: int = 2, seed: int = 1) -> pd.DataFrame:

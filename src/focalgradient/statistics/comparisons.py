@@ -19,7 +19,7 @@ from focalgradient.statistics.means import only_difference, share_interval, t_in
 from focalgradient.statistics.questions import Answers, less, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, slope_questions
-from focalgradient.statistics.tables import fixations_of, rating_table
+from focalgradient.user_tables.tidy import fixations_of, rating_table
 
 __all__ = [
     "ComparisonMean",
@@ -127,7 +127,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     Parameters
     ----------
     table
-        As for `focalgradient.statistics.tables.rating_table`; `rating` is a signed step (0: identical), or 1 if the
+        As for `focalgradient.user_tables.tidy.rating_table`; `rating` is a signed step (0: identical), or 1 if the
         picture was judged deeper than the reference, else 0. Catch trials are excluded.
     scale
         The analysis (`focalgradient.scales.Slopes` or `Choices`), or its name: "bipolar" or "choice".

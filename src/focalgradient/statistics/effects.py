@@ -15,8 +15,8 @@ from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.slope_questions import slope_questions
 from focalgradient.statistics.step_questions import step_questions
-from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.wording import many
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["BOUND", "analyse", "questions_of"]
 
@@ -36,7 +36,7 @@ def analyse(
     Parameters
     ----------
     table
-        As for `focalgradient.statistics.tables.rating_table`.
+        As for `focalgradient.user_tables.tidy.rating_table`.
     analysis
         Analysis, or its name: "ratio", "ordinal", "bipolar" or "choice".
     bound

@@ -30,7 +30,6 @@ from focalgradient.statistics.questions import (
     tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.tables import fixations_of
 from focalgradient.statistics.wording import (
     SPACE,
     ci,
@@ -46,6 +45,7 @@ from focalgradient.statistics.wording import (
     size,
     statistic,
 )
+from focalgradient.user_tables.tidy import fixations_of
 
 __all__ = [
     "BOOTSTRAP",

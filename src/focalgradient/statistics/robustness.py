@@ -11,7 +11,7 @@ from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.effects import analyse
 from focalgradient.statistics.exclusions import kept_rows, quality
-from focalgradient.statistics.tables import fixations_of, rating_table
+from focalgradient.user_tables.tidy import fixations_of, rating_table
 
 __all__ = ["ALL_RULES", "Variant", "robustness"]
 
@@ -61,7 +61,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     Parameters
     ----------
     table
-        One row per trial: see `focalgradient.statistics.tables.rating_table`.
+        One row per trial: see `focalgradient.user_tables.tidy.rating_table`.
     rules
         Exclusion rules; None: the defaults.
     scale

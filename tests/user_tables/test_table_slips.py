@@ -18,7 +18,7 @@ from focalgradient.cli import main
 from focalgradient.files.cells import as_number
 from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
-from focalgradient.statistics.own_names import same_name
+from focalgradient.user_tables.names import same_name
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
