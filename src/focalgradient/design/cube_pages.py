@@ -29,7 +29,7 @@ class CubePages:
 
     def opening(self) -> tuple[Page, ...]:
         """Return the instructions."""
-        keys = {f"{name}_key": key.upper() for name, key in self.design.keys_of(self.participant).items()}
+        keys = {f"{name}_key": self.words.key(key) for name, key in self.design.keys_of(self.participant).items()}
         texts = self.words.pages("necker.instructions", escape=escape_text(self.words, browser=self.browser), **keys)
         return tuple(Page("instructions", text.strip()) for text in texts)
 
@@ -50,7 +50,7 @@ class CubePages:
         """Return the feedback on practice; ``{share}`` is the percentage of time for which the correct key was held."""
         if trial.phase != "practice" or trial.is_ambiguous:
             return ()
-        key = self.design.keys_of(self.participant)[cast("Gradient", trial.shape)].upper()
+        key = self.words.key(self.design.keys_of(self.participant)[cast("Gradient", trial.shape)])
         shape = self.words(f"necker.{trial.shape}")
         return (Page("feedback", self.words("necker.feedback", shape=shape, key=key, share="{share}")),)
 
