@@ -103,7 +103,7 @@ class _AskedPages(PlainPages):
         return self._read(f"{self.design.asked.name} instructions", "instructions")
 
 
-class PublishedTask(Task):
+class PublishedTask(Task[PublishedDesign, PublishedTrial, PublishedAnswer]):
     """Question of a published experiment about replicas of its stimuli."""
 
     name: ClassVar[str] = "published"
