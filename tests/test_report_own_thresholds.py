@@ -20,7 +20,6 @@ from focalgradient.report.exclusions import main_results
 from focalgradient.report.parts import Output
 from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.statistics import (
-    Interval,
     NotComputed,
     ThresholdFit,
     ThresholdResult,
@@ -119,8 +118,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
-    mean = Interval(0.2, 0.1, 0.3)
-    part = replace(ThresholdPart.of(own), results={"": ThresholdResult("D", subjects, mean, mean)})
+    part = replace(ThresholdPart.of(own), results={"": ThresholdResult("D", subjects)})
     assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
@@ -160,9 +158,7 @@ def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:
     )
     assert fit.correct_at_threshold == 0.625
     ax = Figure().subplots()
-    draw_functions(
-        ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),), NotComputed(""), NotComputed(""))
-    )
+    draw_functions(ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),)))
     assert any(list(line.get_ydata()) == [0.625, 0.625] for line in ax.lines)
 
 

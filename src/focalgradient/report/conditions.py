@@ -25,7 +25,7 @@ from focalgradient.report.parts import Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables
 from focalgradient.statistics import ConditionTest, Rules
-from focalgradient.statistics.conditions import answers_of_tests, condition_method
+from focalgradient.statistics.conditions import condition_method, condition_questions
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answers
@@ -127,7 +127,7 @@ class ConditionPart(Part):
         return cls(*shown, data.simulated, data, task=task, settings=settings)
 
     def answers(self) -> Answers:
-        kept, everyone = (Answers(tuple(answers_of_tests(tests))) for tests in (self.tests, self.everyone))
+        kept, everyone = (condition_questions(tests).answers(tests) for tests in (self.tests, self.everyone))
         return kept if self.tests == self.everyone else Answers((*kept, *everyone.variant(WITHOUT)))
 
     def findings(self, output: Output) -> Iterator[Block]:
@@ -141,7 +141,9 @@ class ConditionPart(Part):
         if self.task is not None:
             yield from map(Paragraph, _sentences(self.task, self.rows))
         yield from self.said(self.answers())
-        yield from map(Notice, changed(answers_of_tests(self.tests), answers_of_tests(self.everyone)))
+        yield from map(
+            Notice, changed(*(condition_questions(tests).answers(tests) for tests in (self.tests, self.everyone)))
+        )
         factors = [*dict.fromkeys(test.factor for test in self.tests)]
         yield from self._confounded(factors)
         for factor in factors:

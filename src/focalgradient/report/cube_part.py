@@ -14,7 +14,7 @@ from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import ViewedScreen, place_effects_of_cube, screens, screens_sheet
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.dominance import dominance_sheet
-from focalgradient.report.exclusions import answers_of, exclusions_table, with_and_without
+from focalgradient.report.exclusions import exclusions_table, with_and_without
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.tables import MEANS, answer_tables, necker_sheets, quality_sheets
@@ -103,7 +103,7 @@ class CubePart(Part):
 
     def answers(self) -> Iterator[Answer]:
         result = self.reports.result
-        yield from answers_of(result, self.reports.everyone, self.quality)
+        yield from self.reports.answers
         if not isinstance(result, NotComputed):
             yield from place_effects_of_cube(self._screens, result)
 

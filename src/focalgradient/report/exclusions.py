@@ -8,10 +8,7 @@ from typing import Any
 from focalgradient.report.document import Block, Notice, Paragraph, Table
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
-    ComparisonResult,
-    DepthRatingResult,
     Effect,
-    NeckerResult,
     NotComputed,
     Quality,
     Rules,
@@ -24,14 +21,12 @@ __all__ = [
     "CUBE_CATCH",
     "EFFECT",
     "TRIALS",
-    "answers_of",
     "both_results",
     "catch_answers",
     "changed",
     "criteria",
     "excluded",
     "exclusions_table",
-    "headlines",
     "main_results",
     "with_and_without",
 ]
@@ -142,24 +137,6 @@ def excluded(found: Quality, catch: str) -> str:
         f"{many(found.subjects_before - found.subjects_after, 'subject')} and {many(trials, 'single trial')}; the "
         "recorded data stay as they were. Results are shown with and without exclusions."
     )
-
-
-Analysed = DepthRatingResult | ComparisonResult | NeckerResult
-
-
-def headlines(result: Analysed | NotComputed) -> tuple[Answer, ...]:
-    """List the main results of an analysis, which its sentences report."""
-    return () if isinstance(result, NotComputed) else result.answers.headlines
-
-
-def answers_of(
-    kept: Analysed | NotComputed, everyone: Analysed | NotComputed | None, found: Quality
-) -> Iterator[Answer]:
-    """Yield the answers of an analysis, and its main results without exclusions if there are any."""
-    if not isinstance(kept, NotComputed):
-        yield from kept.answers
-    if found.exclusions and everyone is not None and not isinstance(everyone, NotComputed):
-        yield from everyone.answers.variant(WITHOUT)
 
 
 EFFECT = "_exclusions_effect.csv"

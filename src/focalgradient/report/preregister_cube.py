@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from focalgradient.design import NeckerDesign
-from focalgradient.power import CubeModel, CubeStudy, quick_cube_power
+from focalgradient.power import CubeModel, Study, quick_cube_power
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.preregistered import (
     AFTERWARDS,
@@ -33,7 +33,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
         If the design contains no comparison.
     """
     model = CubeModel(**asked.effects)
-    study = CubeStudy(model, design)
+    study = Study(model, design)
     powers = quick_cube_power(study, SUBJECTS, EXPERIMENTS)
     sizes = ", ".join(f"{mm:g}" for mm in design.strengths_mm)
     shown = (
@@ -50,7 +50,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
         "people reported of a lattice."
     )
     rules = asked.stated.rules
-    questions = cube_questions([], design.gradients, max(design.strengths_mm), rules.shortest_both)
+    questions = cube_questions([], design.gradients, max(design.strengths_mm), rules)
     unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
     return Preregistered(
         "Preregistration: the turning Necker cube and focal gradients",

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
-from focalgradient.power import LatentModel, LatentStudy, Model, latent_power, rise_power
+from focalgradient.power import LatentModel, Model, Study, latent_power, rise_power
 from focalgradient.report.exclusions import catch_answers, criteria
 from focalgradient.report.preregistered import (
     AFTERWARDS,
@@ -151,7 +151,7 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, d
 def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, dict[int, dict[str, float]]]:
     """Return the assumptions about ordinal answers or choices in words, and the power of their tests."""
     latent = LatentModel(**asked.effects)
-    powers = latent_power(LatentStudy(latent, design), SUBJECTS)
+    powers = latent_power(Study(latent, design), SUBJECTS)
     far = "" if len(design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
     assumed = (
         "by simulated experiments with 8 and 24 subjects, analysed as above, none excluded, whose standard errors give "

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from focalgradient.errors import InputError
-from focalgradient.power import TaskStudy, power, run_here
-from focalgradient.power.own_tasks import planned_of
+from focalgradient.power import Observers, Study, power, run_here
+from focalgradient.power.own_tasks import planned_of, task_questions
 from focalgradient.report.conditions import methods_of_task
 from focalgradient.report.preregistered import Planned, Preregistered, enough, power_table
 from focalgradient.statistics.conditions import level_text
@@ -38,17 +38,13 @@ def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
     if not tests:
         subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
-        study = TaskStudy(task, design, asked.seed)
+        study = Study(Observers(task), design, seed=asked.seed)
         found = {one.subjects: one.found for one in power(run_here(study, SUBJECTS, EXPERIMENTS))}
         assumed = (
             f"by {EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
             "Their effect is that of the observer in the task’s class."
         )
         subjects, table = enough(found, assumed), power_table(found, study.tests)
-    hypotheses = [
-        f"H{number}{' (primary)' if number == 1 else ''}. The {test.name} differs from 0."
-        for number, test in enumerate(tests, start=1)
-    ]
     levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in task.factors(design).items())
     neutral = (
         [f"Catch trials ({settings['catch_trials']}) are answered as their trials ask."]
@@ -57,7 +53,8 @@ def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
     )
     return Preregistered(
         f"Preregistration: {task.title}",
-        hypotheses or ["No hypothesis is tested: means are estimated, with their intervals."],
+        task_questions(task, design).hypotheses
+        or ["No hypothesis is tested: means are estimated, with their intervals."],
         f"The {tests[0].name}, one value for each subject." if tests else "The means of each condition.",
         f"{levels or 'One condition'}; {many(int(settings.get('repetitions', 1)), 'repetition')}, in random order "
         "from the seed that the data set records.",

@@ -15,7 +15,7 @@ from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
 from focalgradient.report.document import FURTHER, Block, Details, Notice, Paragraph
-from focalgradient.report.exclusions import answers_of, exclusions_table, with_and_without
+from focalgradient.report.exclusions import exclusions_table, with_and_without
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import findings, gaze_part
 from focalgradient.report.parts import Asked, Output, Part
@@ -178,7 +178,7 @@ class RatingPart(Part):
 
     def _answers(self) -> Iterator[Answer]:
         part = self.ratings
-        yield from answers_of(part.main, part.everyone, part.quality)
+        yield from part.answers
         if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
             yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
         yield from confidence_answers(part.kept)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import pandas as pd
@@ -28,7 +28,7 @@ from focalgradient.statistics import (
     blur_thresholds,
 )
 from focalgradient.statistics.questions import Analysis, Answers
-from focalgradient.statistics.thresholds import ATTENDING, threshold_questions
+from focalgradient.statistics.thresholds import ATTENDING, attending, threshold_questions
 from focalgradient.statistics.wording import many, number, with_interval
 from focalgradient.user_tables.thresholds import OwnThresholds
 
@@ -134,12 +134,7 @@ class ThresholdPart(Part):
         everyone = self.questions.answers(self.results)
         if not self.design:
             return everyone
-        attending = {name: replace(one, mean=one.mean_attending) for name, one in self.results.items()}
-        kept = {
-            name: replace(one, subjects=tuple(session for session in one.subjects if session.kept))
-            for name, one in attending.items()
-        }
-        main = self.questions.answers(kept).of_roles("main")
+        main = self.questions.answers(attending(self.results)[0]).of_roles("main")
         return Answers((*main, *everyone.of_roles("description"), *everyone.variant(WITHOUT)))
 
     def findings(self, output: Output) -> Iterator[Block]:

@@ -105,7 +105,7 @@ def _own_table(part: Ratings) -> str:
 
 def methods_necker(part: Reports) -> list[str]:
     """Return the methods of experiment 2, for a paper."""
-    method = cube_questions([], shortest_both=part.quality.rules.shortest_both).method
+    method = cube_questions([], rules=part.quality.rules).method
     return [_cube_shown(part), excluded(part.quality, CUBE_CATCH), method]
 
 
