@@ -147,7 +147,9 @@ class DetectionPart(Part):
         yield Paragraph(self.questions.method)
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection")}
+        return table_files(f"{self.name}_trials", self.own.table) | {
+            "detection.R": r_script("detection", self.answers())
+        }
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

@@ -15,7 +15,7 @@ from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT
-from focalgradient.report.export import table_files
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables
@@ -217,7 +217,8 @@ class ThresholdPart(Part):
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.table)
+        script = {"thresholds.R": r_script("thresholds", self.answers())}
+        return table_files(f"{self.name}_trials", self.table) | script
 
 
 def unit_of(design: Mapping[str, Any]) -> str:
