@@ -29,9 +29,9 @@ from focalgradient.statistics.detection import (
     roc_area,
     type2_area,
 )
-from focalgradient.statistics.own_detection import OwnDetection
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.wording import many
+from focalgradient.user_tables.detection import OwnDetection
 
 __all__ = ["DetectionPart"]
 
@@ -147,7 +147,9 @@ class DetectionPart(Part):
         yield Paragraph(self.questions.method)
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.own.table) | {"detection.R": r_script("detection")}
+        return table_files(f"{self.name}_trials", self.own.table) | {
+            "detection.R": r_script("detection", self.answers())
+        }
 
 
 def _counts(rows: pd.DataFrame, steps: int) -> list[int]:

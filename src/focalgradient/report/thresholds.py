@@ -15,7 +15,7 @@ from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.document import Block, Notice, Paragraph
 from focalgradient.report.exclusions import WITHOUT
-from focalgradient.report.export import table_files
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Output, Part
 from focalgradient.report.provenance import listed
 from focalgradient.report.tables import Sheet, answer_tables
@@ -27,10 +27,10 @@ from focalgradient.statistics import (
     ThresholdResult,
     blur_thresholds,
 )
-from focalgradient.statistics.own_thresholds import OwnThresholds
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.thresholds import ATTENDING, attending, threshold_questions
 from focalgradient.statistics.wording import many, number, with_interval
+from focalgradient.user_tables.thresholds import OwnThresholds
 
 __all__ = ["ThresholdPart", "methods_thresholds", "unit_of"]
 
@@ -217,7 +217,8 @@ class ThresholdPart(Part):
         yield from output.tables(self.design_table())
 
     def exports(self) -> Mapping[str, bytes]:
-        return table_files(f"{self.name}_trials", self.table)
+        script = {"thresholds.R": r_script("thresholds", self.answers())}
+        return table_files(f"{self.name}_trials", self.table) | script
 
 
 def unit_of(design: Mapping[str, Any]) -> str:
