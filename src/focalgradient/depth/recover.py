@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
 from focalgradient.depth.common_error import KnownPoint, checked_points, common_modes, stated_parts, with_known_points
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.dual_pixel.halves import halves_of
 from focalgradient.depth.settings import (
     LEAST_SIDE,
     WINDOWS,
@@ -24,7 +22,7 @@ from focalgradient.depth.settings import (
     blur_source,
 )
 from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
-from focalgradient.optics import capabilities
+from focalgradient.optics import DualPixel, capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
 from focalgradient.psf import Capability, Psf, check_transfer
@@ -37,11 +35,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "METHODS",
-    "Estimator",
     "Method",
     "MethodName",
     "check_usable",
     "checked_views",
+    "halves_of",
     "methods_for",
     "recover_depth",
 ]
@@ -53,23 +51,11 @@ SATURATED = 0.5
 """Maximum proportion of a view's pixels that are saturated or masked; beyond it the view is rejected."""
 
 
-def _any(views: Sequence[View]) -> None:
-    """Accept the optics of any views."""
-
-
-@dataclass(frozen=True, slots=True)
-class Estimator:
-    """A loaded method: its estimate of depth, and its check of the views' optics."""
-
-    estimate: Callable[[Problem], Estimate]
-    check: Callable[[Sequence[View]], None] = _any
-
-
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method of depth: its loader, the number of views that it takes, and the capabilities of blur that it needs."""
+    """A method of depth: its folder, the number of views that it takes, and the capabilities of blur that it needs."""
 
-    load: Callable[[], Estimator]
+    folder: str
     least: int = 2
     most: int | None = None
     needs: tuple[Capability, ...] | None = ()
@@ -77,20 +63,21 @@ class Method:
     of_halves: bool = False
     """Whether it takes the halves of dual pixels, whose blur no shape describes, and no other views."""
 
+    def load(self) -> Any:
+        """Import the method's module when it is called, for `import focalgradient` to stay light.
 
-def _loaded(method: str) -> Estimator:
-    """Import a method's folder when it is called, for `import focalgradient` to stay light."""
-    module = import_module(f"focalgradient.depth.{method}.estimate")
-    return Estimator(module.estimate, getattr(module, "check", _any))
+        It holds `estimate(problem)`, and may hold `check(views)`, which refuses views by their optics.
+        """
+        return import_module(f"focalgradient.depth.{self.folder}.estimate")
 
 
 METHODS: dict[MethodName, Method] = {
-    "equalise": Method(partial(_loaded, "equalise")),
-    "spectra": Method(partial(_loaded, "spectra"), needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "ratio": Method(partial(_loaded, "ratio"), most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "edges": Method(partial(_loaded, "edges"), least=1, needs=(Capability.EDGE_RESPONSE,)),
-    "autofocus": Method(partial(_loaded, "autofocus"), least=3, needs=None),
-    "dual-pixels": Method(partial(_loaded, "dual_pixel"), of_halves=True),
+    "equalise": Method("equalise"),
+    "spectra": Method("spectra", needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "ratio": Method("ratio", most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "edges": Method("edges", least=1, needs=(Capability.EDGE_RESPONSE,)),
+    "autofocus": Method("autofocus", least=3, needs=None),
+    "dual-pixels": Method("dual_pixel", of_halves=True),
 }
 
 
@@ -262,7 +249,7 @@ def recover_depth(
     from focalgradient.parallel import linear_algebra_on_one_thread
 
     with linear_algebra_on_one_thread:
-        estimate = METHODS[method].load().estimate(problem)
+        estimate: Estimate = METHODS[method].load().estimate(problem)
     causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
@@ -281,7 +268,9 @@ def problem_of(views: Sequence[View], settings: RecoverySettings) -> Problem:
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)
     check_blur(settings.method, settings.psf)
-    METHODS[settings.method].load().check(views)
+    method = METHODS[settings.method].load()
+    if hasattr(method, "check"):
+        method.check(views)
     search = Search.over(optics, views[0].pixel_angle, settings.near, settings.far, settings.psf)
     settings.progress(0.0, "registering the views")
     return Problem(views, RegisteredViews.of(views, settings.align), search, settings)
@@ -391,6 +380,22 @@ def _remedy(given: object) -> str:
     if isinstance(given, np.ndarray):
         return "give View(image, optics, pixel_angle)"
     return "make one of its image and its optics"
+
+
+def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
+    """Return the numbers of the left and the right half of one lens among views; None without such a pair.
+
+    A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
+    """
+    optics = [view.optics for view in views]
+    if not optics or not all(isinstance(one, DualPixel) for one in optics):
+        return None
+    halves = [one for one in optics if isinstance(one, DualPixel)]
+    signs = [float(np.sign(one.asymmetry)) for one in halves]
+    alike = {(one.lens, abs(one.asymmetry), one.field) for one in halves if one.asymmetry}
+    if signs.count(1.0) != 1 or signs.count(-1.0) != 1 or len(alike) != 1:
+        return None
+    return signs.index(1.0), signs.index(-1.0)
 
 
 def check_usable(views: Sequence[View], method: MethodName, window: float) -> None:

@@ -27,7 +27,7 @@ from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
 from focalgradient.statistics import Effect, NotComputed
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.tables import in_order
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["LatentModel", "latent_power", "simulated_answers"]
 

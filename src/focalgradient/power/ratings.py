@@ -31,7 +31,7 @@ from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Analysis, less
 from focalgradient.statistics.rating_questions import EQUIVALENT
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.tables import in_order
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Model", "Raters", "quick_power", "simulated_ratings"]
 

@@ -29,8 +29,8 @@ from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
-from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.wording import in_focus, many
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["preregister_ratings"]
 
