@@ -20,8 +20,7 @@ from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import BOUND
-from focalgradient.report.preregister import preregistration
-from focalgradient.report.preregistered import Planned
+from focalgradient.report.preregister import Planned, preregistration
 from focalgradient.report.rules import as_toml
 from focalgradient.statistics import Rules, quality
 
