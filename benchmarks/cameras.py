@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.calibration import Priors, Reading, calibrate, calibrate_dual_pixel, measure_target, score_scene
-from focalgradient.depth.known_points import with_known_points
+from focalgradient.depth.common_error import with_known_points
 from focalgradient.errors import InputError
 from focalgradient.optics import DualPixel
 from focalgradient.photographs import load_known_scenes, read_distances, read_photograph

@@ -1,22 +1,27 @@
 """Whether a room's tests notice a wrong line: single changes of its code, drawn at random, and the tests run on each.
 
-    python benchmarks/mutants.py ROOM [--number 20] [--seed 0] [--results mutants.csv] [--limit 900] [--slow] [--near]
-        [--again]
+    python benchmarks/mutants.py ROOM [--number 20] [--seed 0] [--results mutants.csv] [--limit 300] [--slow]
+        [--again | --all-again]
 
 A mutant is one change of one expression in ``src/focalgradient/ROOM``: a comparison (< to <=, == to !=), an operator
 (+ to -, * to /, & to |, and to or), a sign, ``not`` or ``~`` dropped, a number (a float times 1.5, a small integer plus
 1), True for False. Docstrings, texts, annotations, decorators, what is raised, asserted or warned, and ``strict=`` of
 `zip` stay as they are.
 
-The tests that `TESTS` lists for the room run on a temporary copy of the repository with the change, without those
-marked slow (``--slow`` runs them as well): first those whose text names the changed module or its functions, then the
-others (not with ``--near``, which is for a first look). A mutant is caught if a test fails that passes on the unchanged
-copy. A run that reaches ``--limit`` seconds counts as neither. The tests of other rooms and of the commands are not
-run, so the shares are lower bounds.
+The tests that `TESTS` lists for the room and its doctests, without those marked slow (``--slow`` runs them too), run
+once on a temporary copy of the repository, and `executed.py` measures which lines each test executes. That table is
+kept beside the results (``mutants-ROOM.json``); of tests that changed, and of all if the room's code changed, it is
+made anew. Then each mutant runs, in a process forked from one that has loaded the libraries, only the tests that
+execute the changed expression, files of little time first, up to the first that fails; after them the tests that start
+processes, whose lines are unknown. A changed constant of a module runs the tests that execute functions of its file,
+or of files that name it; so does a function that Numba compiles. A mutant is caught if a test fails that passes on the
+unchanged copy. A run that reaches ``--limit`` seconds counts as neither. The tests of other rooms and of the commands
+are not run, so the shares are lower bounds.
 
 Each result is a row of the CSV file ``--results``; mutants with a row there are not run again, so that a run continues
 where it was stopped. ``--again`` runs those of the room that survived again, after tests were added, and no others;
-those whose code is no longer there are dropped.
+those whose code is no longer there are dropped. ``--all-again`` runs every mutant of the room that has a row again,
+after tests were removed.
 """
 
 from __future__ import annotations
@@ -24,24 +29,29 @@ from __future__ import annotations
 import argparse
 import ast
 import csv
+import hashlib
+import importlib
+import json
 import os
-import random
 import re
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import traceback
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
-from functools import partial
 from pathlib import Path
+from typing import Any
 
+import pytest
+from changes import PACKAGE, Change, Mutant, draw, files, found_again
+from executed import Chosen, Executed
 from scipy.stats import binomtest
 
 ROOT = Path(__file__).resolve().parents[1]
-PACKAGE = Path("src/focalgradient")
 TESTS: dict[str, Sequence[str]] = {
     "dataset": (
         "tests/test_dataset.py",
@@ -73,52 +83,11 @@ TESTS: dict[str, Sequence[str]] = {
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""
 
-COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
-    ast.Lt: ast.LtE,
-    ast.LtE: ast.Lt,
-    ast.Gt: ast.GtE,
-    ast.GtE: ast.Gt,
-    ast.Eq: ast.NotEq,
-    ast.NotEq: ast.Eq,
-    ast.Is: ast.IsNot,
-    ast.IsNot: ast.Is,
-    ast.In: ast.NotIn,
-    ast.NotIn: ast.In,
-}
-OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
-    ast.Add: ast.Sub,
-    ast.Sub: ast.Add,
-    ast.Mult: ast.Div,
-    ast.Div: ast.Mult,
-    ast.FloorDiv: ast.Mult,
-    ast.Mod: ast.Mult,
-    ast.Pow: ast.Mult,
-    ast.BitAnd: ast.BitOr,
-    ast.BitOr: ast.BitAnd,
-}
-FACTOR, SMALL = 1.5, 20
-"""Factor on a float and on integers above `SMALL`; smaller integers grow by 1."""
+HANG = 90
+"""Seconds after which a single test counts as hung and fails."""
 
-BESIDE = 50
-"""Characters shown before and after a change."""
-
-HANG = 180
-"""Seconds after which a single test counts as hung and fails; the longest quick test takes a fifth of it."""
-
-Site = tuple[ast.AST, Sequence[str], Callable[[], None]]
-"""A node, the functions around it, and what changes the tree there."""
-
-
-@dataclass(frozen=True)
-class Mutant:
-    """One change: where, the old text and the new one, around the change alone."""
-
-    room: str
-    file: str
-    line: int
-    function: str
-    was: str
-    becomes: str
+LOADED = ("PIL", "cv2", "llvmlite", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy", "statsmodels")
+"""Libraries that are loaded before a process is forked, as that takes seconds, and that work in it."""
 
 
 @dataclass(frozen=True)
@@ -130,183 +99,127 @@ class Result(Mutant):
     seconds: str
 
 
-class _Sites(ast.NodeVisitor):
-    """Every place of a tree that can be changed, in the order of the source."""
-
-    def __init__(self) -> None:
-        self.found: list[Site] = []
-        self.around: list[str] = []
-
-    def add(self, node: ast.AST, change: Callable[[], None]) -> None:
-        self.found.append((node, tuple(self.around), change))
-
-    def visit_all(self, nodes: Iterable[ast.AST | None]) -> None:
-        for node in nodes:
-            if node is not None:
-                self.visit(node)
-
-    def visit_FunctionDef(self, node: ast.FunctionDef | ast.AsyncFunctionDef) -> None:
-        self.around.append(node.name)
-        self.visit_all([*node.args.defaults, *node.args.kw_defaults, *node.body])
-        self.around.pop()
-
-    def visit_AsyncFunctionDef(self, node: ast.AsyncFunctionDef) -> None:
-        self.visit_FunctionDef(node)
-
-    def visit_ClassDef(self, node: ast.ClassDef) -> None:
-        self.around.append(node.name)
-        self.visit_all(node.body)
-        self.around.pop()
-
-    def visit_AnnAssign(self, node: ast.AnnAssign) -> None:
-        self.visit_all([node.value])
-
-    def visit_Raise(self, node: ast.Raise) -> None:
-        """Leave messages as they are."""
-
-    def visit_Assert(self, node: ast.Assert) -> None:
-        """Leave what only types ask for as it is."""
-
-    def visit_keyword(self, node: ast.keyword) -> None:
-        if node.arg not in ("strict", "stacklevel"):
-            self.visit(node.value)
-
-    def visit_Call(self, node: ast.Call) -> None:
-        name = ast.unparse(node.func)
-        if name in ("warnings.warn", "warn"):
-            return
-        self.visit_all([node.func, *(node.args[:1] if name == "isinstance" else node.args), *node.keywords])
-
-    def visit_Compare(self, node: ast.Compare) -> None:
-        for place in range(len(node.ops)):
-            self.add(node, partial(_compare_otherwise, node, place))
-        self.generic_visit(node)
-
-    def visit_BinOp(self, node: ast.BinOp | ast.AugAssign) -> None:
-        texts = any(
-            isinstance(part, ast.JoinedStr) or (isinstance(part, ast.Constant) and isinstance(part.value, str))
-            for part in ast.walk(node)
-        )
-        alias = isinstance(node.op, ast.BitOr) and not self.around  # `A | B` of types
-        if type(node.op) in OPERATORS and not texts and not alias:
-            self.add(node, lambda: setattr(node, "op", OPERATORS[type(node.op)]()))
-        self.generic_visit(node)
-
-    def visit_AugAssign(self, node: ast.AugAssign) -> None:
-        self.visit_BinOp(node)
-
-    def visit_BoolOp(self, node: ast.BoolOp) -> None:
-        new = ast.And() if isinstance(node.op, ast.Or) else ast.Or()
-        self.add(node, lambda: setattr(node, "op", new))
-        self.generic_visit(node)
-
-    def visit_UnaryOp(self, node: ast.UnaryOp) -> None:
-        """Double the operator, which is to drop it."""
-        if isinstance(node.op, ast.Not | ast.USub | ast.Invert):
-            self.add(node, lambda: setattr(node, "operand", ast.UnaryOp(node.op, node.operand)))
-        self.generic_visit(node)
-
-    def visit_Constant(self, node: ast.Constant) -> None:
-        value = node.value
-        if isinstance(value, bool):
-            self.add(node, lambda: setattr(node, "value", not value))
-        elif isinstance(value, int):
-            self.add(node, lambda: setattr(node, "value", value + 1 if value <= SMALL else int(FACTOR * value)))
-        elif isinstance(value, float):
-            self.add(node, lambda: setattr(node, "value", FACTOR * value if value else 1.0))
+def function_lines(source: str) -> set[int]:
+    """The lines of a module inside its functions."""
+    functions = [part for part in ast.walk(ast.parse(source)) if isinstance(part, ast.FunctionDef)]
+    return {line for part in functions for line in range(part.body[0].lineno, (part.end_lineno or 0) + 1)}
 
 
-def _compare_otherwise(node: ast.Compare, place: int) -> None:
-    node.ops[place] = COMPARISONS[type(node.ops[place])]()
-
-
-def sites(source: str) -> tuple[ast.Module, list[Site]]:
-    tree = ast.parse(source)
-    found = _Sites()
-    found.visit(tree)
-    return tree, found.found
-
-
-def _difference(before: str, after: str) -> tuple[str, str]:
-    """Where two texts differ, with what stands around it in the line."""
-    shorter = min(len(before), len(after))
-    same = next((place for place in range(shorter) if before[place] != after[place]), shorter)
-    rest = next((place for place in range(shorter - same) if before[-1 - place] != after[-1 - place]), shorter - same)
-    start = max(before.rfind("\n", 0, same) + 1, same - BESIDE)
-    ahead = before[len(before) - rest :].partition("\n")[0][:BESIDE]
-    one, other = ((text[start : len(text) - rest] + ahead).strip() for text in (before, after))
-    return one, other
-
-
-def change(root: Path, file: Path, index: int) -> tuple[Mutant, str]:
-    """The mutant at the place of that index in a file, and the file's new source."""
-    tree, found = sites(file.read_text(encoding="utf-8"))
-    node, around, apply = found[index]
-    before = ast.unparse(tree)
-    apply()
-    after = ast.unparse(tree)
-    was, becomes = _difference(before, after)
-    place = file.relative_to(root / PACKAGE)
-    return Mutant(place.parts[0], place.as_posix(), node.lineno, ".".join(around), was, becomes), after  # type: ignore[attr-defined]
-
-
-def files(root: Path, room: str) -> list[Path]:
-    return sorted((root / PACKAGE / room).rglob("*.py"))
-
-
-def draw(root: Path, room: str, number: int, seed: int) -> Iterator[tuple[Mutant, str]]:
-    """The number of mutants of a room asked for, with the new source of each; a larger number begins with the same."""
-    places = [
-        (file, index) for file in files(root, room) for index in range(len(sites(file.read_text(encoding="utf-8"))[1]))
-    ]
-    random.Random(seed).shuffle(places)
-    print(f"{room}: {len(places)} mutants, {min(number, len(places))} drawn", flush=True)
-    for file, index in places[:number]:
-        yield change(root, file, index)
-
-
-def found_again(root: Path, row: Mutant) -> tuple[Mutant, str] | None:
-    """A mutant at its present line, with the new source of its file; None if the code is no longer there."""
-    file = root / PACKAGE / row.file
-    there = sites(file.read_text(encoding="utf-8"))[1] if file.exists() else []
-    for index, (_, around, _) in enumerate(there):
-        if ".".join(around) == row.function:
-            mutant, source = change(root, file, index)
-            if (mutant.was, mutant.becomes) == (row.was, row.becomes):
-                return mutant, source
-    return None
-
-
-def chosen(root: Path, mutant: Mutant) -> tuple[list[str], list[str]]:
-    """Tests that name the changed module or its functions, the changed function first, and the room's others."""
-    module = (PACKAGE / mutant.file).as_posix()
-    tree = ast.parse((root / module).read_text(encoding="utf-8"))
-    defined = [part.name for part in tree.body if isinstance(part, ast.FunctionDef | ast.ClassDef)]
-    dotted = mutant.file.removesuffix(".py").replace("/", ".")
-    places = [path for pattern in TESTS[mutant.room] for path in sorted(root.glob(pattern))]
-
-    def weight(path: Path) -> int:
-        text, own = path.read_text(encoding="utf-8"), Path(mutant.file).stem
-        named = [name for name in defined if re.search(rf"\b{name}\b", text)]
-        enclosing = any(name in mutant.function.split(".") for name in named)
-        return 100 * enclosing + 50 * (own in path.stem) + 10 * (dotted in text) + len(named)
-
-    weights = {path.relative_to(root).as_posix(): weight(path) for path in dict.fromkeys(places)}
-    ordered = sorted(weights, key=lambda path: -weights[path])
-    return [module, *(path for path in ordered if weights[path])], [
-        *(path for path in ordered if not weights[path]),
-        *(other.relative_to(root).as_posix() for other in files(root, mutant.room) if other != root / module),
-    ]
+def named_at(source: str, line: int) -> list[str]:
+    """The names that a module gives at a line outside functions, or the function or class around it."""
+    for part in ast.parse(source).body:
+        if part.lineno <= line <= (part.end_lineno or part.lineno):
+            targets = getattr(part, "targets", [getattr(part, "target", None)])
+            return [part.name] if hasattr(part, "name") else [t.id for t in targets if isinstance(t, ast.Name)]
+    return []
 
 
 class Copy:
     """A copy of the repository in which one file at a time is changed, and tests run."""
 
-    def __init__(self, folder: Path, *, slow: bool, near: bool, limit: float):
-        self.folder, self.slow, self.near, self.limit = folder / "copy", slow, near, limit
-        left = shutil.ignore_patterns(".*", "__pycache__", "_build", "results", "node_modules")
+    def __init__(self, folder: Path, room: str, table: Path, *, slow: bool, limit: float):
+        self.folder, self.room, self.slow, self.limit = folder / "copy", room, slow, limit
+
+        def left(path: str, names: list[str]) -> set[str]:
+            caches = ["__pycache__"] if "tests" in path else []
+            return shutil.ignore_patterns(".*", "_build", "results", "node_modules", *caches)(path, names)
+
         shutil.copytree(ROOT, self.folder, symlinks=True, ignore=left)
-        self.passing: dict[str, bool] = {}
+        self.failing: set[str] = set()
+        self.table = table.resolve()
+        self.tests: dict[str, dict[str, Any]] = self.measured()
+        quickest = min(self.tests, key=lambda test: self.tests[test]["seconds"])
+        outcome = self.run([quickest], limit)
+        if outcome != ("passed", ""):
+            raise SystemExit(f"{quickest} on the unchanged copy: {outcome}")
+
+    def fork(self, seconds: float, work: Callable[[], object]) -> bool:
+        """Run pytest in a child process, killed after that time; whether it ended before."""
+        child = os.fork()
+        if child == 0:
+            try:
+                os.setsid()
+                os.chdir(self.folder)
+                said = os.open(self.folder.parent / "said.txt", os.O_CREAT | os.O_WRONLY | os.O_TRUNC)
+                os.dup2(said, 1)
+                os.dup2(said, 2)
+                os.environ["PYTHONPATH"] = str(self.folder / "src")
+                os.environ["OPENBLAS_NUM_THREADS"] = "1"
+                sys.path.insert(0, str(self.folder / "src"))
+                sys.dont_write_bytecode = False
+                work()
+            except BaseException:
+                traceback.print_exc()
+            finally:
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(0)
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            if os.waitpid(child, os.WNOHANG)[0]:
+                return True
+            time.sleep(0.02)
+        os.killpg(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return False
+
+    def options(self) -> list[str]:
+        """The options of pytest."""
+        options = ["-q", "-rfE", "-n0", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
+        # A function of the package whose name begins with `test`, as `tested_of`, is no test.
+        options += ["-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"]
+        options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
+        return options + ([] if self.slow else ["-m", "not slow"])
+
+    def digest(self, test: Path, code: bytes) -> str:
+        """What changes when a test or the room's code does."""
+        return hashlib.sha256(test.read_bytes() + code + bytes([self.slow])).hexdigest()
+
+    def measured(self) -> dict[str, dict[str, Any]]:
+        """What each test of the room executes: of tests that changed measured now, of the others kept."""
+        sources = files(self.folder, self.room)
+        places = [path for pattern in TESTS[self.room] for path in sorted(self.folder.glob(pattern))]
+        code = b"".join(path.read_bytes() for path in sources)
+        digests = {
+            path.relative_to(self.folder).as_posix(): self.digest(path, code)
+            for path in [*sources, *dict.fromkeys(places)]
+        }
+        table = (
+            json.loads(self.table.read_text(encoding="utf-8")) if self.table.exists() else {"files": {}, "modules": []}
+        )
+        kept = {file: row for file, row in table["files"].items() if row["digest"] == digests.get(file)}
+        stale = [file for file in digests if file not in kept]
+        self.load(table["modules"])
+        if stale:
+            began = time.monotonic()
+            new = self.folder.parent / "executed.json"
+
+            def work() -> None:
+                plugin = Executed(self.folder / PACKAGE / self.room)
+                pytest.main([*self.options(), *stale], plugins=[plugin])
+                plugin.save(new, self.folder)
+
+            self.fork(3600, work)
+            said = json.loads(new.read_text(encoding="utf-8")) if new.exists() else None
+            if not said or not said["tests"]:
+                raise SystemExit((self.folder.parent / "said.txt").read_text(encoding="utf-8", errors="replace"))
+            kept |= {file: {"digest": digests[file], "tests": {}} for file in stale}
+            for test, row in said["tests"].items():
+                kept[test.partition("::")[0]]["tests"][test] = row
+            modules = sorted({*table["modules"], *said["modules"]})
+            self.table.write_text(json.dumps({"files": kept, "modules": modules}), encoding="utf-8")
+            self.load(modules)
+            print(f"measured {len(said['tests'])} tests of {len(stale)} files in {time.monotonic() - began:.0f} s")
+            for test in said["failed"]:
+                print(f"left out, as it fails on the unchanged copy: {test}", flush=True)
+        return {test: row for file in kept.values() for test, row in file["tests"].items()}
+
+    def load(self, modules: Iterable[str]) -> None:
+        """Load libraries, so that forked processes have them."""
+        for name in modules:
+            if name.partition(".")[0] in LOADED:
+                with suppress(BaseException):
+                    importlib.import_module(name)
 
     def write(self, file: str, source: str) -> None:
         """Write a module, and remove what was compiled of it; Numba compiles functions into those of other modules."""
@@ -318,60 +231,74 @@ class Copy:
             for compiled in self.folder.rglob("*.nb[ci]"):
                 compiled.unlink()
 
+    def chosen(self, new: Change) -> list[str]:
+        """The tests that execute what is changed, and last those that start processes; files of little time first."""
+        module = (PACKAGE / new.mutant.file).as_posix()
+        source = (self.folder / module).read_text(encoding="utf-8")
+        places = {module: set(new.lines or ())}
+        seen = {line for row in self.tests.values() for line in row["lines"].get(module, ())}
+        if new.lines is None or (not places[module] & seen and ("numba" in source or "_compiled" in source)):
+            names = "|".join(named_at(source, new.mutant.line)) or "\0"
+            for path in files(self.folder, self.room):
+                text = path.read_text(encoding="utf-8")
+                file = path.relative_to(self.folder).as_posix()
+                if file == module or re.search(rf"\b({names})\b", text):
+                    places[file] = function_lines(text)
+
+        def executes(row: dict[str, Any]) -> bool:
+            return any(not lines.isdisjoint(row["lines"].get(file, ())) for file, lines in places.items())
+
+        executing = [test for test, row in self.tests.items() if executes(row)]
+        unknown = [test for test, row in self.tests.items() if row["starts_processes"] and test not in executing]
+        time_of: dict[str, float] = {}
+        for test in executing:
+            file = test.partition("::")[0]
+            time_of[file] = time_of.get(file, 0) + self.tests[test]["seconds"]
+
+        def order(test: str) -> tuple[float, str, float]:
+            file = test.partition("::")[0]
+            return time_of.get(file, 0), file, self.tests[test]["seconds"]
+
+        return [*sorted(executing, key=order), *sorted(unknown, key=order)]
+
     def run(self, tests: Sequence[str], seconds: float) -> tuple[str, str]:
         """What became of tests (passed, failed, time), and the first that failed."""
-        if seconds <= 0:
-            return "time", ""
-        options = ["-x", "-q", "-rfE", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
-        # A function of the package whose name begins with `test`, as `tested_of`, is no test.
-        options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
-        options += [] if self.slow else ["-m", "not slow"]
-        paths = os.pathsep.join([str(self.folder / "src"), *filter(None, [os.environ.get("PYTHONPATH")])])
-        process = subprocess.Popen(
-            [sys.executable, "-m", "pytest", *options, *tests],
-            cwd=self.folder,
-            env=os.environ | {"PYTHONPATH": paths, "OPENBLAS_NUM_THREADS": "1"},
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            start_new_session=True,
-        )
-        try:
-            said, _ = process.communicate(timeout=seconds)
-        except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)
-            process.communicate()
-            return "time", ""
-        if process.returncode in (0, 5):  # 5: all of them are slow
-            return "passed", ""
-        if process.returncode == 4:
-            raise SystemExit(said)
-        failed = re.search(r"^(?:FAILED|ERROR) (.+?)(?: - |$)", said, re.MULTILINE)
-        return "failed", failed[1] if failed else "hung or crashed"
+        if not tests:
+            return "passed", "no test executes it"
+        first, ended = self.folder.parent / "failed.txt", self.folder.parent / "ended.txt"
+        first.unlink(missing_ok=True)
+        ended.unlink(missing_ok=True)
+        paths = list(dict.fromkeys(test.partition("::")[0] for test in tests))
 
-    def passes_unchanged(self, test: str) -> bool:
-        """Whether a test passes here; what failed before it had a name counts as passing."""
-        if test not in self.passing:
-            self.passing[test] = test == "hung or crashed" or self.run([test], self.limit)[0] == "passed"
-        return self.passing[test]
+        def work() -> None:
+            if pytest.main(["-x", *self.options(), *paths], plugins=[Chosen(list(tests), first)]) == 0:
+                ended.touch()
 
-    def judge(self, mutant: Mutant, source: str) -> Result:
-        """Run the tests on a mutant until one fails."""
+        if not self.fork(seconds, work):
+            return "time", ""
+        if first.exists() or not ended.exists():
+            said = (self.folder.parent / "said.txt").read_text(encoding="utf-8", errors="replace")
+            return "failed", first.read_text(encoding="utf-8") if first.exists() else f"hung or crashed: {said[-200:]}"
+        return "passed", ""
+
+    def judge(self, new: Change) -> Result:
+        """Run the tests on a mutant until one fails that passes without it."""
         began = time.monotonic()
-        unchanged = (self.folder / PACKAGE / mutant.file).read_text(encoding="utf-8")
-        outcome, by = "passed", ""
-        self.write(mutant.file, source)
-        try:
-            for tests in chosen(self.folder, mutant)[: 1 if self.near else 2]:
-                outcome, by = self.run(tests, self.limit - (time.monotonic() - began))
-                if outcome != "passed":
-                    break
-        finally:
-            self.write(mutant.file, unchanged)
-        if outcome == "failed" and not self.passes_unchanged(by):
-            raise SystemExit(f"{by} fails on the unchanged copy: fix it first, or take it out of TESTS.")
+        file = new.mutant.file
+        unchanged = (self.folder / PACKAGE / file).read_text(encoding="utf-8")
+        while True:
+            tests = [test for test in self.chosen(new) if test not in self.failing]
+            self.write(file, new.source)
+            try:
+                outcome, by = self.run(tests, self.limit)
+            finally:
+                self.write(file, unchanged)
+            if outcome != "failed" or by not in self.tests or self.run([by], self.limit)[0] == "passed":
+                break
+            print(f"left out, as it fails by itself on the unchanged copy: {by}", flush=True)
+            self.failing.add(by)
         outcome = {"passed": "survived", "failed": "caught"}.get(outcome, outcome)
-        return Result(**asdict(mutant), outcome=outcome, by=by, seconds=f"{time.monotonic() - began:.0f}")
+        return Result(**asdict(new.mutant), outcome=outcome, by=by, seconds=f"{time.monotonic() - began:.0f}")
 
 
 def kept(path: Path) -> list[Result]:
@@ -399,43 +326,44 @@ def main() -> None:
     parser.add_argument("--number", type=int, default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--results", type=Path, default=Path("mutants.csv"))
-    parser.add_argument("--limit", type=float, default=900, help="seconds a mutant")
+    parser.add_argument("--limit", type=float, default=300, help="seconds a mutant")
     parser.add_argument("--slow", action="store_true", help="also the tests marked slow")
-    parser.add_argument("--near", action="store_true", help="only the tests that name the module or its functions")
     parser.add_argument("--again", action="store_true", help="run those that survived again")
+    parser.add_argument("--all-again", action="store_true", help="run all that have a row again")
     given = parser.parse_args()
     results = {Mutant(*list(asdict(row).values())[:6]): row for row in kept(given.results)}
 
-    def judge(mutant: Mutant, source: str) -> None:
-        results[mutant] = copy.judge(mutant, source)
+    def judge(new: Change) -> None:
+        results[new.mutant] = copy.judge(new)
         keep(given.results, results.values())
-        say(results[mutant])
+        say(results[new.mutant])
 
+    table = given.results.with_name(f"{given.results.stem}-{given.room}.json")
     with tempfile.TemporaryDirectory() as folder:
-        copy = Copy(Path(folder), slow=given.slow, near=given.near, limit=given.limit)
-        if given.again:
-            left = [mutant for mutant, row in results.items() if row.outcome != "caught" and row.room == given.room]
-            for before in left:
-                found = found_again(copy.folder, before)
+        copy = Copy(Path(folder), given.room, table, slow=given.slow, limit=given.limit)
+        if given.again or given.all_again:
+            judged = [mutant for mutant in results if mutant.room == given.room]
+            for before in [m for m in judged if given.all_again or results[m].outcome != "caught"]:
+                present = found_again(copy.folder, before)
                 del results[before]
-                if found is None:
+                if present is None:
                     print(f"gone: {before.file}:{before.line} {before.was}", flush=True)
                 else:
-                    judge(*found)
+                    judge(present)
             keep(given.results, results.values())
         else:
-            for mutant, source in draw(copy.folder, given.room, given.number, given.seed):
-                if mutant not in results:
-                    judge(mutant, source)
-    judged = [row for row in results.values() if row.room == given.room]
-    for row in judged:
+            for new in draw(copy.folder, given.room, given.number, given.seed):
+                if new.mutant not in results:
+                    judge(new)
+    rows = [row for row in results.values() if row.room == given.room]
+    for row in rows:
         if row.outcome != "caught":
             say(row)
-    outcomes = [row.outcome for row in judged]
+    outcomes = [row.outcome for row in rows]
     caught, late = outcomes.count("caught"), outcomes.count("time")
-    if len(judged) > late:
-        low, high = binomtest(caught, len(judged) - late).proportion_ci(method="exact")
-        print(f"{given.room}: caught {caught} of {len(judged) - late}, 95 % interval {low:.0%} to {high:.0%}", end="")
+    if len(rows) > late:
+        low, high = binomtest(caught, len(rows) - late).proportion_ci(method="exact")
+        print(f"{given.room}: caught {caught} of {len(rows) - late}, 95 % interval {low:.0%} to {high:.0%}", end="")
         print(f"; {late} ran out of time")
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from textures import natural_spectrum
 
 from focalgradient import Lens
 from focalgradient.psf import PsfName, transfer
@@ -30,9 +31,7 @@ class RealCamera:
         """An 8-bit sRGB file of a flat textured sheet, with photon and read noise."""
         random = np.random.default_rng([seed, int(mark)])
         frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
-        white = np.fft.rfft2(np.random.default_rng(seed).standard_normal((TILE, TILE)))
-        spectrum = np.where(frequency > 0, white / np.maximum(frequency, 1 / TILE), 0)
-        spectrum *= 0.12 / np.fft.irfft2(spectrum).std() * np.sinc(frequency)
+        spectrum = natural_spectrum((TILE, TILE), np.random.default_rng(seed), 0.12) * np.sinc(frequency)
         lens = Lens(FOCAL, mark * self.scale, self.focus)
         height, width = SHAPE
         y, x = np.mgrid[:height, :width]

@@ -41,7 +41,7 @@ def test_halves_of_a_pupil_move_apart_by_the_distance_of_their_centres() -> None
 
 def test_mutants_change_one_thing_each() -> None:
     """What computes is changed; texts, annotations, decorators, messages and checks of lengths are not."""
-    mutants = import_module("mutants")
+    changes = import_module("changes")
     source = '''
 @kept(1)
 def half(x: int = 3, far: Literal[4] = True) -> Literal[5]:
@@ -50,13 +50,13 @@ def half(x: int = 3, far: Literal[4] = True) -> Literal[5]:
         raise ValueError(f"{x + 7}")
     return [x / y for y in zip(x, strict=True)]
 '''
-    found = len(mutants.sites(source)[1])
+    found = len(changes.sites(source)[1])
     changed = set()
     for index in range(found):
-        tree, sites = mutants.sites(source)
+        tree, sites = changes.sites(source)
         before = ast.unparse(tree)
         sites[index][2]()
-        changed.add(mutants._difference(before, ast.unparse(tree))[1])
+        changed.add(changes._difference(before, ast.unparse(tree))[1])
         assert sites[index][1] == ("half",)
     header = "def half(x: int={}, far: Literal[4]={}) -> Literal[5]:"
     assert changed == {

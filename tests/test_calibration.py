@@ -253,23 +253,6 @@ def test_texture_instead_of_edges_is_named_with_the_method_for_it() -> None:
         read_target(view)
 
 
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"distance": -1.0}, "distance is -1, but must be a positive finite number|distance is -1.0"),
-        ({"width": math.nan}, "width is nan"),
-        ({"width_sd": 0.0}, "width_sd is 0"),
-        ({"f_number": math.inf}, "f_number is inf"),
-        ({"focus_distance": 0.0}, "focus_distance is 0"),
-        ({"focus_distance": 0.01}, "lies within the focal length"),
-    ],
-)
-def test_readings_that_no_lens_gave_are_refused(change: dict[str, float], said: str) -> None:
-    reading = sheet((1.3,), stops={4.0: 4.0}, focus=1.0, mark=1.0)[0]
-    with pytest.raises(InputError, match=said):
-        calibrate([replace(reading, **change)], F, 4.7e-6)
-
-
 def test_the_calibrations_error_does_not_vanish_in_exact_focus() -> None:
     camera = sure_camera()
     settings, focus = [(10.0, 0.3), (16.0, 0.3)], camera.focus[0.3]

@@ -111,30 +111,6 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
     assert (aberrated < 0.95 * plain).all()
 
 
-def test_an_eye_from_a_table_of_zernike_coefficients(folder: Path) -> None:
-    """Its defocus is corrected, so that the rest of its wavefront is what blurs."""
-    (folder / "um.csv").write_text("n,m,um\n2,0,1.3\n4,0,0.2\n")
-    (folder / "measured.toml").write_text('pupil_mm = 2.0\nzernike = "um.csv"\n')
-    (folder / "terms.toml").write_text("pupil_mm = 2.0\naberrations = [[4, 0, 0.2]]\n")
-    np.save(folder / "flat.npy", np.full((48, 64), 1.0))
-    light = []
-    for name in ("measured", "terms"):
-        given = ("--eye", folder / f"{name}.toml", "--focus", 1, "--field", 1)
-        result = run(folder / "picture.png", folder / "flat.npy", "--out", folder / name, *given)
-        assert result.exit_code == 0, result.output
-        light.append(np.load(folder / name / "blurred-1.0m.npy"))
-    assert np.allclose(*light, atol=1e-6)
-    for text, said in (
-        ('pupil_mm = 2.0\nzernike = "um.csv"\naberrations = []\n', "both zernike and aberrations"),
-        ('pupil_mm = 7.0\nmeasured_mm = 6.0\nzernike = "um.csv"\n', "outside of the measured pupil"),
-    ):
-        (folder / "bad.toml").write_text(text)
-        given = ("--eye", folder / "bad.toml", "--focus", 1, "--field", 1)
-        result = run(folder / "picture.png", folder / "flat.npy", "--out", folder / "bad", *given)
-        assert result.exit_code == 2
-        assert said in result.output
-
-
 def test_the_size_of_a_pixel_comes_from_the_display_or_the_sensor(folder: Path) -> None:
     screen = ["--screen", "1000x800", "--screen-width", "40", "--distance", "0.8"]
     for given, minutes in ((screen, 0.4e-3 / 0.8), (["--pixel-pitch", "50"], 0.05 / 50)):
@@ -188,25 +164,6 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
     result = run(*given[:3], folder / "third", *given[4:])
     assert result.exit_code == 2
     assert "more frames" in result.output
-
-
-@pytest.mark.parametrize(
-    ("changed", "words"),
-    [
-        (["--f-number", "2"], "add the missing one"),
-        ([*LENS], "the size of a pixel is unknown"),
-        (["--pupil", "4", "--field", "4", "--to-show"], "add --chromatic"),
-        (["--pupil", "4", "--field", "4", "--chromatic", "--to-show", "--illuminant", "A"], "leave out --to-show"),
-        ([*LENS, "--field", "4", "--eye", "no.toml"], "give exactly one of the three"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_sentence(folder: Path, changed: list[str], words: str) -> None:
-    out = folder / "out"
-    result = run(folder / "picture.png", folder / "depth.npy", "--out", out, "--focus", 1, *changed)
-    assert result.exit_code == 2
-    assert words in result.output
-    assert result.output.count("\n") == 1
-    assert not out.exists()
 
 
 def test_an_alpha_channel_may_hide_nothing(folder: Path) -> None:

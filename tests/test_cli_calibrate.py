@@ -193,23 +193,6 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
     assert not (tmp_path / "c.toml").exists()
 
 
-@pytest.mark.parametrize(
-    ("line", "said"),
-    [
-        ("distance_m = -1.0\nf_number = 8", "view 1: distance_m is -1.0, but must be a positive number of metres"),
-        ("distance_m = 1.0\nf_number = 8\nfocus_m = 1.0", "did you mean focus_distance_m?"),
-        ("f_number = 8\nfocus_distance_m = 1.0", "t.toml states no distance: give each view of a target distance_m"),
-        (
-            "[[aperture]]\nf_number = 8",
-            "t.toml is a calibration already: give the settings file that names photographs",
-        ),
-    ],
-)
-def test_wrong_targets_are_refused_in_a_sentence(tmp_path, line, said):
-    (tmp_path / "t.toml").write_text(f'{CAMERA}[[view]]\nimage = "a.png"\n{line}\n')
-    assert said in sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
-
-
 @pytest.mark.parametrize("out", ["targets.toml", "0.5_8.png", "folder/../targets.toml", "link.toml"])
 def test_no_input_is_written_over(tmp_path, out):
     path = targets(tmp_path, (0.5,))
@@ -225,21 +208,6 @@ def test_a_photograph_is_not_written_over_by_a_calibration(tmp_path):
     said = sentence(run("calibrate", targets(tmp_path, (0.5,)), "--out", tmp_path / "other.jpg"))
     assert "a calibration's file name must end in .toml" in said
     assert (tmp_path / "other.jpg").read_bytes() == b"mine"
-
-
-def test_wrong_use_of_a_calibration_is_refused_in_a_sentence(camera, tmp_path):
-    a, b = (picture(tmp_path / f"{n}.png", 1.0, 8, seed=seed) for seed, n in enumerate("ab"))
-    use = ("--calibration", camera[0], "--out", tmp_path / "out")
-    assert "f/4 was not calibrated, only f/8, f/16" in sentence(
-        run("depth", a, b, "--f-number", 4, "--f-number", 8, *use)
-    )
-    said = sentence(run("depth", a, b, "--f-number", 16, "--f-number", 8, "--focal-length", 50, *use))
-    assert "the focal length is given as 50 mm, but the camera was calibrated at 25 mm" in said
-    text = camera[0].read_text()
-    (tmp_path / "short.toml").write_text(re.sub(r"informed = \[0\.\d+, ", "informed = [", text))
-    said = sentence(run("depth", a, b, "--calibration", tmp_path / "short.toml", "--out", tmp_path / "out"))
-    assert "short.toml: uncertainty does not have a row and a column for each of the 6 parameters" in said
-    assert not (tmp_path / "out").exists()
 
 
 def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_path):

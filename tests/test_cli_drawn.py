@@ -65,23 +65,6 @@ def test_replicas(tmp_path: Path) -> None:
     assert summary["controlled"]["stated_in_paper"] == ["border"]
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["texture-border", "--left-blur-arcmin", "-1"], "Error: --left-blur-arcmin is -1.0, but must be"),
-        (["texture-border", "--near", "middle"], "'middle' is not one of 'left', 'right'"),
-        (["dead-leaves", "--blurs-arcmin", "1,x"], "Error: --blurs-arcmin is '1,x', but must be numbers like 0,2.5."),
-        (["replica", "mather2002", "--condition", "x"], "mather2002 has left sharp, sharp border;"),
-    ],
-)
-def test_what_cannot_be_drawn_is_refused(tmp_path: Path, arguments: list[str], said: str) -> None:
-    result = run(*arguments, "--out", tmp_path / "made")
-    assert result.exit_code == 2
-    assert said in result.stderr
-    assert result.stderr.count("\n") == 1
-    assert not (tmp_path / "made").exists()
-
-
 def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
     """Pictures are those that were drawn, to the last of the 8 bits; a file that was changed since is refused."""
     size = ("--screen-width", 40, "--pupil-mm", 6, "--width-deg", 3, "--height-deg", 2)
@@ -103,17 +86,3 @@ def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
     again = stimuli.texture_border(**one.parameters)
     np.testing.assert_allclose(again.picture, one.picture, atol=1e-7)
     assert display == made.display
-
-    assert run("slanted-plane", "--out", tmp_path / "far", *size, "--distance", 1).exit_code == 0
-    np.save(tmp_path / "border" / "picture.npy", np.zeros(one.shape, np.float32))
-    for given, out, said in (
-        ((folders[0], tmp_path / "far"), "other", "far is drawn for a display other than that of plane"),
-        ((folders[0], folders[0]), "other", "two folders are named 'plane'"),
-        ((folders[1],), "other", "border/picture.npy does not match"),
-        ((tmp_path,), "other", "stimulus.json cannot be read"),
-        ((folders[0],), "plane", "is in --out"),
-    ):
-        result = run("set", *given, "--out", tmp_path / out)
-        assert result.exit_code == 2
-        assert said in result.stderr
-        assert result.stderr.count("\n") == 1

@@ -111,18 +111,3 @@ def test_scatter_takes_its_share_of_the_visual_strehl_ratio_more_in_old_eyes():
     )
     assert young / clear == pytest.approx(1 - 0.27, abs=0.04)
     assert old / clear == pytest.approx(1 - 0.46, abs=0.06)
-
-
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (["--through-focus", "--meridian", "nasal"], "--meridian is the side of --eccentricity"),
-        (["--accommodate", "step:1,3", "--eccentricity", "5"], "--accommodate simulates the fovea"),
-        (["--accommodate", "step:1,3", "--age", "60"], "leave out --refraction"),
-        (["plane", "--through-focus"], "leave out one"),
-    ],
-)
-def test_contradictions_are_refused(args, said):
-    result = run("--out", "out", *args)
-    assert result.exit_code == 2
-    assert re.search(said, result.stderr)

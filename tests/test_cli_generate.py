@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import click
 from click.testing import CliRunner, Result
 
 from focalgradient.cli.generate import Folder, Made, command
-from focalgradient.cli.groups import DepthFile, Limits, Optics, Workers
 from focalgradient.errors import InputError
-from focalgradient.quantities import DEGREES, METRES, MICROMETRES, MILLIMETRES
+from focalgradient.quantities import METRES, MICROMETRES, MILLIMETRES
 
 
 @dataclass(frozen=True)
@@ -43,22 +41,6 @@ class Lens:
     def __post_init__(self) -> None:
         if self.focal_length > 1:
             raise InputError(f"focal_length is {self.focal_length:g}, but side is {self.side}, so it is long.")
-
-
-def drawn(
-    width_deg: float, angles: Annotated[Sequence[float], DEGREES.si] = (0.5, 1.0), names: Sequence[str] = ()
-) -> Any:
-    """Draw.
-
-    Parameters
-    ----------
-    width_deg
-        Width.
-    angles
-        Angles.
-    names
-        Names.
-    """
 
 
 def run(made: click.Command, *words: str) -> Result:
@@ -148,21 +130,3 @@ def test_messages_of_the_library_name_options():
     assert message == "--efl is 0, but must be a positive number of millimetres."
     message = str(run(show_lens, "--efl", "1e10").exception)
     assert message == "--efl is 1e+10, but must be a number of millimetres from 1e-06 to 1e+09."
-
-
-def test_groups_of_the_library_have_its_units_and_bounds():
-    @command("Short.")
-    def look(*, depth: DepthFile, limits: Limits, optics: Optics, workers: Workers) -> None:
-        """Show."""
-        click.echo(f"{depth['unit']} {limits} {optics['f_numbers']} {optics['focal_length_mm']} {workers.workers}")
-
-    words = ["--near", "0.5", "--far", "inf", "--f-number", "4", "--f-number", "inf", "--focal-length", "50"]
-    assert received(look, *words) == "m {'near': 0.5, 'far': inf} (4.0, inf) 50.0 None"
-    for option, value, message in (
-        ("--near", "1e-4", "--near is 0.0001, but must be a number of metres from 0.001 to 1e+09."),
-        ("--near", "inf", "--near is inf, but must be a positive number of metres."),
-        ("--f-number", "0.05", "give focal length / diameter."),
-        ("--sensor-to-front", "0.5", "must be a number of millimetres from 1 to 10000: check its unit."),
-        ("--focus-tolerance", "2", "--focus-tolerance is 2.0, but must be a fraction"),
-    ):
-        assert message in str(run(look, option, value).exception)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import run
 from photographed import SHAPE, TILE, RealCamera, encoded, write
+from textures import natural_spectrum
 
 from focalgradient import DepthMap, InputError
 from focalgradient.photographs import read_photographs
@@ -21,10 +22,7 @@ def stack(folder, count=5):
     """A slant that is in focus at the left in the first photograph, at the right in the last."""
     random = np.random.default_rng(0)
     frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
-    spectrum = np.where(
-        frequency > 0, np.fft.rfft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1e-3), 0
-    )
-    spectrum *= 0.12 / np.fft.irfft2(spectrum).std()
+    spectrum = natural_spectrum((TILE, TILE), random, 0.12)
     height, width = SHAPE
     vergence = np.linspace(2.0, 1.0, width)
     paths = []

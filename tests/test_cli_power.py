@@ -19,21 +19,19 @@ from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerD
 from focalgradient.parallel import processes
 from focalgradient.power import (
     CubeModel,
-    CubeStudy,
     LatentModel,
-    LatentStudy,
     Model,
     Study,
     ThresholdModel,
-    ThresholdStudy,
     run,
     run_here,
     simulated_ratings,
     simulated_reports,
-    study_of_ratings,
+    study_of,
 )
 from focalgradient.power.thresholds import _quantiles
-from focalgradient.statistics import depth_rating, quality
+from focalgradient.statistics import SubjectThreshold, ThresholdFit, depth_rating, quality
+from focalgradient.tasks import task_named
 
 SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
 
@@ -196,10 +194,10 @@ def test_shares_of_time_are_those_of_the_model():
 
 def test_an_effect_on_the_cube_is_found_and_none_is_not():
     design = NeckerDesign()
-    strong = CubeStudy(CubeModel(effect=4.0), design).experiment(12, 1)
+    strong = Study(CubeModel(effect=4.0), design).experiment(12, 1)
     assert strong["nonrigid_longer"] == strong["nonrigid_shorter"] == 1.0
     assert 0 < strong["width"] < 1  # of a log odds ratio of 1.39
-    nothing = [CubeStudy(CubeModel(effect=1.0, between=0.0), design).experiment(6, n) for n in range(5)]
+    nothing = [Study(CubeModel(effect=1.0, between=0.0), design).experiment(6, n) for n in range(5)]
     assert sum(one["nonrigid_longer"] + one["nonrigid_shorter"] for one in nothing) <= 1
 
 
@@ -226,21 +224,23 @@ def test_every_scale_has_power_by_the_test_of_its_report(tmp_path, scale):
     """A strong effect is found and none is not, by whole experiments on the design's own scale."""
     design = DepthRatingDesign(scale=scale, scenes=["a", "b"], repetitions=4, catch_trials=0, practice_trials=0)
     model = LatentModel(effect=12.0, between=0.3, between_scenes=0.0)
-    study = study_of_ratings(design, {"effect": 12.0, "between": 0.3, "between_scenes": 0.0})
-    assert study == LatentStudy(model, design)
-    (found,) = power.power(run_here(study, [14], 2), logs=study.logs)
+    task = task_named("depthrating")
+    study = study_of(task, design, {"effect": 12.0, "between": 0.3, "between_scenes": 0.0})
+    assert study == Study(model, design)
+    (found,) = power.power(run_here(study, [14], 2), logs=study.model.logs)
     assert found.found["near_rise"] == 1.0
     assert found.joint == min(found.found.values()) == 1.0
-    (nothing,) = power.power(run_here(study_of_ratings(design, {"effect": 1.0}), [8], 3), logs=study.logs)
+    (nothing,) = power.power(run_here(study_of(task, design, {"effect": 1.0}), [8], 3), logs=study.model.logs)
     assert nothing.found["near_rise"] < 1
     assert math.isfinite(found.width)
 
 
 def test_precision_of_thresholds_is_that_of_the_t_interval(monkeypatch):
     """A pool of normal log thresholds of SD .4: half the interval is t times .4 over the root of N."""
-    pool = tuple(0.4 * _quantiles(400))
+    fits = [ThresholdFit(at, 0.1, 0.9, 3.5, 0.0, (0.2,), (8,), (10,)) for at in np.exp(0.4 * _quantiles(400))]
+    pool = tuple(SubjectThreshold(str(number), "", 0, 0, True, fit) for number, fit in enumerate(fits))
     monkeypatch.setattr("focalgradient.power.thresholds._people", lambda *_: pool)
-    study = ThresholdStudy(ThresholdModel(), BlurThresholdDesign(), bound=1.2)
+    study = Study(ThresholdModel(), BlurThresholdDesign(), bound=1.2)
     (found,) = power.power(run_here(study, [30], 300), logs=True)
     half = stats.t.ppf(0.975, 29) * 0.4 / math.sqrt(30)
     assert math.log(found.width) == pytest.approx(2 * half, rel=0.03)

@@ -96,22 +96,6 @@ def test_without_optics_it_is_focal_disparity_and_says_so(folder: Path) -> None:
     assert json.loads((folder / "new" / "disparity.json").read_text())["settings"]["optics"] is None
 
 
-@pytest.mark.parametrize(
-    ("args", "said"),
-    [
-        (["video.mkv", "--out", "d.mp4", *OPTICS[:4], *OPTICS[6:]], "--f-number is given once: give it twice"),
-        (["video.mkv", "--out", "video.mkv"], "video.mkv would be overwritten, but it is read"),
-        (["video.mkv", "--out", "d.mp4", "--values", "d.json"], "name the same file"),
-        (
-            ["video.mkv", "--out", "d.mp4", *OPTICS[:2], "--f-number", "5.6", "--f-number", "16", *OPTICS[6:]],
-            "even frames are sharper",
-        ),
-    ],
-)
-def test_unusable_input_is_refused_in_one_sentence(folder: Path, args: list[str], said: str) -> None:
-    assert said in refused(*args)
-
-
 def test_a_video_that_does_not_alternate_is_refused_without_optics(folder: Path, views: list[np.ndarray]) -> None:
     write(Path("same.mkv"), views, [0] * 6)
     assert "does not show which aperture is the larger" in refused("same.mkv", "--out", "d.mp4")

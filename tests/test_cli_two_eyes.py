@@ -49,32 +49,3 @@ def test_two_views_and_their_truth_are_written(given: Path) -> None:
         assert np.unique(left["blur"].round(6)).tolist() == pytest.approx([0, 0.002 * 0.625])
         assert left["is_invented"].any()
     assert summary["disparity_px"][0] == pytest.approx(-0.01 * 0.625 / angle, rel=1e-3)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--focus", "0.8", "--no-blur", "--blur-at", "1"], "--no-blur and --blur-at"),
-        (["--focus", "0.8", "--show", "halves", "--screen", "80x40"], "do not fit"),
-        (["--focus", "0.8", "--focal-length", "20"], "give exactly one of the three"),
-    ],
-)
-def test_what_stereo_refuses(given: Path, words: list[str], said: str) -> None:
-    found = stereo(*words)
-    assert found.exit_code == 2
-    assert said in found.stderr
-    assert not (given / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--nearest", "2", "--farthest", "1"], "must not be nearer"),
-        (["--wavelengths", "5", "--f-number", "4", "--focal-length", "20"], "requires an eye"),
-    ],
-)
-def test_what_focus_series_refuses(given: Path, words: list[str], said: str) -> None:
-    eye = [] if "--f-number" in words else ["--pupil", "4"]
-    found = run("focus-series", "picture.png", "depth.npy", "--out", "series", "--field", "6", *eye, *words)
-    assert found.exit_code == 2
-    assert said in found.stderr

@@ -87,21 +87,6 @@ def test_the_largest_f_number_that_would_do_is_named(distance: float, kept: floa
         display.check_f_numbers([kept, largest + 0.2], diameter=60.0)
 
 
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: Display(size_px=(0, 10)), r"size_px is \(0, 10\)"),
-        (lambda: Display(distance=math.inf), "distance is inf"),
-        (lambda: Display(gamma=0.5), "gamma is 0.5"),
-        (lambda: Display.of_width(0.5, (0, 10)), r"size_px is \(0, 10\)"),
-        (lambda: Display().decode([0, 256]), "exceed the range 0 to 255"),
-    ],
-)
-def test_bad_input(make, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        make()
-
-
 def test_guns_of_unequal_gamma_show_the_light_that_is_meant() -> None:
     guns = (1.9, 2.2, 2.5)
     display = Display(gamma=guns)

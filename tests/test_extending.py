@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
+from textures import natural_spectrum
 
 from focalgradient import InputError, Lens, View, recover_depth
 from focalgradient.cli import main
@@ -77,8 +78,7 @@ def walls(psf, lenses, distance: float = 1.3, side: int = 160) -> list[View]:
     random = np.random.default_rng(3)
     size = side + 96
     y, x = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
-    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / np.maximum(np.hypot(y, x), 1 / size)
-    spectrum *= 0.1 / np.fft.irfft2(spectrum).std() * pixel_transfer(y, x)
+    spectrum = natural_spectrum((size, size), random, 0.1) * pixel_transfer(y, x)
     found = []
     for lens in lenses:
         seen = np.fft.irfft2(spectrum * psf.optical_transfer(y, x, float(lens.blur_radius(distance)) / PIXEL))

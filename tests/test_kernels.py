@@ -43,9 +43,12 @@ def processor_features() -> set[str]:
 
 
 def report_numbers() -> Iterator[tuple[str, np.ndarray]]:
-    """Every number of every table of the reports, and whether each is given."""
+    """Every number of every table of the reports, and whether each is given; no figure is rendered."""
     import test_kept_reports
 
+    from focalgradient.report import parts
+
+    parts.as_files = lambda figure: {"png": b"\x89PNG", "pdf": b"%PDF"}
     for name in REPORTS:
         with tempfile.TemporaryDirectory() as folder:
             report = test_kept_reports.report_of(name, Path(folder))

@@ -33,13 +33,6 @@ def test_lossless_movies_are_read_back_exactly(tmp_path: Path, ending: str, kind
         assert source.fps == pytest.approx(85.0, rel=1e-3)
 
 
-def test_light_is_encoded_for_the_display(tmp_path: Path) -> None:
-    light = np.linspace(0, 1, 64, dtype=np.float32).reshape(8, 8)
-    for display in (Display(), Display(gamma=2.2)):
-        path = save_movie([light], tmp_path / "light.mkv", rate=60, display=display)
-        np.testing.assert_array_equal(next(read_movie(path)), display.encode(light))
-
-
 def test_a_sweep_of_focus_is_a_movie(tmp_path: Path) -> None:
     """Frames of a series and of a stimulus, as light, come back as the display shows them."""
     one = slanted_plane(width_deg=2, height_deg=1.5)

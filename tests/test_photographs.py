@@ -8,7 +8,7 @@ import pytest
 from PIL import Image, ImageCms
 from PIL.PngImagePlugin import PngInfo
 
-from focalgradient import FocalGradientWarning, InputError, Lens
+from focalgradient import FocalGradientWarning, InputError
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
 from focalgradient.photographs import srgb_to_linear as decode
 
@@ -259,22 +259,6 @@ focus_distance_m = 1.25
 """
 
 
-def test_settings_become_views(tmp_path):
-    (tmp_path / "sub").mkdir()
-    write(tmp_path / "near.png", RGB16)
-    write(tmp_path / "sub" / "far.png", RGB16[::-1])
-    (tmp_path / "views.toml").write_text(TOML.format(camera=""))
-    near, far = read_views(tmp_path / "views.toml")
-    assert isinstance(near.optics, Lens)
-    assert isinstance(far.optics, Lens)
-    assert (near.optics.focal_length, near.optics.f_number, near.optics.focus_distance) == (0.025, 8.0, 0.8)
-    assert (far.optics.aperture_diameter, far.optics.focus_distance) == (0.0, 1.25)
-    # By hand: 1/v0 = 1/0.025 - 1/0.8 = 38.75, so 8 um / v0 = 310 urad; at 1.25 m 39.2, 313.6 urad.
-    assert near.pixel_angle == pytest.approx(310.0e-6)
-    assert far.pixel_angle == pytest.approx(313.6e-6)
-    np.testing.assert_array_equal(near.image, far.image[::-1])
-
-
 def test_telecentric_views_share_the_pixel_angle(tmp_path):
     (tmp_path / "views.toml").write_text(TOML.format(camera='telecentric = true\nencoding = "srgb"\nblur_k = 0.7'))
     settings = load_settings(tmp_path / "views.toml")
@@ -365,3 +349,17 @@ def test_sizes_must_agree(tmp_path):
     files = [write(tmp_path / "a.png", RGB16), write(tmp_path / "b.png", RGB16[:-1])]
     with pytest.raises(InputError, match=r"a\.png is 16 x 12 pixels but .*b\.png is 16 x 11"):
         read_photographs(files)
+
+
+def test_settings_become_views(tmp_path):
+    (tmp_path / "sub").mkdir()
+    write(tmp_path / "near.png", RGB16)
+    write(tmp_path / "sub" / "far.png", RGB16[::-1])
+    (tmp_path / "views.toml").write_text(TOML.format(camera=""))
+    near, far = read_views(tmp_path / "views.toml")
+    assert (near.optics.focal_length, near.optics.f_number, near.optics.focus_distance) == (0.025, 8.0, 0.8)
+    assert (far.optics.aperture_diameter, far.optics.focus_distance) == (0.0, 1.25)
+    # By hand: 1/v0 = 1/0.025 - 1/0.8 = 38.75, so 8 um / v0 = 310 urad; at 1.25 m 39.2, 313.6 urad.
+    assert near.pixel_angle == pytest.approx(310.0e-6)
+    assert far.pixel_angle == pytest.approx(313.6e-6)
+    np.testing.assert_array_equal(near.image, far.image[::-1])

@@ -10,14 +10,14 @@ from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[impo
 
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power import Model, Study, cube, latent, rise_power
-from focalgradient.power.cube import CubeModel, CubeStudy, _reports, quick_cube_power
-from focalgradient.power.latent import SIZES, LatentModel, LatentStudy, _by_size
+from focalgradient.power import Model, Study, cube, latent, rise_power, study_of
+from focalgradient.power.cube import CubeModel, _reports, quick_cube_power
+from focalgradient.power.latent import SIZES, LatentModel, _by_size
 from focalgradient.power.running import power, subjects_needed
-from focalgradient.power.thresholds import ThresholdStudy
 from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.meta_analysis import random_effects
+from focalgradient.tasks import task_named
 
 
 @pytest.mark.parametrize(("noise", "repetitions", "subjects"), [(0.3, 1, 8), (0.3, 4, 8), (0.9, 2, 20)])
@@ -71,8 +71,9 @@ def test_simulated_durations_have_the_stated_correlation_and_first_percept() -> 
 
 
 def test_a_study_of_thresholds_takes_the_bound_that_is_stated() -> None:
-    assert ThresholdStudy.of(BlurThresholdDesign(), {"bound": 1.5}, 1).bound == 1.5
-    assert ThresholdStudy.of(BlurThresholdDesign(), {}, 1).bound == 1.2
+    task = task_named("blurthreshold")
+    assert study_of(task, BlurThresholdDesign(), {"bound": 1.5}).bound == 1.5
+    assert study_of(task, BlurThresholdDesign(), {}).bound == 1.2
 
 
 def test_pooling_is_the_t_test_where_data_sets_are_alike_in_error_and_differ() -> None:
@@ -156,7 +157,7 @@ def noncentral(mean: float, subjects: int, level: float = 0.05) -> float:
 def test_power_of_answers_in_steps_and_choices_is_that_of_the_noncentral_t(scale, monkeypatch) -> None:
     mean = math.log(3.0)  # of steps it is the model's own, whatever was simulated
     of_known_variance([mean + (0.0 if scale == "choice" else 5.0)], monkeypatch)
-    study = LatentStudy(LatentModel(effect=3.0), DepthRatingDesign(scale=scale, fixations=("nearest",)))
+    study = Study(LatentModel(effect=3.0), DepthRatingDesign(scale=scale, fixations=("nearest",)))
     for subjects, shares in latent.latent_power(study, (6, *SIZES, 60)).items():
         assert shares["near_rise"] == pytest.approx(noncentral(mean, subjects), abs=0.015)
         assert "interaction" not in shares
@@ -165,7 +166,7 @@ def test_power_of_answers_in_steps_and_choices_is_that_of_the_noncentral_t(scale
 def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypatch) -> None:
     near, far = math.log(90.0), math.log(3.0)
     of_known_variance([0.0, 0.0, 0.0], monkeypatch)  # of steps the means are the model's own
-    study = LatentStudy(LatentModel(effect=90.0, far_effect=3.0), DepthRatingDesign(scale="steps"))
+    study = Study(LatentModel(effect=90.0, far_effect=3.0), DepthRatingDesign(scale="steps"))
     found, apart = latent.latent_power(study, SIZES), near - far
     for subjects, shares in found.items():
         assert noncentral(apart, subjects, 0.05 / 2) - 0.01 < shares["interaction"] < noncentral(apart, subjects) + 0.01
@@ -175,7 +176,7 @@ def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypa
 @pytest.mark.parametrize(("effect", "least", "most"), [(4.0, 0.9, 1.0), (0.25, 0.0, 0.01)])
 def test_only_effects_in_the_stated_direction_count_as_found(effect, least, most) -> None:
     design = NeckerDesign(strengths_mm=(4.0,), repetitions=1)
-    found = quick_cube_power(CubeStudy(CubeModel(effect=effect, between=0.1), design), [12], 200, 60)[12]
+    found = quick_cube_power(Study(CubeModel(effect=effect, between=0.1), design), [12], 200, 60)[12]
     assert set(found) == {"nonrigid_longer", "nonrigid_shorter"}
     assert all(least <= share <= most for share in found.values())
 
@@ -185,19 +186,19 @@ def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest
     pool = pd.DataFrame({"nonrigid gradient, 4 mm": 1.2 + stats.norm.ppf((np.arange(4000) + 0.5) / 4000)})
     monkeypatch.setattr(cube, "_pool", lambda study, people, rng: pool)
     design = NeckerDesign(gradients=("none", "nonrigid"), strengths_mm=(4.0,), repetitions=1)
-    found = quick_cube_power(CubeStudy(CubeModel(), design), [4], 20_000, 1)[4]["nonrigid_longer"]
+    found = quick_cube_power(Study(CubeModel(), design), [4], 20_000, 1)[4]["nonrigid_longer"]
     assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)
 
 
 def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
-    study = LatentStudy(LatentModel(), DepthRatingDesign(scale="choice"))
+    study = Study(LatentModel(), DepthRatingDesign(scale="choice"))
     few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
     assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
 
 
 def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_test() -> None:
     design = DepthRatingDesign(scale="choice")
-    latent_study = LatentStudy(LatentModel(effect=20.0, far_effect=1.0), design)
+    latent_study = Study(LatentModel(effect=20.0, far_effect=1.0), design)
     table = latent_study.table(8, np.random.default_rng(1))
     primary = analyse(table, design.response_scale.analysis).answers.primary[0].outcome
     outcome = latent_study.outcome(table)
@@ -208,7 +209,7 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
 
     study = Study(Model(effect=2.0, far_effect=1.0), DepthRatingDesign(scenes=("spheres-01", "spheres-02")))
     table = study.table(8, np.random.default_rng(1))
-    near, far = (one.rise for one in study.analysed(table).fixations)
+    near, far = study.analysis.asked(table).to("depth effect").values()
     outcome = study.outcome(table)
     assert isinstance(near, Effect)
     assert isinstance(far, Effect)
@@ -222,7 +223,7 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
 @pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])
 def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) -> None:
     model = LatentModel(effect=20.0, far_effect=far_effect, between=0.5)
-    study = LatentStudy(model, DepthRatingDesign(scale="visual-analogue"))
+    study = Study(model, DepthRatingDesign(scale="visual-analogue"))
     outcomes = [study.experiment(12, number) for number in range(6)]
     assert least <= sum(one["interaction"] for one in outcomes) <= most
     assert sum(one["near_rise"] for one in outcomes) == 6

@@ -16,7 +16,7 @@ from test_scales import record
 
 from focalgradient.cli import main
 from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
-from focalgradient.power import LatentModel, LatentStudy, latent_power
+from focalgradient.power import LatentModel, Study, latent_power
 from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
@@ -141,7 +141,7 @@ def test_where_markers_stood_is_judged_from_eight_trials(
 @pytest.mark.slow
 def test_power_of_steps_is_of_their_model(tmp_path: Path) -> None:
     design = load_design(design_of(tmp_path, "steps", 6, NEAR))
-    weak, strong = (latent_power(LatentStudy(LatentModel(effect=one), design), (8, 24)) for one in (1.0, 6.0))
+    weak, strong = (latent_power(Study(LatentModel(effect=one), design), (8, 24)) for one in (1.0, 6.0))
     assert weak[24]["near_rise"] < 0.06
     assert strong[8]["near_rise"] < strong[24]["near_rise"]
     assert strong[24]["near_rise"] > 0.8

@@ -19,7 +19,6 @@ from focalgradient.report.exclusions import main_results
 from focalgradient.report.parts import Output
 from focalgradient.report.thresholds import threshold_part, thresholds_of_table
 from focalgradient.statistics import (
-    Interval,
     NotComputed,
     ThresholdFit,
     ThresholdResult,
@@ -117,8 +116,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
-    mean = Interval(0.2, 0.1, 0.3)
-    part = threshold_part(own.table, {"": ThresholdResult("D", subjects, mean, mean)}, "D")
+    part = threshold_part(own.table, {"": ThresholdResult("D", subjects)}, "D")
     assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
@@ -158,9 +156,7 @@ def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:
     )
     assert fit.correct_at_threshold == 0.625
     ax = Figure().subplots()
-    draw_functions(
-        ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),), NotComputed(""), NotComputed(""))
-    )
+    draw_functions(ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),)))
     assert any(list(line.get_ydata()) == [0.625, 0.625] for line in ax.lines)
 
 

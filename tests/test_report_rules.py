@@ -15,7 +15,7 @@ from scipy import stats
 from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.design import NeckerDesign
-from focalgradient.power import CubeModel, CubeStudy, quick_cube_power
+from focalgradient.power import CubeModel, Study, quick_cube_power
 from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
@@ -171,7 +171,7 @@ def test_nothing_in_a_data_set_becomes_markup() -> None:
 @pytest.mark.slow
 def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     """40 experiments through the whole chain know a power near one half to .08, one standard error."""
-    study = CubeStudy(CubeModel(effect=2.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
+    study = Study(CubeModel(effect=2.0), NeckerDesign(strengths_mm=(4.0,), repetitions=1))
     whole = [study.experiment(8, number) for number in range(40)]
     quick = quick_cube_power(study, [8], people=300)[8]
     for test in study.tests:

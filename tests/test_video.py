@@ -52,10 +52,6 @@ def test_every_two_successive_frames_make_a_pair() -> None:
     assert run(frames([0, 1, 0, 1, 0])) == ([(0, 1), (2, 1), (2, 3), (4, 3)], [])
 
 
-def test_the_first_aperture_may_be_the_blurred_one() -> None:
-    assert run(frames([1, 0, 1]), -STEP) == ([(0, 1), (2, 1)], [])
-
-
 def test_a_frame_lost_without_trace_is_found_by_the_detail_and_pairing_goes_on() -> None:
     # The true fourth frame is missing, and the later ones are numbered as if nothing had happened.
     assert run(frames([0, 1, 0, 0, 1, 0])) == ([(0, 1), (2, 1), (3, 4), (5, 4)], [(2, 3)])
@@ -240,3 +236,7 @@ def test_numbers_grow_frame_by_frame(tmp_path: Path) -> None:
     assert values.shape == (1000, 3, 4)
     assert values.dtype == np.float32
     np.testing.assert_array_equal(values[:, 0, 0], np.arange(1000))
+
+
+def test_the_first_aperture_may_be_the_blurred_one() -> None:
+    assert run(frames([1, 0, 1]), -STEP) == ([(0, 1), (2, 1)], [])

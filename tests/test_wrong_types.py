@@ -17,14 +17,15 @@ import openpyxl
 import pytest
 from click.testing import CliRunner
 
-from focalgradient import InputError, Lens, scenes
+from focalgradient import InputError, Lens, eye, scenes
 from focalgradient.cli import main
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign
 from focalgradient.display import Display
-from focalgradient.eye import Target
 from focalgradient.files import read_json, read_toml
+from focalgradient.optics import DualPixel
 from focalgradient.power import Model, Study
+from focalgradient.retina import FixationalMovements
 from focalgradient.statistics import Rules, read_ratings
 from focalgradient.stimuli import read_set
 
@@ -57,7 +58,7 @@ RECORDS = [
     Study(Model(), DepthRatingDesign()),
     Rules(),
     Rated(onset=1.0, rating=1.0, response_time=1.0),
-    Target(),
+    DualPixel(Lens(0.05, 4, 1.0)),
     scenes.Texture(),
     scenes.Plane((0, 0, 2.0), (0, 0, -1.0)),
     scenes.Sphere((0, 0, 1.0), 0.05),
@@ -66,6 +67,14 @@ RECORDS = [
     scenes.Mark("near", (0.0, 0.0, 0.5)),
     scenes.Scene(()),
     scenes.NeckerCube(),
+    *(eye.Target(), eye.Plant(), eye.Pulse(), eye.Scatter(), eye.Motion(), eye.Microfluctuations(), eye.Oscillation()),
+    *(eye.Accommodation(), eye.Stimulus(), eye.EyePrior(), eye.Correction(), eye.Refraction(-1.0), eye.Photons(9.0)),
+    *(
+        eye.Eye(0.004, 1.0),
+        eye.ZonedLens((0.004,), (1.0,)),
+        eye.Cones.of(eye.Eye(0.004, 1.0), "S"),
+        FixationalMovements(),
+    ),
 ]
 FACTORIES: dict[Callable[..., object], dict[str, object]] = {
     scenes.plane: {"distance": 1.0, "seed": 0},

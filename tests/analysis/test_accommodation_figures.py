@@ -1,16 +1,6 @@
 """The figures of the eye in time: drawn from few data, and honest about what agrees."""
 
 import accommodation_experiments as experiments
-import eye_track
-import pytest
-
-
-@pytest.mark.slow
-def test_fluctuations_tell_the_side_that_a_steady_focus_leaves_open(monkeypatch):
-    monkeypatch.setattr(eye_track, "RATE", 4.0)
-    found = eye_track.measure(seconds=1.5, seeds=1)
-    assert found["both"]["rms_error_D"][-1] < 0.5 * found["steady"]["rms_error_D"][-1]
-    assert eye_track._draw(found["time_s"], found).axes
 
 
 def test_agreement_follows_the_numbers():

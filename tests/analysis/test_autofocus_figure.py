@@ -3,7 +3,6 @@
 import math
 
 import autofocus
-import numpy as np
 import pytest
 
 
@@ -12,18 +11,6 @@ def test_images_needed_for_an_accuracy():
     assert autofocus.images_needed([3, 10, 30], [4.0, 1.0, 0.25], 0.1) == math.inf
     assert autofocus.images_needed([3, 10, 30], [4.0, 1.0, 0.25], 5.0) == 3
     assert autofocus.images_needed([3, 10, 30], [1.0, 4.0, 2.0], 2.0) == pytest.approx(30)  # for good, not by chance
-
-
-def test_a_stack_reaches_over_its_scene():
-    for place in autofocus.PLACES:
-        lenses = autofocus.stack_lenses(place)
-        vergences = [lens.focus_vergence for lens in lenses]
-        assert len(lenses) == 30
-        assert vergences[0] < place.far < place.near < vergences[-1]
-        assert np.ptp(np.diff(vergences)) < 1e-9
-        for name, pair in autofocus.pairs_of_lenses(place).items():
-            apertures, foci = ({getattr(lens, key) for lens in pair} for key in ("f_number", "focus_distance"))
-            assert (len(apertures), len(foci)) == ((1, 2) if name == "two foci" else (2, 1))
 
 
 @pytest.mark.slow

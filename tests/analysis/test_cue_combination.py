@@ -5,8 +5,6 @@ import pandas as pd
 import pytest
 from cue_combination import RULES, compare, optimal, simulate
 
-from focalgradient.errors import InputError
-
 SDS = (1.0, 1.4)
 
 
@@ -53,13 +51,3 @@ def test_without_conflicts_the_weight_is_unknown_and_the_correction_changes_p() 
     assert plain != corrected
     assert corrected == pytest.approx(plain, abs=0.25)
     assert set(parameters.index) == set(RULES)
-
-
-def test_wrong_tables_are_refused() -> None:
-    table = judged("optimal", 1, trials=30)
-    with pytest.raises(InputError, match="no column 'larger'"):
-        compare(table.drop(columns="larger"))
-    with pytest.raises(InputError, match="larger of 0 or 1"):
-        compare(table.assign(larger=2))
-    with pytest.raises(InputError, match="20 or more by each cue"):
-        compare(table[table["first"].notna()])

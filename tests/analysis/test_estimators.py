@@ -62,16 +62,6 @@ def test_the_bound_of_natural_texture_is_the_bound_of_its_power() -> None:
     assert np.sqrt(1 / np.mean(everywhere**-2.0)) == pytest.approx(float(alike), rel=0.15)
 
 
-@pytest.mark.slow
-def test_walls_have_the_contrast_stated_and_depend_on_their_seed() -> None:
-    for texture in estimators.PAIR:
-        one, other = (estimators.wall(texture, seed) for seed in (0, 1))
-        inside = one[estimators.AROUND : -estimators.AROUND, estimators.AROUND : -estimators.AROUND]
-        assert inside.std() == pytest.approx(estimators.CONTRAST, rel=1e-6)
-        assert not np.allclose(one, other)
-    assert np.ptp(estimators.wall("squares", 0)) == pytest.approx(estimators.STEP)
-
-
 def test_without_a_difference_of_blur_nothing_is_claimed(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both views through the wide aperture, while the estimator is told of two: the error is no small one."""
     views_of = estimators.views_of

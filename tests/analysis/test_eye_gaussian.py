@@ -19,15 +19,6 @@ def test_far_from_focus_the_disc_comes_back_and_near_it_a_core_on_a_skirt():
     assert (white["lowest"][:, 2:] < -0.05).all()
 
 
-@pytest.mark.slow
-def test_steps_of_wavelength_are_fine_enough():
-    """The figure's 10 nm against 2.5 nm."""
-    defocus = np.array([0.25, 1.0])
-    coarse, fine = (eye_gaussian.measure(defocus, step_nm=step) for step in (10.0, 2.5))
-    for name in ("k", "residual", "lowest"):
-        assert coarse[name] == pytest.approx(fine[name], abs=0.02)
-
-
 def test_the_drawn_transfers_reverse_where_no_gaussian_does():
     transfers = eye_gaussian._transfers()
     assert min(curve.min() for curve in transfers["gaussian"]) >= 0

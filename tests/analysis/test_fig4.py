@@ -13,11 +13,6 @@ def found():
 
 
 @pytest.mark.slow
-def test_everything_lies_beyond_the_focus(found):
-    assert found.truth.min() > LENS.focus_distance
-
-
-@pytest.mark.slow
 def test_segments_are_sorted_by_their_blur_and_by_nothing_else(found):
     scores = found.blurred.scores()
     assert scores["segments"] > 20

@@ -54,15 +54,6 @@ def test_the_near_covers_the_far_and_not_the_other_way_round():
     assert image[68:] == pytest.approx(0, abs=0.01)
 
 
-def test_jumps_have_a_margin():
-    vergence = np.full((30, 40), 0.3)
-    vergence[:, 20:] = 0.35
-    near = motorcycle.near_jumps(vergence, 4)
-    assert near[:, 17:23].all()
-    assert not near[:, :14].any()
-    assert not near[:, 26:].any()
-
-
 def test_score_of_errors_known_beforehand():
     vergence = np.full((10, 10), 0.4)
     read = vergence + 0.002

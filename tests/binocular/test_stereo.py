@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 import focalgradient as fg
-from focalgradient.binocular import PRESENTATIONS, StereoPair, monocular, warp
+from focalgradient.binocular import StereoPair, monocular, warp
 from focalgradient.binocular.warp import sample
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.scenes import Plane, Scene, Texture, plane
@@ -260,15 +260,3 @@ def test_what_makes_no_sense_is_refused(change: dict[str, Any], said: str) -> No
 def test_a_view_that_is_mostly_guessed_is_warned_about() -> None:
     with pytest.warns(FocalGradientWarning, match="was inpainted"):
         fg.stereo(np.ones(SHAPE), np.full(SHAPE, 0.5), lens(), pixel_angle=ANGLE, vergence=0.5)
-
-
-def test_every_way_to_present_both_views_gives_the_pictures_that_it_names() -> None:
-    random = np.random.default_rng(4)
-    pair = fg.stereo(random.uniform(0, 1, (16, 24)), np.full((16, 24), 0.8), lens(), pixel_angle=3e-3)
-    for way, names in PRESENTATIONS.items():
-        shown = pair.presented(way, (100, 40))
-        assert tuple(shown) == names
-    np.testing.assert_array_equal(pair.presented("crossed")["crossed"], pair.side_by_side(crossed=True))
-    np.testing.assert_array_equal(pair.presented("halves", (100, 40))["halves"], pair.halves((100, 40)))
-    with pytest.raises(InputError, match="way is 'rows-first', but must be one of side-by-side, "):
-        pair.presented("rows-first")  # type: ignore[arg-type]

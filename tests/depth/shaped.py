@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from textures import natural_spectrum
 
 from focalgradient import Lens, View
 from focalgradient.psf import Psf, pixel_transfer
@@ -18,10 +19,7 @@ def walls(shape: Psf, lenses: Sequence[Lens], distance: float, *, seed: int = 1,
     """Views through `lenses` of a wall of 1/f texture at `distance`, with 0.5 % noise."""
     random, size = np.random.default_rng(seed), side + 96
     down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
-    radial = np.hypot(down, right)
-    radial[0, 0] = np.inf
-    spectrum = np.fft.rfft2(random.standard_normal((size, size))) / radial
-    spectrum *= 0.2 / np.fft.irfft2(spectrum, (size, size)).std()
+    spectrum = natural_spectrum((size, size), random)
     seen = []
     for lens in lenses:
         blur = shape.optical_transfer(down, right, float(lens.blur_radius(distance)) / PIXEL)

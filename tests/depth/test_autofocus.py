@@ -94,18 +94,6 @@ def test_needs_no_model_of_blur(psf: str) -> None:
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.4, rel=2e-3)
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
-def test_what_lies_beyond_the_stack_is_rejected() -> None:
-    lenses = stack(0.6, 0.8, 1.0, 1.2)
-    assert recover_depth(wall(lenses, 2.5), method="autofocus").valid.mean() < 0.02
-    assert recover_depth(wall(lenses, 0.7), method="autofocus").valid.mean() < 0.02
-    # Within the stack, though its end is the sharpest setting of all.
-    depth = recover_depth(wall(lenses, 1 / 0.63), method="autofocus")
-    assert depth.valid.mean() > 0.95
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / 0.63, rel=5e-3)
-
-
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.parametrize(("distance", "way", "focus"), [(2.5, -1, 0.6), (0.7, 1, 1.2)])
 def test_what_lies_beyond_the_stack_is_stated_as_such(distance: float, way: int, focus: float, tmp_path: Path) -> None:

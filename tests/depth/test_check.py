@@ -9,7 +9,7 @@ import pytest
 from blurred import lens
 from scipy import stats
 
-from focalgradient import FocalGradientWarning, InputError, View, recover_depth
+from focalgradient import View, recover_depth
 from focalgradient.depth.spectra.check import check_views
 
 
@@ -38,6 +38,11 @@ def test_every_pair_tells_the_depth_and_all_together_more() -> None:
         assert 0.87 <= np.mean(np.abs(error) <= 2 * pair.vergence_sd[INSIDE]) <= 0.995
         assert np.median(check.joint_sd[INSIDE]) < np.median(pair.vergence_sd[INSIDE])
     assert 0.87 <= np.mean(np.abs(check.joint - 1 / 1.2)[INSIDE] <= 2 * check.joint_sd[INSIDE]) <= 0.995
+
+
+def test_two_views_have_one_depth_by_their_pair_and_jointly(views: list[View]) -> None:
+    check = check_views(views[::2], **LIMITS)
+    assert np.array_equal(check.pairs[0].vergence, check.joint)
 
 
 def test_false_alarms_are_as_many_as_asked_for() -> None:
@@ -70,17 +75,3 @@ def test_two_views_cannot_disagree(views: list[View]) -> None:
     assert check.freedom == 0
     assert check.agrees[INSIDE].all()
     assert np.abs(check.statistic[INSIDE]).max() < 1e-3
-
-
-def test_side_left_open_is_said_and_a_disc_is_the_default(views: list[View]) -> None:
-    settings = LIMITS | {"psf": "auto", "near": None}
-    with pytest.warns(FocalGradientWarning, match="share one plane of focus"):
-        check = check_views(views[::2], **settings)
-    assert np.isfinite(check.joint).all()
-
-
-def test_bad_input(views: list[View]) -> None:
-    with pytest.raises(InputError, match="views is a str, but must be a list of View"):
-        check_views("views.toml")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="window is 40 pixels, but may be a quarter"):
-        check_views(views, **LIMITS, window=40)

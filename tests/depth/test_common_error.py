@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient import DepthMap, InputError, Lens, View, recover_depth
-from focalgradient.depth.common_error import common_modes, modes_of_optics
-from focalgradient.depth.known_points import with_known_points
+from focalgradient.depth.common_error import common_modes, modes_of_optics, with_known_points
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.optics.lens import FIELD_TOLERANCE
 

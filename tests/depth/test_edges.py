@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from scipy.special import ndtr
 from stepped import bar, image_of, step
 
-from focalgradient import InputError
 from focalgradient.depth.edges.measure import average_segments, measure_edges
 from focalgradient.depth.limits import edge_bound
 
@@ -194,15 +193,3 @@ def test_a_segment_that_recedes_is_fitted_by_a_line():
     assert np.abs(whole.radius / true - 1).max() < 0.04
     assert np.mean(np.abs(whole.radius - true) < 2 * whole.radius_sd) > 0.8
     assert whole.radius_sd.max() < 0.7 * np.median(edges.radius_sd)
-
-
-@pytest.mark.parametrize(
-    ("settings_", "word"),
-    [
-        ({"fit": "splines"}, "splines"),
-        ({"length": 2.0}, "length is 2"),
-    ],
-)
-def test_settings_out_of_range_are_refused(settings_, word):
-    with pytest.raises(InputError, match=word):
-        measure_edges(np.zeros((32, 32)), **settings_)

@@ -7,9 +7,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from focalgradient.depth.equalise.comparing import whitened_filters
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
-from focalgradient.depth.equalise.residuals import Residuals
+from focalgradient.depth.equalise.residuals import Residuals, whitened_filters
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.search import Search
 from focalgradient.psf import Disc, transfer

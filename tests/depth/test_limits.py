@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import integrate, optimize, stats
 
-from focalgradient import InputError, Lens
+from focalgradient import Lens
 from focalgradient.depth.limits import (
     comparison_bound,
     edge_bound,
@@ -147,23 +147,3 @@ def test_no_blur_to_tell_by_is_an_infinite_bound() -> None:
     pinholes = [lens(math.inf), lens(math.inf)]
     bound = comparison_bound(pinholes, [0.5, 1.0], PIXEL, power=natural_power(0.2, 32), noise=0.01, area=100)
     assert bound.tolist() == [math.inf, math.inf]
-
-
-@pytest.mark.parametrize(
-    ("change", "said"),
-    [
-        ({"optics": [WIDE]}, "1 optics given, but views are compared from two on"),
-        ({"noise": [0.1, 0.1, 0.1]}, r"noise is \[0\.1, 0\.1, 0\.1\]"),
-    ],
-)
-def test_bad_input(change: dict, said: str) -> None:
-    settings = {
-        "optics": [lens(16), WIDE],
-        "vergence": 0.8,
-        "pixel_angle": PIXEL,
-        "power": natural_power(0.2, 32),
-        "noise": 0.01,
-        "area": 400.0,
-    }
-    with pytest.raises(InputError, match=said):
-        comparison_bound(**(settings | change))

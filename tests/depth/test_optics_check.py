@@ -6,6 +6,7 @@ import warnings
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, TILE, Camera, lens, wall
+from textures import natural_spectrum
 
 from focalgradient import View, recover_depth
 from focalgradient.depth.registration import RegisteredViews
@@ -16,10 +17,7 @@ def slant(lenses, low, high, psf="disc", k=0.5):
     """Views of a textured slant from `high` (D, left) to `low` (right)."""
     random = np.random.default_rng(0)
     frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.rfftfreq(TILE))
-    spectrum = np.where(
-        frequency > 0, np.fft.rfft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1e-3), 0
-    )
-    spectrum *= 0.2 / np.fft.irfft2(spectrum).std()
+    spectrum = natural_spectrum((TILE, TILE), random)
     height, width = SHAPE
     vergence, column = np.linspace(high, low, width), np.arange(width)
     views = []
@@ -96,26 +94,6 @@ def test_foci_of_a_stack():
     views = slant(foci, 0.7, 1.4)
     assert "contradict" not in said(views, foci)
     assert "foci of views 1 and 2 exchanged" in said(views, [foci[1], foci[0], foci[2]])
-
-
-@pytest.mark.slow
-def test_magnification_tells_the_order_of_two_foci():
-    lenses = [lens(5.6, 0.6), lens(5.6, 1.5)]
-    scale = lenses[1].sensor_distance / lenses[0].sensor_distance  # of the second view's picture
-    first, second = wall(lenses, 0.9, cameras=[Camera(), Camera(scale=scale)])
-    angles = [8e-6 / one.sensor_distance for one in lenses]
-
-    def text(order):
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            recover_depth([View(v.image, lenses[n], angles[n]) for v, n in zip((first, second), order, strict=True)])
-        return "\n".join(str(one.message) for one in caught)
-
-    assert "opposite order" not in text((0, 1))
-    assert "opposite order (focus_distance)" in text((1, 0))
-    assert "check telecentric" not in text((0, 1)) + text((1, 0))
-    angles = [angles[0]] * 2  # as of a lens that is telecentric on the image side
-    assert "a lens that is not telecentric" in text((0, 1))
 
 
 def test_the_order_of_foci_is_that_of_the_magnifications():

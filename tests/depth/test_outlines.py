@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.equalise.surfaces import curvature_variance, planes
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, STEEP, grow_planes
+from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, grow_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
 

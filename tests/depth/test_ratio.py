@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
 
-from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient import View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import energies
 from focalgradient.depth.ratio.covariance import ENERGY_ERROR
@@ -60,17 +60,6 @@ def test_energy_and_brightness_are_those_of_scipy(side: int, shape: tuple[int, i
     np.testing.assert_allclose(brightness[0], squares(image), rtol=1e-5)
     sizes, _ = energies.energies([image], None, side, True)
     np.testing.assert_allclose(sizes[0], squares(np.abs(second)) ** 2, rtol=1e-5, atol=1e-6)
-
-
-def test_stored_values_are_decoded_by_table() -> None:
-    stored = np.random.default_rng(0).integers(0, 256, (40, 56), np.uint8)
-    levels = srgb_to_linear(np.arange(256) / 255).astype(np.float32)
-    for by_table, decoded in zip(
-        energies.energies([stored], levels, 4, False),
-        energies.energies([levels[stored]], None, 4, False),
-        strict=True,
-    ):
-        np.testing.assert_array_equal(by_table, decoded)
 
 
 # The ratio.
@@ -287,28 +276,3 @@ def test_pixels_left_out_do_not_count() -> None:
 
 
 # What cannot be used.
-
-
-def test_views_that_differ_in_focus_are_refused() -> None:
-    views = wall([lens(16, 0.85), lens(5.6, 1.2)], 1.4)
-    with pytest.raises(InputError, match="two apertures at one focus"):
-        recover_depth(views, method="ratio")
-
-
-def test_unusable_images_and_settings() -> None:
-    image = grating(4, 0.4)
-    with pytest.raises(InputError, match="float64"):
-        focal_disparity(image.astype(float), image)  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="must be alike"):
-        focal_disparity(image, image[:-4])
-    with pytest.raises(InputError, match="these are float32"):
-        focal_disparity(image, image, levels=np.arange(256))
-    stored = image.astype(np.uint8)
-    with pytest.raises(InputError, match="256 stored values"):
-        focal_disparity(stored, stored, levels=np.zeros(256))
-    with pytest.raises(InputError, match="3 lenses"):
-        DisparityTable.of([*LENSES, lens(8)], PIXEL)
-    with pytest.raises(InputError, match="both apertures are equal"):
-        DisparityTable.of([lens(8), lens(8)], PIXEL)
-    with pytest.raises(InputError, match="bands is"):
-        DisparityTable.of([Lens(0.025, 8, 1), Lens(0.025, 4, 1)], PIXEL, bands=[3])

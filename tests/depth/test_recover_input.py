@@ -9,6 +9,14 @@ import pytest
 from blurred import PIXEL, lens
 
 from focalgradient import InputError, View, recover_depth
+from focalgradient.depth.edges.measure import measure_edges
+from focalgradient.depth.equalise.patch import vergence_likelihood
+from focalgradient.depth.limits import comparison_bound, natural_power
+from focalgradient.depth.ratio.disparity import focal_disparity
+from focalgradient.depth.ratio.table import DisparityTable
+from focalgradient.depth.search import Search
+from focalgradient.depth.spectra import spectral_difference
+from focalgradient.depth.spectra.check import check_views
 from focalgradient.render import Rendered
 
 RANDOM = np.random.default_rng(0)
@@ -82,3 +90,40 @@ def test_views_that_do_not_overlap_in_brightness() -> None:
 def test_what_is_no_list_of_views(views: Any, said: str) -> None:
     with pytest.raises(InputError, match=said):
         recover_depth(views)
+
+
+PIXELS, STORED = np.ones((64, 128), np.float32), np.ones((64, 128), np.uint8)
+BOUND = {"vergence": 0.8, "pixel_angle": PIXEL, "power": natural_power(0.2, 32), "area": 400.0}
+
+
+@pytest.mark.parametrize(
+    ("refused", "said"),
+    [
+        (
+            lambda: recover_depth([SHARP, replace(WIDE, optics=lens(5.6, 1.2))], method="ratio"),
+            "at one focus",
+        ),
+        (lambda: check_views([SHARP, WIDE], near=0.85, noise=0.01, window=40), "window is 40 pixels, but may be a q"),
+        (lambda: comparison_bound([WIDE.optics], noise=0.01, **BOUND), "1 optics given, but views are compared from"),
+        (lambda: comparison_bound([lens(16), lens(4)], noise=[0.1] * 3, **BOUND), r"noise is \[0\.1, 0\.1, 0\.1\]"),
+        (lambda: measure_edges(PIXELS, fit="splines"), "splines"),
+        (lambda: measure_edges(PIXELS, length=2.0), "length is 2"),
+        (lambda: vergence_likelihood([SHARP, WIDE], [0, 1], noise=[0.1] * 3), "one for each of the views"),
+        (lambda: vergence_likelihood([SHARP, WIDE], [1.0], noise=0.1), "vergences must be a list of two"),
+        (lambda: vergence_likelihood([with_image(SHARP, IMAGE[:32, :32])], [0, 1], noise=0.1), "give 40 x 40"),
+        (lambda: vergence_likelihood([replace(SHARP, mask=IMAGE > 1)], [0, 1], noise=0.1), "a view has masked pixels"),
+        (lambda: focal_disparity(PIXELS.astype(float), PIXELS), "float64"),
+        (lambda: focal_disparity(PIXELS, PIXELS[:-4]), "must be alike"),
+        (lambda: focal_disparity(PIXELS, PIXELS, levels=np.arange(256)), "these are float32"),
+        (lambda: focal_disparity(STORED, STORED, levels=np.zeros(256)), "256 stored values"),
+        (lambda: DisparityTable.of([lens(16), lens(5.6), lens(8)], PIXEL), "3 lenses"),
+        (lambda: DisparityTable.of([lens(8), lens(8)], PIXEL), "both apertures are equal"),
+        (lambda: DisparityTable.of([lens(8), lens(4)], PIXEL, bands=[3]), "bands is"),
+        (lambda: Search.over([lens(16), lens(5.6)], PIXEL, None, 0.1), "larger than 16 pixels, .*: give both"),
+        (lambda: Search.over([lens(16), lens(5.6)], PIXEL, 0.01, 0.011), "larger than 64 pixels, .*: focus nearer"),
+        (lambda: spectral_difference(np.ones((40, 40)), np.ones((40, 41))), r"shapes \(40, 40\) and \(40, 41\)"),
+    ],
+)
+def test_parts_of_the_methods(refused, said):
+    with pytest.raises(InputError, match=said):
+        refused()

@@ -60,13 +60,6 @@ def test_the_warning_begins_at_a_quarter_pixel() -> None:
 
 
 @pytest.mark.slow
-def test_the_third_view_is_named() -> None:
-    views = wall([*LENSES, lens(8)], DISTANCE, cameras=[Camera(), Camera(down=0.05), Camera(down=-0.6)])
-    with pytest.warns(FocalGradientWarning, match=r"view 3 .*-0\.6. down"):
-        recover_depth(views, near=0.85)
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("degrees", [-1.0, 0.3, 2.0])
 def test_rotation_is_measured_and_removed(degrees: float) -> None:
     views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees), down=0.6)], seed=5)

@@ -3,10 +3,9 @@
 import blurred
 import numpy as np
 import pytest
-from blurred import PIXEL, lens, wall
+from blurred import lens, wall
 
-from focalgradient import InputError, recover_depth
-from focalgradient.depth.search import Search
+from focalgradient import recover_depth
 
 
 @pytest.mark.parametrize("near", [0.1, *(pytest.param(near, marks=pytest.mark.slow) for near in (0.02, 1e-6))])
@@ -16,15 +15,3 @@ def test_limits_that_leave_all_open_do_no_harm(near: float, monkeypatch: pytest.
     depth = recover_depth(wall([lens(4, 0.8), lens(4, 1.25)], 1.0), near=near)
     assert depth.valid.mean() > 0.95
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.0, abs=0.003)
-
-
-@pytest.mark.parametrize(
-    ("limits", "said"),
-    [
-        ((None, 0.1), "blur is larger than 16 pixels, up to which it is searched where one limit is given: give both"),
-        ((0.01, 0.011), "blur is larger than 64 pixels, up to which it is searched: focus nearer"),
-    ],
-)
-def test_limits_that_leave_nothing_are_refused(limits: tuple[float | None, float | None], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        Search.over([lens(16), lens(5.6)], PIXEL, *limits)

@@ -104,23 +104,3 @@ def test_a_sheet_gives_the_blur_of_a_pentagon_on_either_side_of_focus(distance: 
     shape = Polygon(5, 0.2)
     expected = float(FROM_ONE_FOCUS[1].blur_radius(distance)) / 3.2e-4
     assert pair_blur(walls(shape, FROM_ONE_FOCUS, distance), [16, 4], shape).radius == pytest.approx(expected, rel=0.01)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (
-            {"transfer": lambda self, f, r: 0.9 * gaussian_transfer(f, r)},
-            r"Wrong fails: the transfer is 0\.9 at frequency",
-        ),
-        ({"transfer": lambda self, f, r: np.ones(3)}, r"Wrong fails: optical_transfer gives float64 of shape \(3,\)"),
-        (
-            {"isotropic": True, "optical_transfer": lambda self, y, x, r: gaussian_transfer(2 * y + 0 * x, r)},
-            "Wrong fails: it states isotropic = True",
-        ),
-    ],
-)
-def test_a_transfer_that_is_none_is_refused_before_depth_is_estimated(given, said: str) -> None:
-    wrong = type("Wrong", (Psf,), given)()
-    with pytest.raises(InputError, match=said):
-        recover_depth(walls(Disc(), FROM_ONE_FOCUS, 1.2), psf=wrong, near=0.85)

@@ -82,14 +82,6 @@ def test_boundaries_are_no_error_of_the_blur_model():
     assert depth.details["split_band"]["tau"] < 2e-3
 
 
-@pytest.mark.parametrize("method", ["spectra", "ratio"])
-def test_other_methods_know_the_blend(method):
-    views = wall([lens(16), lens(4)], 1.3, seed=11, psf="blend", k=0.35)
-    depth = recover_depth(views, method=method, near=0.85, psf="blend")
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.02)
-    assert depth.details["psf"] == "blend"
-
-
 @pytest.mark.skipif(not SHEET.exists(), reason="the photographs are not beside the repository (shared/data)")
 @pytest.mark.slow
 def test_a_photographed_sheet_is_covered(monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise import outlines, tiles
@@ -17,13 +18,11 @@ def wall(shape: tuple[int, int], distance: float = 1.3) -> list[View]:
     size = [n + 64 for n in shape]
     frequency = np.hypot(np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1]))
     random = np.random.default_rng(4)
-    spectrum = np.fft.rfft2(random.standard_normal(size)) / np.maximum(frequency, 1 / 256)
-    spectrum[0, 0] = 0
-    scale = 0.2 / np.fft.irfft2(spectrum, size).std()
+    spectrum = natural_spectrum((size[0], size[1]), random)
     views = []
     for lens in (Lens(0.025, 16, 0.85), Lens(0.025, 5.6, 0.85)):
         image = np.fft.irfft2(spectrum * transfer(frequency, lens.blur_radius(distance) / PIXEL, "disc"), size)
-        noisy = 1 + scale * image[32:-32, 32:-32] + 0.01 * random.standard_normal(shape)
+        noisy = 1 + image[32:-32, 32:-32] + 0.01 * random.standard_normal(shape)
         views.append(View(noisy.astype(np.float32), lens, PIXEL))
     return views
 

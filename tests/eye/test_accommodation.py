@@ -5,13 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import (
     Accommodation,
     Course,
-    Microfluctuations,
     Oscillation,
-    Plant,
     Stimulus,
     Target,
     accommodate,
@@ -48,18 +45,6 @@ def test_a_sine_is_followed_with_the_plants_gain_and_phase():
     # The estimate lags too, by part of a fixation: 0.1 to 0.2 s.
     assert 0.65 * abs(expected) < abs(found) < 1.1 * abs(expected)
     assert -0.55 < np.angle(found) - np.angle(expected) < 0
-
-
-@pytest.mark.slow
-def test_fluctuations_grow_with_the_response():
-    """A still target at 0.5 and at 6 D: fluctuations of 0.125 and 0.4 D, of the same course."""
-    eye = Accommodation(fluctuation=Microfluctuations(0.2, high_share=0.5), noise=0.05)
-    steady = replace(eye, fluctuation=None)
-    size = []
-    for vergence in (0.5, 6.0):
-        moved, still = (accommodate(lambda _, v=vergence: v, 3.0, one, seed=1) for one in (eye, steady))
-        size.append((moved.accommodation - still.accommodation).std())
-    assert 2.0 < size[1] / size[0] < 4.5
 
 
 def test_response_of_a_course_by_its_definition():
@@ -130,35 +115,3 @@ def test_a_target_s_contrast_is_what_pixels_and_cut_off_leave_of_its_spectrum(fi
     images = [target.views([Pinhole()], 1.0, noise=0.0, random=random, texture=n)[0].image for n in range(30)]
     assert np.mean([image.var() for image in images]) == pytest.approx(0.09 * left.sum() / power.sum(), rel=0.03)
     assert np.mean(images) == pytest.approx(1.0)
-
-
-def test_the_same_seed_is_the_same_course():
-    first, again, other = (accommodate(step(3.0), 0.6, seed=seed) for seed in (4, 4, 5))
-    assert np.array_equal(first.accommodation, again.accommodation)
-    assert not np.array_equal(first.estimate, other.estimate)
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: Accommodation(cue="colour"), "cue is 'colour', but must be one of bands, moments, both"),
-        (lambda: Accommodation(pupil_diameter=0.02), "pupil_diameter is 0.02"),
-        (lambda: Accommodation(rate=0), "rate is 0"),
-        (lambda: Stimulus(rendering="blue"), "rendering is 'blue'"),
-        (lambda: Stimulus(light_nm=900), "must lie between 380 and 780"),
-        (lambda: Target(contrast=-1), "contrast is -1"),
-        (lambda: Target(correlation=2), "correlation is 2"),
-        (lambda: Target(finest_cpd=0), "finest_cpd is 0"),
-        (lambda: Target(shape=(4, 4)), "at least 16 x 16"),
-        (lambda: accommodate(lambda t: 9.0, 1.0), "the lens goes from 0 to 8 D only"),
-        (
-            lambda: accommodate(lambda t: 9.0, 1.0, Accommodation(plant=Plant(nearest=12.0))),
-            "the estimate goes from 0 to 8 D only",
-        ),
-        (lambda: accommodate(lambda t: 1.0, 0.0), "duration is 0.0"),
-        (lambda: accommodate(lambda t: 1.0, 0.01), "duration is 0.01 s, but the eye looks every 0.1 s"),
-    ],
-)
-def test_bad_input(call, sentence):
-    with pytest.raises(InputError, match=sentence):
-        call()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import ChromaticStimulus, Eye, SpectralBasis, chromatic_stimulus, cone_images, retinal_image
 
 PIXEL, SIDE = np.radians(1 / 60), 56
@@ -59,12 +58,6 @@ def test_at_the_display_the_scene_itself_is_to_be_shown() -> None:
     assert np.abs(one.shown - picture())[..., :2].mean() < 0.015
     assert max(one.residual) < 0.005
     assert max(one.scene_shown) > 3 * max(one.residual)
-
-
-@pytest.mark.parametrize("screen", [0.0, -1.0, np.nan])
-def test_bad_input(screen: float) -> None:
-    with pytest.raises(InputError, match="screen"):
-        chromatic_stimulus(np.ones((8, 8, 3)), np.ones((8, 8)), EYE, screen=screen, pixel_angle=PIXEL)
 
 
 @pytest.mark.slow

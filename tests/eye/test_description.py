@@ -30,20 +30,6 @@ def test_the_periphery_is_that_of_the_group(refraction, people):
     assert EyeDescription(refraction=refraction).periphery is people
 
 
-@pytest.mark.parametrize(
-    ("known", "pupil", "said"),
-    [
-        ({"correction": "spectacles"}, 0.004, "give refraction as well"),
-        ({"luminance": 10}, 0.004, "both give the pupil"),
-        ({"aberrations": "typical"}, 0.007, "up to 6 mm, but this one has 7"),
-        ({"zones": "2:2,1:0"}, 0.004, "zones is '2:2,1:0'.*increase"),
-    ],
-)
-def test_contradictory_descriptions_are_refused(known, pupil, said):
-    with pytest.raises(InputError, match=said):
-        EyeDescription(**known).eye(1.0, pupil)
-
-
 def test_a_measured_eye_is_read_from_its_file(tmp_path: Path):
     terms = [0, 0, 0, 0, 0.5, 0, 0, 0.2]
     (tmp_path / "terms.csv").write_text("2,0,0.5\n3,-1,0.2\n", encoding="utf-8")

@@ -1,11 +1,9 @@
 """Chromatic difference of refraction against the literature."""
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient import InputError
 from focalgradient.eye import Eye, chromatic_difference, chromatic_wavelength
 
 LIGHT = st.floats(380, 780)
@@ -41,9 +39,3 @@ def test_an_individual_has_more_or_less_of_it() -> None:
         for scale in (0.0, 1.0, 1.25)
     ]
     assert spans == pytest.approx([0, 1.232, 1.540], abs=5e-4)
-
-
-def test_a_difference_that_no_light_has_is_refused() -> None:
-    for bad in (-3.0, 1.0, np.nan):
-        with pytest.raises(InputError, match="but visible light"):
-            chromatic_wavelength(bad)

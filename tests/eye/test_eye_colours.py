@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import cone_fundamentals, cone_images
 
 
@@ -31,20 +30,6 @@ def test_displays_differ_and_red_is_for_l_cones() -> None:
     assert not np.allclose(*seen, atol=1e-3)
     for one in seen:
         assert one[0] > one[1] > one[2]
-
-
-@pytest.mark.parametrize(
-    ("image", "asked", "said"),
-    [
-        (np.ones((4, 4)), {}, "H x W x 3"),
-        (np.ones((4, 4, 3)), {"primaries": "mine"}, "primaries is 'mine'"),
-        (np.ones((4, 4, 2)), {"wavelength_nm": [500, 400]}, "increase"),
-        (np.ones((4, 4, 2)), {"wavelength_nm": [300, 400]}, "380"),
-    ],
-)
-def test_bad_input_is_refused(image, asked, said) -> None:
-    with pytest.raises(InputError, match=said):
-        cone_images(image, **asked)
 
 
 def test_cones_that_catch_nothing_of_a_light_see_nothing() -> None:

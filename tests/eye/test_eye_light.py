@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import (
     Light,
     band_light,
@@ -53,19 +52,3 @@ def test_light_of_one_wavelength_and_of_two() -> None:
         0.25 * float(chromatic_difference(500)) + 0.75 * float(chromatic_difference(600))
     )
     assert two.difference(600) == pytest.approx(0.25 * float(chromatic_difference(500, 600)))
-
-
-def test_bad_light() -> None:
-    with pytest.raises(InputError, match="each wavelength of a list needs one weight"):
-        Light(np.array([500.0, 600.0]), np.array([1.0]))
-    for weight in ([-1.0, 2.0], [0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]):
-        with pytest.raises(InputError, match="weight holds negative or undefined values, or zeros only"):
-            Light(np.array([500.0, 600.0]), np.array(weight))
-    with pytest.raises(InputError, match="wavelength_nm is"):
-        Light(np.array([300.0, 600.0]), np.ones(2))
-    with pytest.raises(InputError, match=r"band is 'rods', but must be one of L\+M, S"):
-        band_light("rods")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="illuminant is 'candle'"):
-        band_light("S", "candle")
-    with pytest.raises(InputError, match="step_nm is 0"):
-        band_light("S", "E", 0)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Eye, Oscillation, Photons, accommodation_views
 
 MINUTE = np.radians(1 / 60)
@@ -40,11 +39,3 @@ def test_light_through_the_rim_counts_less() -> None:
         )
         noise.append(np.std(lit.view.image - clean.view.image))
     assert noise[1] / noise[0] == pytest.approx(share**-0.5, rel=0.02)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"), [({"luminance": 0}, "cd/m"), ({"luminance": 1, "efficiency": 2}, "above 0 and at most 1")]
-)
-def test_bad_light_is_refused(wrong: dict, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        Photons(**wrong)

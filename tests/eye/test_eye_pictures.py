@@ -4,28 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from textures import natural
 
-from focalgradient import InputError, recover_depth
+from focalgradient import recover_depth
 from focalgradient.eye import Eye, Oscillation, SpectralPicture, accommodation_views, band_views
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.003, accommodation=2.0)
 
 
-def picture(side: int = 128, seed: int = 0) -> np.ndarray:
-    """A natural texture, of mean 1."""
-    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
-    frequency[0, 0] = np.inf
-    spectrum = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
-    field = np.fft.irfft2(np.where(frequency < 0.5, spectrum, 0) / frequency, (side, side))
-    return 1 + 0.2 * field / field.std()
-
-
 def test_depth_of_a_picture_by_two_moments() -> None:
     """Two walls side by side, 0.6 D apart: each is found away from the border between them."""
     distance = np.full((128, 160), 1 / 1.6)
     distance[:, 80:] = 1 / 2.2
-    shown = picture(160)[:128]
+    shown = natural((160, 160))[:128]
     rendered = accommodation_views(
         (shown, distance), EYE, (0.125, 0.375), Oscillation(), shown.shape, PIXEL, noise=0.005
     )
@@ -44,12 +36,3 @@ def test_each_cone_class_sees_its_own_light() -> None:
     for rendered, band in zip(seen, ("L+M", "S"), strict=True):
         wanted = SpectralPicture.of(colour).catch(band).mean()
         assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
-
-
-@pytest.mark.parametrize(
-    ("shape", "mix", "said"),
-    [((64, 60), {}, "shape"), ((64, 64), {"correlation": 0.9}, "correlation or gain")],
-)
-def test_bad_pictures_are_refused(shape, mix, said) -> None:
-    with pytest.raises(InputError, match=said):
-        band_views((picture(64), np.ones((64, 64))), EYE, shape, PIXEL, **mix)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import chromatic_difference, draw_people
 
 PEOPLE = draw_people(2000, seed=1)
@@ -43,22 +42,3 @@ def test_one_quantity_leaves_the_others() -> None:
         assert changed.fluctuation.rms == pytest.approx(0.2)
         assert changed.eye.chromatic_scale == person.eye.chromatic_scale
         assert changed.fluctuation.beta == person.fluctuation.beta
-
-
-@pytest.mark.parametrize(
-    ("bad", "sentence"),
-    [
-        ({"count": 0}, "count is 0, but must be a whole number of 1 or more"),
-        ({"seed": -1}, "seed is -1"),
-        (
-            {"pupil_diameter": (4.0, 0.8)},
-            r"pupil_diameter is \(4\.0, 0\.8\), but must be a mean between 0\.0015 and 0\.009",
-        ),
-        ({"chromatic_span": (1.5, -1)}, r"chromatic_span is \(1\.5, -1\)"),
-        ({"rms": (0.5, 0.1)}, "rms is .*the lower and the upper end of a range"),
-        ({"beta": (np.nan, 1.5)}, "beta is"),
-    ],
-)
-def test_bad_draws(bad: dict, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        draw_people(**{"count": 3, "seed": 0} | bad)

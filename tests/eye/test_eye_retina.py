@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from scipy.special import j1
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, band_light, blur_transfer, optical_transfer
 from focalgradient.eye.cones import sampling
 from focalgradient.eye.parts import parts_of_band
@@ -90,23 +89,3 @@ def test_opposite_frequencies_are_alike(model) -> None:
     """Round blur is even: a grid's negative frequencies get what its positive ones do."""
     cones = Cones.of(EYE, "S", wavelengths=2, finest_cpd=30, model=model)
     assert cones.transfer(-np.degrees(CPD), 1.0) == pytest.approx(cones.transfer(np.degrees(CPD), 1.0), abs=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("bad", "said"),
-    [
-        ({"model": "gausian"}, "model is 'gausian', but must be one of wave, disc, gaussian"),
-        ({"wavelengths": 2.5}, "count is 2.5, but must be a whole number"),
-        ({"wavelengths": 0}, "count is 0"),
-        ({"finest_cpd": np.nan}, "finest_cpd is nan"),
-    ],
-)
-def test_cones_that_are_none_are_refused(bad: dict, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        Cones.of(EYE, "S", **bad)
-
-
-@pytest.mark.parametrize("wavelengths", [(), (5000.0,), 550.0])
-def test_wavelengths_that_are_none_are_refused(wavelengths) -> None:
-    with pytest.raises(InputError, match="wavelengths_nm is"):
-        Cones(EYE, "L+M", wavelengths)

@@ -46,13 +46,6 @@ def test_white_light_in_focus_has_less_contrast_than_yellow() -> None:
     assert (white < yellow).all()
 
 
-def test_bad_models() -> None:
-    with pytest.raises(InputError, match="model is 'cone', but must be one of wave, disc, gaussian"):
-        blur_transfer(0, 5, EYE, 1.0, model="cone")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="vergence is nan"):
-        blur_transfer(0, 5, EYE, np.nan)
-
-
 LENS = Lens(focal_length=0.050, f_number=4, focus_distance=1.0)
 
 
@@ -89,18 +82,6 @@ def test_cones_give_their_own_transfer() -> None:
         blur_transfer(0, 100.0, cones, 0.5, wavelength_nm=550)
     with pytest.raises(InputError, match="not their point spread: give an Eye or a Lens"):
         point_spread(0.0, 0.0, cones, 0.5)
-
-
-def test_optics_without_waves_are_refused() -> None:
-    pinhole = Lens(0.05, np.inf, 1.0)
-    assert blur_transfer(0, 100.0, pinhole, 0.5, model="disc") == 1
-    for ask in (blur_transfer, point_spread):
-        with pytest.raises(InputError, match="optics are a pinhole, whose diffraction has no bound"):
-            ask(0.0, 0.0, pinhole, 0.5)
-        with pytest.raises(InputError, match="optics is 'lens', but must be a Lens, an Eye"):
-            ask(0.0, 0.0, "lens", 0.5)  # type: ignore[arg-type]
-        with pytest.raises(InputError, match=r"wavelength_nm is 5\.5e-07, but .*: give it in nanometres"):
-            ask(0.0, 0.0, LENS, 0.5, wavelength_nm=5.5e-7)
 
 
 def test_best_gaussian_is_best_in_the_plane() -> None:

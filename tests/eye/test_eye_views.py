@@ -20,7 +20,7 @@ from focalgradient.eye import (
     eye_views,
     score,
 )
-from focalgradient.scenes import Scene, plane, spheres
+from focalgradient.scenes import plane, spheres
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -152,25 +152,6 @@ def test_rays_and_waves_blur_a_wall_alike() -> None:
     rays, waves, scene_by_waves = (left[name][0] / left[name][1] for name in ("rays", "waves", "scene"))
     assert rays == pytest.approx(waves, abs=0.12)
     assert rays == pytest.approx(scene_by_waves, abs=0.12)
-
-
-@pytest.mark.parametrize(
-    ("scene", "asked", "said"),
-    [
-        (-1.0, {}, "scene is -1.0, .*a wall's distance"),
-        (np.nan, {}, "scene is nan, .*a wall's distance"),
-        ("near", {}, "scene is 'near', but must be a Scene"),
-        (1.0, {"shape": (0, 64)}, r"shape is \(0, 64\)"),
-        (1.0, {"pixel_angle": 0.0}, "pixel_angle is 0.0"),
-        (1.0, {"seed": -1}, "seed is -1"),
-        (1.0, {"correlation": 1.2}, "between -1 and 1"),
-        (1.0, {"noise": -0.1}, "noise"),
-        (Scene(()), {}, "no depth to see"),
-    ],
-)
-def test_bad_input_is_refused(scene, asked, said) -> None:
-    with pytest.raises(InputError, match=said):
-        band_views(scene, EYE, **({"shape": (64, 64), "pixel_angle": PIXEL} | asked))
 
 
 def test_views_of_nothing_are_refused_and_progress_is_told_as_elsewhere() -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from textures import natural
 
 from focalgradient import InputError, recover_depth
 from focalgradient.eye import (
@@ -37,11 +38,7 @@ RED, BLUE, VERGENCE = (0.7, 0.1, 0.08), (0.08, 0.12, 0.6), 1.6
 
 def texture(side: int = 128, seed: int = 0) -> np.ndarray:
     """A natural texture of mean 1 (side x side x 1)."""
-    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side))
-    frequency[0, 0] = np.inf
-    spectrum = np.fft.rfft2(np.random.default_rng(seed).standard_normal((side, side)))
-    field = np.fft.irfft2(np.where(frequency < 0.5, spectrum, 0) / frequency, (side, side))
-    return (1 + 0.2 * field / field.std())[..., None]
+    return natural((side, side), seed)[..., None]
 
 
 def wall(colour, side: int = 128) -> tuple[SpectralPicture, np.ndarray]:

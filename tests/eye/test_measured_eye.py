@@ -126,11 +126,6 @@ def test_what_is_no_table_is_refused_in_a_sentence(text, said, tmp_path):
         read_zernike(tmp_path / "t.csv")
 
 
-def test_a_larger_pupil_than_the_measured_one_is_refused():
-    with pytest.raises(InputError, match="outside of the measured pupil"):
-        Eye.from_zernike([0.0, 0.0, 0.0, 0.1], 0.006, measured_diameter=0.004)
-
-
 def test_draws_have_the_population_s_mean_and_covariance():
     mixing = np.random.default_rng(3).standard_normal((7, 7)) / 10
     population = ZernikePopulation(np.linspace(-0.1, 0.2, 7), mixing @ mixing.T, 0.006)
@@ -151,12 +146,6 @@ def test_people_of_a_population_are_the_same_people_otherwise():
         assert other.eye.aberrations
     with pytest.raises(InputError, match="draw smaller pupils"):
         draw_people(1, 1, pupil_diameter=(0.007, 0.001), aberrations=population)
-
-
-@pytest.mark.parametrize("covariance", [np.eye(3), -np.eye(4), np.full((4, 4), np.nan), np.triu(np.ones((4, 4)))])
-def test_what_is_no_covariance_is_refused(covariance):
-    with pytest.raises(InputError, match="covariance_um2"):
-        ZernikePopulation(np.zeros(4), covariance, 0.006)
 
 
 @pytest.mark.skipif(not EYES.is_dir(), reason="the published population is not here: its licence is for research use")

@@ -1,13 +1,11 @@
 """An eye answers what a lens answers, and the depth core takes its views as any others."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient import Lens, View, recover_depth
 from focalgradient.eye import Eye, Oscillation, blur_transfer
 from focalgradient.psf import pixel_transfer
 from focalgradient.render import cast, noisy
@@ -108,35 +106,3 @@ def test_depth_from_blur_with_diffraction(vergence: float) -> None:
     assert depth.valid.mean() > 0.5
     assert np.median(np.abs(error)) < 0.1
     assert np.mean(np.sign(depth.vergence[depth.valid] - 1.8) == np.sign(vergence - 1.8)) > 0.99
-
-
-@pytest.mark.parametrize("bad", [0, -0.004, 0.0091, 4.0, np.nan, "4 mm"])
-def test_a_pupil_that_no_eye_has(bad: object) -> None:
-    with pytest.raises(InputError, match=r"pupil_diameter is .*, but must be from 0\.0001 .* to 0\.009.*in metres"):
-        Eye(bad, 1.0)  # type: ignore[arg-type]
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"accommodation": np.inf}, "accommodation is inf, but must be a finite number: give it in dioptres"),
-        ({"chromatic_scale": -1}, "chromatic_scale is -1, but must be a finite number of 0 or more"),
-        ({"wavelength_nm": 800}, "wavelength_nm is 800, but must lie between 380 and 780"),
-    ],
-)
-def test_numbers_out_of_range(change: dict, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        replace(Eye(0.004, 1.0), **change)
-
-
-def test_places_and_moments_that_are_none() -> None:
-    eye = Eye(0.004, 1.0)
-    with pytest.raises(InputError, match="must be metres in front of the lens or eye"):
-        eye.defocus([1.0, 0.0])
-    with pytest.raises(InputError, match="side is 'left'"):
-        eye.distance_from_blur(0.001, "left")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="blur radii must be 0 or more"):
-        eye.distance_from_blur(-0.001, "beyond")
-    for times in ([0.2, 0.1], [0.1, 0.1]):
-        with pytest.raises(InputError, match=r"times is .*each moment must be later than the one before: sort them"):
-            eye.through(times, Oscillation())

@@ -104,22 +104,6 @@ def test_measured_foci_take_the_place_of_the_model_s() -> None:
     assert Cones.of(eye, "L+M", finest_cpd=float(resolved_cpd(25.0))).finest_cpd < 5
 
 
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [((-1.0,), "eccentricity_deg"), ((50.0,), r"to 40"), ((10.0, "left"), "meridian is 'left'")],
-)
-@pytest.mark.parametrize("foci", [EMMETROPES, SCHEMATIC])
-def test_places_that_are_none_are_refused(given, said, foci) -> None:
-    with pytest.raises(InputError, match=said):
-        off_axis(Eye(0.004, 1.0), *given, foci=foci)
-
-
-@pytest.mark.parametrize("foci", [None, 1.0, (0.1,), "emmetropes"])
-def test_foci_that_are_none_are_refused(foci) -> None:
-    with pytest.raises(InputError, match=r"foci is .*EMMETROPES, MYOPES, SCHEMATIC"):
-        off_axis(Eye(0.004, 1.0), 10.0, foci=foci)
-
-
 def test_terms_of_one_order_add_up_as_the_wavefront_does() -> None:
     """A wavefront may state a term twice; off axis it keeps both."""
     twice, once = (Eye(0.004, 0.5, aberrations=terms) for terms in (((3, 1, 0.1), (3, 1, 0.2)), ((3, 1, 0.3),)))

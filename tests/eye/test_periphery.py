@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, midget_density, resolved_cpd
 
 MERIDIANS = ("temporal", "superior", "nasal", "inferior")
@@ -30,9 +29,3 @@ def test_cones_away_from_the_fovea_lose_fine_detail() -> None:
     passed = there.transfer(np.degrees([2.0, 8.0]), 1.0)
     assert passed[0] > 0.5
     assert passed[1] == 0
-
-
-@pytest.mark.parametrize(("far", "meridian", "said"), [(-1, "nasal", "-1"), (70, "nasal", "70"), (5, "left", "left")])
-def test_bad_input(far: float, meridian: str, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        midget_density(far, meridian)  # type: ignore[arg-type]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from focalgradient import InputError
 from focalgradient.eye import Plant
 
 PLANTS = [
@@ -89,17 +88,3 @@ def test_the_lens_has_limits():
     for _ in range(50):
         state = Plant().advance(state, 20.0, 0.1)
     assert state[1] == 8.0
-
-
-@pytest.mark.parametrize(
-    ("bad", "sentence"),
-    [
-        ({"latency": -1}, "latency is -1"),
-        ({"gain": np.nan}, "gain is nan"),
-        ({"time_constant": 0}, "time_constant is 0"),
-        ({"rest": 9.0}, "rest is 9.0 D, but must not lie nearer than nearest"),
-    ],
-)
-def test_settings_out_of_range(bad, sentence):
-    with pytest.raises(InputError, match=sentence):
-        Plant(**bad)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from focalgradient import InputError, Lens, View, recover_depth
+from focalgradient import View, recover_depth
 from focalgradient.eye import Cones, Eye, EyePrior, Oscillation, eye_views, learn_chromatic_scale, recover_eye_depth
 
 PIXEL = np.radians(1 / 60)
@@ -68,18 +68,3 @@ def test_a_light_may_be_uncertain() -> None:
     # Light A moves the focus of the L and M cones by 0.1 D.
     assert np.median(other.vergence_sd) > np.median(one.vergence_sd) + 0.03
     assert other.details["eye"]["illuminants"] == ["D65", "A"]
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: EyePrior(chromatic_scale=-1), "chromatic_scale"),
-        (lambda: EyePrior(focus_sd=-0.1), "focus_sd"),
-        (lambda: EyePrior(illuminants=("candle",)), "illuminant is 'candle'"),
-        (lambda: recover_eye_depth([View(np.ones((64, 64)), Lens(0.05, 4, 1.0), 1e-4)] * 2), "Cones"),
-        (lambda: learn_chromatic_scale([fixation(EYE, 1.5, "bands")]), "fixation 1 shows 2 waveband"),
-    ],
-)
-def test_what_is_unknown_is_refused(make, said) -> None:
-    with pytest.raises(InputError, match=said):
-        make()

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Plant, Pulse, PulsedPlant
 
 MS = 0.002
@@ -87,10 +86,3 @@ def test_the_course_does_not_depend_on_the_moments():
         for _ in range(10):
             expected = fine.advance(1.5, 0.01)
         assert found == pytest.approx(expected, abs=0.01)
-
-
-def test_settings_out_of_range():
-    with pytest.raises(InputError, match="velocity is 0"):
-        Pulse(velocity=0)
-    with pytest.raises(InputError, match="least is -1"):
-        Pulse(least=-1)

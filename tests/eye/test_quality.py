@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, image_quality, optical_transfer
 
 
@@ -54,16 +53,3 @@ def test_an_astigmatic_eye_is_best_between_its_foci_and_alike_to_either_side():
     assert ends[0] < found.best < ends[1]
     assert found.visual_strehl == pytest.approx(found.visual_strehl[::-1], abs=1e-3)
     assert found.visual_strehl.max() < 0.3
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: image_quality(one_light(Eye(0.003, 0.0)), [1.0]), "vergences must be two"),
-        (lambda: image_quality(one_light(Eye(0.003, 0.0)), [1.0, 0.0]), "sort them"),
-        (lambda: image_quality(one_light(Eye(0.003, 0.0)), [0.0, 1.0]).depth_of_focus(2.0), "share is 2"),
-    ],
-)
-def test_bad_input(call, sentence):
-    with pytest.raises(InputError, match=sentence):
-        call()

@@ -10,7 +10,6 @@ from focalgradient.eye import (
     Eye,
     Refraction,
     accommodation_amplitude,
-    lens_density,
     natural_pupil,
 )
 from focalgradient.eye.refraction import focus_of
@@ -103,15 +102,6 @@ def test_presbyopes_do_not_reach_what_is_near():
     assert near[2] < 0.1
 
 
-@pytest.mark.parametrize("age", [20, 45, 83])
-@pytest.mark.parametrize("luminance", [0.1, 10.0, 1000.0])
-def test_pupils_agree_with_the_second_form_of_watson_and_yellott(age, luminance):
-    """Their appendix 2, of the product f of luminance, area and eyes to the power of 0.41: one fraction."""
-    f = (luminance * np.pi * 10**2) ** 0.41
-    mm = (18.5172 + 0.122165 * f - 0.105569 * age + 0.000138645 * f * age) / (2 + 0.0630635 * f)
-    assert 1e3 * float(natural_pupil(luminance, age=age)) == pytest.approx(mm, abs=2e-3)
-
-
 def test_one_eye_sees_as_a_tenth_of_the_light_of_two():
     assert natural_pupil(100.0, eyes=1) == pytest.approx(natural_pupil(10.0, eyes=2))
 
@@ -121,26 +111,3 @@ def test_amplitudes_of_anderson_et_al():
     assert accommodation_amplitude(20) > 0.96 * 7.083
     assert accommodation_amplitude(55) < 0.3
     assert accommodation_amplitude(36.2 + 0.6109 / 0.2031) == pytest.approx(7.083 / 2)
-
-
-def test_old_lenses_take_blue():
-    young, old = lens_density([450.0, 650.0], 20), lens_density([450.0, 650.0], 70)
-    assert old[0] - young[0] > 8 * (old[1] - young[1])
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: natural_pupil(-1.0), "luminance goes down to -1"),
-        (lambda: natural_pupil(10.0, age=19.9), r"age is 19\.9"),
-        (lambda: natural_pupil(10.0, age=83.1), r"age is 83\.1"),
-        (lambda: natural_pupil(10.0, eyes=3), "eyes is 3"),
-        (lambda: Correction(vertex=12.0), "vertex is 12"),
-        (lambda: Refraction(0.0, 1.0, 181.0), "axis is 181"),
-        (lambda: Eye(refraction="abc", age=30), "refraction is 'abc'"),
-        (lambda: lens_density(450.0, -1), "age is -1"),
-    ],
-)
-def test_bad_input(call, sentence):
-    with pytest.raises(InputError, match=sentence):
-        call()

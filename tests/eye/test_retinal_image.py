@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, SpectralBasis, cone_images, parts_needed, retinal_image
 
 PIXEL = np.radians(1 / 60)
@@ -52,20 +51,6 @@ def test_more_wavelengths_change_little() -> None:
         for count in (9, 27)
     )
     assert np.all((few - many).std(axis=(0, 1)) < 0.02 * cone_images(picture).std(axis=(0, 1)))
-
-
-@pytest.mark.parametrize(
-    ("picture", "eye", "more", "said"),
-    [
-        (np.ones((8, 8)), Eye(0.004, 1.0), {}, "H x W x 3"),
-        (np.ones((8, 8, 3)), None, {}, "must be an Eye"),
-        (np.ones((8, 8, 3)), Eye(0.004, 1.0), {"wavelengths": 0}, "wavelengths"),
-        (np.ones((8, 8, 3)), Eye(0.004, 1.0), {"primaries": "no such"}, "primaries"),
-    ],
-)
-def test_bad_input_is_refused(picture, eye, more, said) -> None:
-    with pytest.raises(InputError, match=said):
-        retinal_image(picture, np.ones((8, 8)), eye, pixel_angle=PIXEL, **more)
 
 
 @pytest.mark.parametrize(("pupil", "accommodation"), [(0.003, 1.5), (0.006, 1.0)])

@@ -7,7 +7,6 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import j0
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, Scatter
 
 
@@ -41,11 +40,3 @@ def test_cones_lose_contrast_by_scatter():
     assert old.transfer(f, 1.0) == pytest.approx(cones.transfer(f, 1.0) * Scatter(75).transfer(f))
     assert old.transfer(0.0, 1.0) == pytest.approx(1.0)
     assert old.optical_transfer(f[1], 0.0, 1.0) == pytest.approx(old.transfer(f[1], 1.0))
-
-
-@pytest.mark.parametrize("bad", [{"age": -1}, {"age": 120}, {"pigment": 2}])
-def test_bad_input(bad):
-    with pytest.raises(InputError, match=f"{next(iter(bad))} "):
-        Scatter(**bad)
-    with pytest.raises(InputError, match=r"from 0\.1 to 100"):
-        Scatter().veil(0.01)

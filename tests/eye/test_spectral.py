@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import (
     Cones,
     Eye,
-    Light,
     SpectralBasis,
     SpectralPicture,
     band_light,
@@ -91,20 +89,3 @@ def test_warm_light_moves_the_focus_of_all_cones_farther() -> None:
         assert band_light(band, "3000 K").difference() > band_light(band, "D65").difference() + 0.05
     nm = np.array([420.0, 500.0, 640.0])
     assert illuminant(nm, "2856 K") == pytest.approx(illuminant(nm, "A"), rel=0.002)
-
-
-@pytest.mark.parametrize(
-    ("make", "said"),
-    [
-        (lambda: SpectralPicture(np.ones((4, 4, 2)), SpectralBasis.of_srgb()), "H x W x 3"),
-        (lambda: SpectralBasis(np.arange(400.0, 500, 10), np.ones((9, 1)), np.ones(10)), "N x K"),
-        (lambda: SpectralBasis(np.array([400.0, 410, 430]), np.ones((3, 1)), np.ones(3)), "even steps"),
-        (lambda: SpectralBasis.of_srgb("candle"), "illuminant is 'candle'"),
-        (lambda: SpectralBasis.of_srgb("90 K"), "1000 to 25000 K"),
-        (lambda: band_picture(np.ones((4, 4)), np.ones((4, 4)), EYE, "S", pixel_angle=PIXEL), "SpectralPicture"),
-        (lambda: Cones.in_light(EYE, "S", Light(np.array([450.0]), np.array([-1.0]))), "weight"),
-    ],
-)
-def test_bad_spectra_are_refused(make, said) -> None:
-    with pytest.raises(InputError, match=said):
-        make()

@@ -5,7 +5,6 @@ import sys
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, Microfluctuations, Motion, Oscillation, Target, track
 from focalgradient.eye.track import Tracker
 
@@ -175,29 +174,6 @@ def test_moments_of_one_waveband_tell_the_side():
         )
         found = track(views, at, noise=0.1, fixation=0.5, motion=STILL, wraps=True)
         assert found.vergence[-1] == pytest.approx(vergence, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        ({"times": [0.0]}, "views holds 2 and times 1"),
-        ({"times": [1.0, 0.0]}, "none before the last"),
-        ({"fixation": 0}, "fixation is 0"),
-        ({"noise": -1.0}, "noise is -1"),
-        ({"views": ["a", "b"]}, "views must hold View"),
-    ],
-)
-def test_bad_input(change, sentence):
-    views, at = series(lambda _: 1.0, [0.0], seed=1)
-    settings = {"views": views, "times": at, "noise": 0.4} | change
-    with pytest.raises(InputError, match=sentence):
-        track(settings.pop("views"), settings.pop("times"), **settings)
-
-
-def test_motion_out_of_range():
-    for bad in ({"drift": -1}, {"spread": 0}, {"jumps": -1}, {"rest": np.nan}, {"speed": -1}, {"persistence": 0}):
-        with pytest.raises(InputError, match=f"{next(iter(bad))} is "):
-            Motion(**bad)
 
 
 def test_a_fixation_lasts_as_long_as_is_said(monkeypatch):

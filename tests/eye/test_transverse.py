@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, chromatic_difference, point_spread
 
 OFFSET = Eye(0.003, 1.0, pupil_offset=(0.0005, -0.0003))
@@ -46,9 +45,3 @@ def test_cones_of_a_decentred_eye_lose_contrast_along_the_shift():
     assert along < 0.95 * across
     through = cones.through_focus(np.array([0.0]), np.array([f]), [1.0])[0]
     assert complex(through[0]) == pytest.approx(complex(cones.optical_transfer(0.0, f, 1.0)), abs=2e-3)
-
-
-@pytest.mark.parametrize("offset", [0.0005, (0.5, 0.0), (0.0001,), ("a", 0.0)])
-def test_offsets_that_are_none_are_refused(offset):
-    with pytest.raises(InputError, match="pupil_offset is"):
-        Eye(0.003, 1.0, pupil_offset=offset)

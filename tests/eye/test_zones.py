@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.eye import Cones, Eye, ZonedLens, blur_transfer, image_quality, point_spread
 
 
@@ -87,19 +86,3 @@ def test_strehl_ratio_of_zones_has_a_closed_form(pupil, lens):
     single = blur_transfer(0.0, frequency, eye, 0.0).real
     assert 4 * single @ (weights * share) == pytest.approx(truth[1], abs=4e-4)
     assert point_spread([0.0], [0.0], eye, 0.0).item() / peak == pytest.approx(truth[1], abs=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("diameters", "additions"),
-    [
-        *[((0.002,), (1.0, 2.0)), ((), ()), (0.004, 1.0), ([0.004], (1.0,)), ((0.004,), [1.0])],
-        *[((0.004, 0.002), (1.0, 0.0)), ((0.004, 0.004), (1.0, 0.0)), ((4.0,), (1.0,)), ((0.0201,), (1.0,))],
-        *[((0.004,), (30.0,)), ((0.004,), (-10.1,))],
-    ],
-)
-def test_bad_input(diameters, additions):
-    with pytest.raises(InputError, match="diameters"):
-        ZonedLens(diameters, additions)
-    assert ZonedLens((0.02,), (-10.0,)).power(0.0) == -10.0
-    with pytest.raises(InputError, match="lens"):
-        Eye(0.004, 0.0, lens="bifocal")

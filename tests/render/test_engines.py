@@ -2,7 +2,6 @@
 
 import math
 import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -236,16 +235,6 @@ def test_a_crash_of_mitsuba_harms_the_probe_alone(monkeypatch: pytest.MonkeyPatc
     assert variant.__wrapped__() == SCALAR
     monkeypatch.setattr(subprocess, "run", lambda command, **how: subprocess.CompletedProcess(command, 1))
     assert variant.__wrapped__() is None
-
-
-@pytest.mark.slow
-def test_mitsuba_is_loaded_only_when_it_renders() -> None:
-    program = (
-        "import sys; from focalgradient.render import render; from focalgradient.scenes import plane; "
-        "from focalgradient import Lens; render(plane(1.0), Lens(0.025, 4, 1.0), (4, 4), 3e-4, samples=2); "
-        "print('mitsuba' in sys.modules)"
-    )
-    assert subprocess.check_output([sys.executable, "-c", program], text=True).strip() == "False"
 
 
 @pytest.mark.parametrize(

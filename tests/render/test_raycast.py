@@ -11,7 +11,7 @@ from focalgradient.optics import Aperture
 from focalgradient.psf import Annulus, Blend, Gaussian, Polygon, Psf
 from focalgradient.render import cast, noisy
 from focalgradient.render.raycast import _spline
-from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant, spheres
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
@@ -170,15 +170,6 @@ def test_sun_shades_and_shadows() -> None:
     # Half a metre behind the ball, its shadow falls half a metre to the right.
     shadow = 1000 + np.flatnonzero(row[1000:] < 0.5)
     assert shadow.mean() == pytest.approx(950 + 0.5 / 2.0 / PIXEL, abs=1)
-
-
-def test_same_seed_same_picture() -> None:
-    def image(seed: int) -> np.ndarray:
-        cast_ = cast(spheres(1, field=40 * PIXEL), Lens(0.025, 5.6, 0.85), (30, 40), PIXEL, samples=16, seed=seed)
-        return cast_.view.image
-
-    assert np.array_equal(image(3), image(3))
-    assert not np.array_equal(image(3), image(4))
 
 
 @pytest.mark.parametrize(("blur", "most"), [(0.0, 0.0001), (2.0, 0.0015), (4.0, 0.002)])

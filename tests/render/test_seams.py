@@ -65,13 +65,6 @@ def test_light_stays_within_the_range_of_the_picture(seed: int, focus: float) ->
     assert seen.max() < 1.2
 
 
-def test_the_same_picture_comes_again_to_the_bit() -> None:
-    random = np.random.default_rng(1)
-    vergence = random.uniform(0, 12, (9, 9)).repeat(16, axis=0).repeat(16, axis=1)
-    light = random.random(vergence.shape)
-    assert np.array_equal(blurred(light, vergence, 5.0), blurred(light, vergence, 5.0))
-
-
 def test_a_picture_changes_evenly_with_focus() -> None:
     """A card before a wall, both with texture: no step of focus changes a pixel much more than the others do."""
     random = np.random.default_rng(2)

@@ -186,14 +186,6 @@ def test_gradients_share_places_and_light(turn) -> None:
             )
 
 
-def test_no_aperture_is_no_gradient_and_frames_are_deterministic() -> None:
-    sharp = necker_frame(CUBE, 0.03, **PICTURE)
-    for gradient in ("rigid", "nonrigid"):
-        assert np.array_equal(necker_frame(CUBE, 0.03, **PICTURE, gradient=gradient, aperture=0.0), sharp)
-    again = [necker_frame(CUBE, 0.03, **PICTURE, gradient="rigid").tobytes() for _ in range(2)]
-    assert again[0] == again[1]
-
-
 @pytest.mark.parametrize("gradient", ["none", "rigid", "nonrigid"])
 def test_the_loop_closes(gradient) -> None:
     picture = {"shape": (200, 200), "pixel_angle": 2.4e-3, "gradient": gradient, **STRONG}

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError
 from focalgradient.retina import FixationalMovements
 
 MINUTE = np.radians(1 / 60)
@@ -35,14 +34,6 @@ def test_a_path_is_a_function_of_time():
     assert not np.allclose(FixationalMovements(seed=6).at([0.5]), whole[1:2])
 
 
-@pytest.mark.parametrize("bad", [{"diffusion": -1}, {"rate": -1}, {"rate": 20}, {"amplitude": np.nan}, {"seed": 1.5}])
-def test_bad_input(bad):
-    with pytest.raises(InputError, match=f"{next(iter(bad))} is"):
-        FixationalMovements(**bad)
-    with pytest.raises(InputError, match="the first time is -1"):
-        FixationalMovements().at([-1.0, 0.0])
-
-
 def test_gaze_moves_the_image_the_other_way_by_as_many_pixels():
     """The centroid of a spot moves by minus the direction of gaze, in colour too, also by parts of a pixel."""
     angle, movements, times = np.radians(1 / 60), FixationalMovements(seed=3), [0.0, 0.2, 0.7, 1.5]
@@ -55,9 +46,3 @@ def test_gaze_moves_the_image_the_other_way_by_as_many_pixels():
         for light in (one[..., 0], one[..., 1]):
             assert (light * x).sum() / light.sum() == pytest.approx(-right, abs=0.01)
             assert (light * y).sum() / light.sum() == pytest.approx(-down, abs=0.01)
-
-
-def test_what_cannot_move_is_refused():
-    for image, angle, said in ((np.ones(4), 1e-3, "H x W"), (np.ones((4, 4)), 0.0, "pixel_angle is 0")):
-        with pytest.raises(InputError, match=said):
-            FixationalMovements().moved(image, [0.0], pixel_angle=angle)

@@ -117,17 +117,3 @@ def test_a_retinal_image_is_blurred_in_the_focus_of_each_wavelength(tmp_path):
     back = read_isetbio(tmp_path / "oi.mat")
     assert back.is_retinal
     assert back.energy == pytest.approx(seen.energy)
-
-
-@pytest.mark.parametrize(
-    ("wrong", "said"),
-    [
-        (lambda: scene_spectra(np.ones((4, 4)), pixel_angle=1e-3), "picture is.*SpectralPicture.of"),
-        (lambda: scene_spectra(SpectralPicture.of(np.ones((4, 4))), pixel_angle=0.0), "pixel_angle is 0"),
-        (lambda: scene_spectra(SpectralPicture.of(-np.ones((4, 4))), pixel_angle=1e-3), "negative"),
-        (lambda: retinal_spectra(SpectralPicture.of(np.ones((4, 4))), 1.0, "eye", pixel_angle=1e-3), "eye is 'eye'"),
-    ],
-)
-def test_wrong_pictures_are_refused(wrong, said):
-    with pytest.raises(InputError, match=said):
-        wrong()

@@ -107,33 +107,3 @@ def test_a_view_is_sampled_last() -> None:
     assert seen.image.std() < 0.7 * image.std()  # a pixel is finer than a cone there
     with pytest.raises(InputError, match="make the mosaic for the view"):
         ConeMosaic.over((32, 40), 2 * angle).view(view)
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        ({"shape": (0, 4)}, "shape"),
-        ({"pixel_angle": 1.0}, "radians"),
-        ({"eccentricity_deg": 60.0}, "known to 60"),
-        ({"share": 1.5}, "share"),
-        ({"seed": -1}, "seed"),
-    ],
-)
-def test_mosaics_that_cannot_be_are_refused(given, said) -> None:
-    settings = {"shape": (24, 24), "pixel_angle": 3e-4, **given}
-    with pytest.raises(InputError, match=said):
-        ConeMosaic.over(**settings)
-
-
-def test_images_that_do_not_fit_are_refused() -> None:
-    mosaic = ConeMosaic.over((24, 24), 3e-4)
-    for call, said in (
-        (lambda: mosaic.catch(np.ones((24, 23))), "shape"),
-        (lambda: mosaic.catch(-np.ones((24, 24)), quanta=10.0), "negative"),
-        (lambda: mosaic.catch(np.ones((24, 24)), quanta=0.0), "quanta"),
-        (lambda: mosaic.image(np.ones(3)), "cones"),
-        (lambda: cone_density(61.0), "between 0 and 60"),
-        (lambda: cone_density(1.0, "up"), "meridian"),
-    ):
-        with pytest.raises(InputError, match=said):
-            call()

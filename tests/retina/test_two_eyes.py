@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from focalgradient import InputError, stereo
+from focalgradient import stereo
 from focalgradient.eye import Eye, point_spread, typical_aberrations
 from focalgradient.retina import TwoEyes
 
@@ -52,20 +52,6 @@ def test_views_of_one_scene_are_shifted_by_the_disparity_and_blurred_by_each_eye
     match = [np.sum(patch * (right[:, at : at + 40] - right[:, at : at + 40].mean())) for at in range(260)]
     assert 130 - int(np.argmax(match)) == pytest.approx(pair.interocular * 1.0 / angle, abs=1)  # of tangents
     assert left[:, 60:240].std() > 2 * right[:, 60:240].std()
-
-
-@pytest.mark.parametrize(
-    ("bad", "said"),
-    [
-        (lambda: TwoEyes("left", Eye(0.004, 1.0)), "left is 'left', but must be an Eye"),
-        (lambda: TwoEyes.of(Eye(0.004, 1.0), interocular=63.0), "interocular is 63.*metres"),
-        (lambda: TwoEyes.of_person("much", "plano"), "refraction is 'much'"),
-        (lambda: typical_aberrations(0.007), "7 mm.*6 mm"),
-    ],
-)
-def test_bad_input(bad, said):
-    with pytest.raises(InputError, match=said):
-        bad()
 
 
 def test_typical_aberrations_have_the_published_size_and_scale_with_the_pupil():

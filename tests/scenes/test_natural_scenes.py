@@ -8,7 +8,7 @@ import pytest
 from focalgradient import InputError, Lens
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import variant
-from focalgradient.scenes import SCENES, Mark, Mesh, Scene, bottle, scene, step, terrain
+from focalgradient.scenes import SCENES, Mark, Mesh, Scene, scene, step, terrain
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.landscape import Land
 from focalgradient.scenes.materials import NATURAL, material, ramp
@@ -122,20 +122,6 @@ def coarse_land(monkeypatch: pytest.MonkeyPatch) -> None:
     """Land of fewer texels, which are what takes time."""
     assert Land.mesh.__kwdefaults__["texels"] > 1000
     monkeypatch.setitem(Land.mesh.__kwdefaults__, "texels", 200)
-
-
-@pytest.mark.slow
-def test_same_seed_same_scene() -> None:
-    made, again, other = bottle(4), bottle(4), bottle(5)
-    for one, two, three in zip(made.objects, again.objects, other.objects, strict=True):
-        assert isinstance(one, Mesh)
-        assert np.array_equal(one.vertices, two.vertices)
-        assert np.array_equal(one.uv, two.uv)
-        assert np.array_equal(one.paint, two.paint)
-        assert one.mirror or not np.array_equal(one.paint, three.paint)
-    assert made.sky is not None
-    assert again.sky is not None
-    assert np.array_equal(made.sky.radiance, again.sky.radiance)
 
 
 @pytest.mark.usefixtures("coarse_land")

@@ -52,11 +52,6 @@ def test_splines_pass_through_the_texels() -> None:
     assert np.abs(seen - texture.values()).max() < 1e-6
 
 
-def test_seed_is_the_field() -> None:
-    assert np.array_equal(Texture(seed=1).values(), Texture(seed=1, texel=1e-3).values())
-    assert abs(np.corrcoef(Texture(seed=1).values().ravel(), Texture(seed=2).values().ravel())[0, 1]) < 0.2
-
-
 def test_slant_passes_through_near_and_far_at_the_edges_of_the_frame() -> None:
     (surface,) = slant(0.9, 2.2, 0.1).objects
     assert isinstance(surface, Plane)

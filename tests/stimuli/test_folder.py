@@ -77,10 +77,3 @@ def test_a_kill_while_writing_leaves_no_half_file(tmp_path: Path, monkeypatch: p
     with pytest.raises(KeyboardInterrupt):
         folder.put({"two.txt": b"other"})
     assert (tmp_path / "two.txt").read_bytes() == b"two"
-
-
-@pytest.mark.parametrize("content", [b"{", b"[]", b"{}", b'{"files": 3}', b"\xff"])
-def test_lists_that_are_none(tmp_path: Path, content: bytes) -> None:
-    (tmp_path / "manifest.json").write_bytes(content)
-    with pytest.raises(InputError, match=r"manifest.json is not the list of a set"):
-        Folder(tmp_path, ASKED, VERSIONS)

@@ -21,8 +21,8 @@ from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.common_error import field_modes, spread_over
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.model_error import LEAST_BLUR
 from focalgradient.depth.settings import used_blur
+from focalgradient.depth.validity import LEAST_BLUR
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.view import View
 

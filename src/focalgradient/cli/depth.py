@@ -23,7 +23,7 @@ from focalgradient.cli.program import (
     with_options,
     writable,
 )
-from focalgradient.depth.known_points import KnownPoint, checked_points
+from focalgradient.depth.common_error import KnownPoint, checked_points
 from focalgradient.depth.recover import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable

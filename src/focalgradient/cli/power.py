@@ -22,7 +22,7 @@ from focalgradient.tasks import task_named
 if TYPE_CHECKING:
     import pandas as pd
 
-    from focalgradient.power import AnyStudy
+    from focalgradient.power import Study
 
 __all__ = ["power"]
 
@@ -142,20 +142,20 @@ def power(
     extra = ["sensitivity.csv"] if sensitivity else []
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
     total = len(subjects) * experiments
-    seconds = study.seconds * experiments * sum(subjects)
+    seconds = study.model.seconds(study.design) * experiments * sum(subjects)
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
     with resumable(left) as say, workers.shared(2 * seconds) as executor:
         table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
         few = max(experiments // 5, 1)
         varied = power_by_assumption(study, subjects, few, executor=executor) if sensitivity else None
-    found = sum_up(table, logs=study.logs)
+    found = sum_up(table, logs=study.model.logs)
     files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
     files["power.csv"] = _csv(as_table(found))
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
-    lines = [f"Simulated {study.people}: proportion of experiments that find"]
+    lines = [f"Simulated {study.model.kind}: proportion of experiments that find"]
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:
@@ -163,7 +163,7 @@ def power(
     lines.append("In brackets: 95 % intervals (Wilson) for this number of simulated experiments.")
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
-        lines.append(f"Median {study.width_label} ({study.widths[0]}): {widths}")
+        lines.append(f"Median {study.model.width_label} ({study.widths[0]}): {widths}")
     if varied is not None:
         lines += [
             f"With {one.assumed} times {one.factor:g}, N = {one.subjects}: all of them {one.power:.1%}"
@@ -196,7 +196,7 @@ def _shares(shares: Mapping[int, float], experiments: int) -> str:
     return f"{', '.join(parts)}; by interpolation {', '.join(needed)}"
 
 
-def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> AnyStudy:
+def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> Study:
     """Return the power study of a task, given its design and options."""
     from focalgradient.design import design_of
     from focalgradient.power import study_of

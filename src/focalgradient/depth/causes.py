@@ -17,8 +17,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.optics_check import likelier_slip
 from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING
-from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
+from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
 
 __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes", "shows_nothing"]

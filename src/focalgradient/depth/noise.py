@@ -16,8 +16,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import equalise, view_spectra
 from focalgradient.depth.equalise.residual_power import band_power
+from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile
 from focalgradient.depth.filters import RADIAL, FloatArray, Spectra
-from focalgradient.depth.quartile import QUARTER, lower_quartile
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
 from typing import TypeVar
 
 import numpy as np
@@ -13,35 +12,6 @@ from numpy.typing import NDArray
 from focalgradient.parallel import linear_algebra_on_one_thread, share_rows
 
 Value = TypeVar("Value", bound=np.generic)
-
-REORDERED = {"contract", "reassoc", "nsz", "arcp"}
-"""Compiler options for sums: terms may be added in another order, several at a time. Infinity and NaN are kept."""
-
-
-@dataclass(frozen=True, slots=True)
-class Growth:
-    """Adaptive window schedule of plane fits, and the distance at which values are left out."""
-
-    windows: tuple[float, ...]  # in units of the window asked for
-    separate: float  # squared distance, over the variance, beyond which two values do not lie on one surface
-
-    @property
-    def first(self) -> Growth:
-        """Return the first windows only."""
-        return replace(self, windows=self.windows[:2])
-
-
-SMOOTH = Growth((0.5, 0.75, 1.125, 1.7), 49.0)
-"""Window schedule for smooth surfaces: windows grow by half, from half the requested one; values 7 standard deviations
-apart belong to different surfaces. Chosen by hand."""
-
-HELD_APART = Growth((0.5, 0.75, 1.125, 1.7, 2.5), 16.0)
-"""Window schedule for surfaces close to each other: values 4 standard deviations apart belong to different surfaces, so
-that fewer are attributed to the wrong one where they meet; planes extend as far in narrower windows. Chosen on
-`MADE_WITH` of `benchmarks/depth_at_outlines.py`."""
-
-STEEP = 2.0
-"""Prior standard deviation of depth's slope within a window, in levels per block. Chosen by hand."""
 
 CACHED_PIXELS = 8192
 """Approximate number of pixels whose residuals at all levels are worked out at a time: 64 images of 32 kB, which a
@@ -386,116 +356,3 @@ def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) ->
     """
     order = np.argsort(values)
     return float(values[order][np.searchsorted(np.cumsum(weight[order]), weight.sum() / 2)])
-
-
-def grow_planes(
-    weight: NDArray[np.float64],
-    weighted: NDArray[np.float64],
-    level: NDArray[np.float64],
-    sd: NDArray[np.float64],
-    windows: list[float],
-    steep: float,
-    separate: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the planes fitted about each block, in windows that grow over whatever lies on one surface.
-
-    Adaptive weights (propagation and separation, after Polzehl and Spokoiny): from one window to the next, a
-    neighbour counts by how well its own value agrees with the plane so far, so that depth is gathered along a
-    surface and not across its edge.
-
-    Parameters
-    ----------
-    weight, weighted
-        Weight of each block, and its value times that weight; h x w.
-    level
-        Value to start from, h x w.
-    sd
-        Standard deviation of the noise in which `weight` is an inverse variance, h x w.
-    windows
-        Gaussian windows (sd, in blocks), from the narrowest up.
-    steep
-        Prior standard deviation of a plane's slope, per block.
-    separate
-        Squared distance, over the variance, beyond which a neighbour does not count.
-
-    Returns
-    -------
-    value, sd
-        h x w each.
-    """
-    # value, slope down, slope right, variance for noise of variance 1, still growing
-    state = np.stack([level, 0 * level, 0 * level, np.full_like(level, np.inf), np.ones_like(level)])
-    for window in windows:
-        grown, variance = np.empty_like(state), state[3] * sd**2
-
-        def work(first: int, last: int) -> None:
-            _grow_planes(weight, weighted, variance, state, window, steep, separate, first, last, grown)  # noqa: B023
-
-        share_rows(len(level), work)
-        state = grown
-    return state[0], sd * np.sqrt(state[3])
-
-
-@njit(nogil=True, cache=True, fastmath=REORDERED)
-def _grow_planes(  # type: ignore[no-untyped-def]
-    weight, weighted, variances, state, window, steep, separate, first, last, grown
-):
-    rows, columns = weight.shape
-    reach = int(np.ceil(2.2 * window))
-    fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * window * window))
-    for row in range(first, last):
-        for column in range(columns):
-            value, down, right = state[0, row, column], state[1, row, column], state[2, row, column]
-            variance = variances[row, column]
-            start = not np.isfinite(variance)
-            a00 = a01 = a02 = a11 = a12 = a22 = 0.0
-            q00 = q01 = q02 = q11 = q12 = q22 = 0.0
-            b0 = b1 = b2 = 0.0
-            if state[4, row, column] > 0:
-                for i in range(max(0, row - reach), min(rows, row + reach + 1)):
-                    y = i - row
-                    fall_y = fall[abs(y)]
-                    for j in range(max(0, column - reach), min(columns, column + reach + 1)):
-                        x = j - column
-                        # At the start every variance is infinite, and every neighbour counts.
-                        apart = state[0, i, j] - (value + down * y + right * x)
-                        s = min(1.0, apart * apart / (separate * (variance + variances[i, j])))
-                        w = fall_y * fall[abs(x)] * (1 - s) * (1 - s)
-                        a = w * weight[i, j]
-                        b = w * (weighted[i, j] - weight[i, j] * value)
-                        ay, ax = a * y, a * x
-                        a00 += a
-                        a01 += ay
-                        a02 += ax
-                        a11 += ay * y
-                        a12 += ay * x
-                        a22 += ax * x
-                        q00 += w * a
-                        q01 += w * ay
-                        q02 += w * ax
-                        q11 += w * ay * y
-                        q12 += w * ay * x
-                        q22 += w * ax * x
-                        b0 += b
-                        b1 += b * y
-                        b2 += b * x
-            # Without evidence the plane is flat.
-            a11 += steep**-2
-            a22 += steep**-2
-            a00 += 1e-9
-            c0, c1, c2 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
-            det = a00 * c0 + a01 * c1 + a02 * c2
-            e0, e1, e2 = c0 / det, c1 / det, c2 / det
-            step = e0 * b0 + e1 * b1 + e2 * b2
-            spread = e0 * (e0 * q00 + 2 * (e1 * q01 + e2 * q02)) + e1 * (e1 * q11 + 2 * e2 * q12) + e2 * e2 * q22
-            if state[4, row, column] == 0 or (not start and step * step > 9 * variance):
-                # The wider window contradicts the narrower one: growth ends here.
-                for k in range(4):
-                    grown[k, row, column] = state[k, row, column]
-                grown[4, row, column] = 0
-                continue
-            grown[0, row, column] = value + step
-            grown[1, row, column] = (c1 * b0 + (a00 * a22 - a02 * a02) * b1 + (a01 * a02 - a00 * a12) * b2) / det
-            grown[2, row, column] = (c2 * b0 + (a01 * a02 - a00 * a12) * b1 + (a00 * a11 - a01 * a01) * b2) / det
-            grown[3, row, column] = max(spread, 1e-12)
-            grown[4, row, column] = 1

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from focalgradient.depth.common_error import common_modes, stated_parts
+from focalgradient.depth.common_error import KnownPoint, checked_points, common_modes, stated_parts, with_known_points
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.dual_pixel.halves import halves_of
-from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.settings import (
     LEAST_SIDE,
     WINDOWS,
@@ -34,7 +33,7 @@ from focalgradient.view import View
 
 if TYPE_CHECKING:
     from focalgradient.depth.causes import Cause
-    from focalgradient.depth.estimate import Estimate, Problem
+    from focalgradient.depth.search import Estimate, Problem
 
 __all__ = [
     "METHODS",
@@ -276,9 +275,8 @@ def problem_of(views: Sequence[View], settings: RecoverySettings) -> Problem:
     """Return the checked and registered views with their search range, for the method of the settings."""
     settings.check(len(views))
     check_usable(views, settings.method, settings.window)
-    from focalgradient.depth.estimate import Problem
     from focalgradient.depth.registration import RegisteredViews
-    from focalgradient.depth.search import Search
+    from focalgradient.depth.search import Problem, Search
 
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)

@@ -1,9 +1,9 @@
-"""Range of depth that is searched: candidate vergences, and each view's blur at them."""
+"""Input and result of every depth method, and the range searched: candidate vergences, each view's blur at them."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache, partial
 from typing import Any
 
@@ -11,13 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, disc_pass, plane
-from focalgradient.depth.settings import OPTICS, BlurSource
+from focalgradient.depth.registration import RegisteredViews
+from focalgradient.depth.settings import OPTICS, BlurSource, RecoverySettings
 from focalgradient.errors import InputError
 from focalgradient.optics import Capabilities, Optics, OwnBlur, blur_of, capabilities, own_blur
 from focalgradient.plausibility import check_range
 from focalgradient.psf import Disc, Geometric, Psf
+from focalgradient.view import View
 
-__all__ = ["Blurs", "Search", "view_blur"]
+__all__ = ["Blurs", "Estimate", "Problem", "Search", "view_blur"]
 
 LARGEST_BLUR = 16.0
 """Maximum blur radius in pixels of the widest view if the user sets no limit; limits the time. Chosen by hand."""
@@ -324,3 +326,49 @@ def _tells_side(stated: Sequence[Capabilities], psf: BlurSource | None) -> bool:
 def one_focus(focus: NDArray[np.float64]) -> bool:
     """Return whether views of these focus vergences share one plane of focus."""
     return bool(np.ptp(focus) <= ONE_FOCUS * max(1.0, np.abs(focus).max()))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Problem:
+    """Input of a method: checked and registered views, search range, blur and settings."""
+
+    views: Sequence[View]
+    registered: RegisteredViews
+    search: Search
+    settings: RecoverySettings
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """Depth estimated by one method.
+
+    Parameters
+    ----------
+    vergence, vergence_sd
+        H x W, in dioptres, on the first view's pixels.
+    valid
+        H x W.
+    noise
+        Standard deviation of each view's noise, in the view's own unit.
+    side_known
+        H x W: whether the views decide the side of focus, beyond what the search decides.
+    details
+        What this method alone has to state, as plain JSON values.
+    warnings
+        Warnings to issue, each a sentence.
+    searched
+        Vergence that was searched, in dioptres, where the method restricts the search.
+    beyond
+        H x W integers, of methods that see it: 1 at or nearer than the nearest depth searched, -1 at or beyond the
+        farthest, 0 elsewhere.
+    """
+
+    vergence: NDArray[np.float32]
+    vergence_sd: NDArray[np.float32]
+    valid: NDArray[np.bool_]
+    noise: Sequence[float]
+    side_known: NDArray[np.bool_] | bool = True
+    details: Mapping[str, Any] = field(default_factory=dict)
+    warnings: Sequence[str] = ()
+    searched: tuple[float, float] | None = None
+    beyond: NDArray[np.int8] | None = None

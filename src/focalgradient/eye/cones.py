@@ -86,13 +86,13 @@ class Cones:
 
     def __post_init__(self) -> None:
         check_number("finest_cpd", self.finest_cpd, "cycles per degree", positive=True, finite=False)
+        visible(check_finite("wavelengths_nm", self.wavelengths_nm, "nanometres"), "wavelengths_nm")
         if np.ndim(self.wavelengths_nm) != 1 or not np.size(self.wavelengths_nm):
             raise InputError(
                 f"wavelengths_nm is {described(self.wavelengths_nm)}, but must be one or more wavelengths: give them "
                 "in nanometres."
             )
-        visible(self.wavelengths_nm, "wavelengths_nm")
-        if len(self.weights):
+        if check_finite("weights", self.weights, "any unit").size:
             Light(np.asarray(self.wavelengths_nm), np.asarray(self.weights))  # refuses weights that do not pair
         if self._shape is not None and not self._shape.isotropic:
             raise InputError(f"model is {self._shape}, but the blur of cones must be rotationally symmetric.")

@@ -18,7 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
-from focalgradient.errors import InputError, check_finite, check_list, check_number, checked
+from focalgradient.errors import InputError, check_finite, check_list, check_number, checked, described
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.ranges import Pupil as PupilDiameter
@@ -256,7 +256,7 @@ def check_aberrations(aberrations: Aberrations) -> None:
     """Raise `InputError` unless given Zernike terms."""
     for term in check_list("aberrations", aberrations, "Zernike terms (n, m, micrometres)"):
         if not (isinstance(term, tuple) and len(term) == 3):
-            raise InputError(f"aberrations holds {term!r}, but each term must be a tuple (n, m, micrometres).")
+            raise InputError(f"aberrations holds {described(term)}, but each term must be a tuple (n, m, micrometres).")
         _check_order(*term[:2])
         check_number("the coefficient of a Zernike term", term[2], "micrometres")
 
@@ -269,7 +269,7 @@ def is_term(n: int, m: int) -> bool:
 def _check_order(n: int, m: int) -> None:
     if not (isinstance(n, int) and isinstance(m, int) and is_term(n, m)):
         raise InputError(
-            f"there is no Zernike term n = {n!r}, m = {m!r} here: n is a whole number from 0 to 20, "
+            f"there is no Zernike term n = {described(n)}, m = {described(m)} here: n is a whole number from 0 to 20, "
             "and m one of -n, -n + 2, ..., n."
         )
 

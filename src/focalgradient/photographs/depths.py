@@ -16,8 +16,8 @@ from typing import Any, Literal, Unpack
 import numpy as np
 
 from focalgradient.calibration import apply_calibration
+from focalgradient.depth.common_error import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.known_points import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.recover import METHODS, recover_depth
 from focalgradient.depth.settings import AUTO, SOURCES, BlurSource, MethodName, blur_source, used_blur
 from focalgradient.errors import FocalGradientWarning, InputError

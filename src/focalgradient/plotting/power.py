@@ -10,12 +10,12 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from focalgradient.plotting.figures import BLUE, COLOURS, ORANGE, REFERENCE, laid_out
-from focalgradient.power import AnyStudy, Power, share_interval
+from focalgradient.power import Power, Study, share_interval
 
 __all__ = ["power_figure"]
 
 
-def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
+def power_figure(found: Sequence[Power], study: Study) -> Figure:
     """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects."""
     with laid_out(150, 75) as figure:
         left, right = figure.subplots(1, 2)
@@ -50,8 +50,8 @@ def power_figure(found: Sequence[Power], study: AnyStudy) -> Figure:
             widths = [getattr(each, name) for each in found]
             if not all(map(math.isnan, widths)):
                 right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
-        right.set(ylabel=_folded(study.width_label, 30))
-        right.set_ylim(bottom=1 if study.logs else 0)
+        right.set(ylabel=_folded(study.model.width_label, 30))
+        right.set_ylim(bottom=1 if study.model.logs else 0)
         right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)

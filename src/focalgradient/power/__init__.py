@@ -4,36 +4,29 @@ Subjects are drawn from a *statistical* model, not simulated from pictures: resu
 
 """
 
-from focalgradient.power.cube import (
-    CUBE_TESTS,
-    CubeModel,
-    CubeStudy,
-    quick_cube_power,
-    simulated_reports,
-)
-from focalgradient.power.latent import LatentModel, LatentStudy, latent_power, simulated_answers, study_of_ratings
-from focalgradient.power.own_tasks import TaskStudy
-from focalgradient.power.ratings import TESTS, Model, Study, quick_power, rise_power, simulated_ratings
+from focalgradient.power.cube import CUBE_TESTS, CubeModel, quick_cube_power, simulated_reports
+from focalgradient.power.latent import LatentModel, latent_power, simulated_answers
+from focalgradient.power.own_tasks import Observers
+from focalgradient.power.ratings import TESTS, Model, quick_power, rise_power, simulated_ratings
 from focalgradient.power.running import Power, power, run, run_here, share_interval, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.studies import study_of
-from focalgradient.power.study import AnyStudy
-from focalgradient.power.thresholds import ThresholdModel, ThresholdStudy
+from focalgradient.power.study import AnyStudy, Claim, People, Study
+from focalgradient.power.thresholds import ThresholdModel
 
 __all__ = [
     "CUBE_TESTS",
     "TESTS",
     "AnyStudy",
+    "Claim",
     "CubeModel",
-    "CubeStudy",
     "LatentModel",
-    "LatentStudy",
     "Model",
+    "Observers",
+    "People",
     "Power",
     "Study",
-    "TaskStudy",
     "ThresholdModel",
-    "ThresholdStudy",
     "latent_power",
     "power",
     "quick_cube_power",
@@ -47,6 +40,5 @@ __all__ = [
     "simulated_ratings",
     "simulated_reports",
     "study_of",
-    "study_of_ratings",
     "subjects_needed",
 ]

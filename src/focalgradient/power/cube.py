@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -20,14 +20,14 @@ from scipy import stats
 
 from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, AnyStudy, Claim, main_trials, model_of
+from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
-from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
+from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, primary_first
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.questions import Analysis
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["CubeModel", "CubeStudy", "quick_cube_power", "simulated_reports"]
+__all__ = ["CubeModel", "quick_cube_power", "simulated_reports"]
 
 CUBE_TESTS = {
     "nonrigid_longer": "nonrigid gradient: nonrigid for longer",
@@ -42,7 +42,7 @@ ROWS = ("trial", "gradient", "strength", "catch", "onset", "duration", "percept"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class CubeModel:
+class CubeModel(People):
     """Statistical model of subjects in experiment 2; docs/power.md gives the source of each value.
 
     Parameters
@@ -85,74 +85,45 @@ class CubeModel:
     first_ratio: Annotated[float, Range("ratios", 0.1, 10)] = 1.0
     lapses: Annotated[float, LAPSES] = 0.01
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-
-@dataclass(frozen=True, slots=True)
-class CubeStudy(AnyStudy):
-    """Power study of experiment 2.
-
-    Parameters
-    ----------
-    model
-        Model of the subjects.
-    design
-        Design of the experiment.
-    seed
-        Seed of all random draws.
-
-    Raises
-    ------
-    InputError
-        If the design lacks the conditions to be compared.
-    """
-
-    model: CubeModel
-    design: NeckerDesign
-    seed: int = 1
-
     version: ClassVar[int] = 5
-    seconds: ClassVar[float] = 0.012
     width_label: ClassVar[str] = "95 % interval of the log odds ratio of the nonrigid time: width"
-    widths: ClassVar[tuple[str, str]] = ("nonrigid gradient", "rigid gradient")
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_levels", "between_dominances")
-
-    @classmethod
-    def of(cls, design: NeckerDesign, assumed: Mapping[str, float], seed: int) -> CubeStudy:
-        """Create the study from given values: see `focalgradient.tasks.Task.study`."""
-        return cls(model_of(CubeModel, assumed, design.task), design, seed)
+    designs: ClassVar[type[NeckerDesign]] = NeckerDesign
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if "none" not in self.design.gradients or len(self.design.gradients) < 2:
+
+    def seconds(self, design: NeckerDesign) -> float:
+        return 0.012
+
+    def check(self, design: NeckerDesign) -> None:
+        People.check(self, design)
+        if "none" not in design.gradients or len(design.gradients) < 2:
             raise InputError(
                 "gradients must have 'none' and another gradient, because their difference is tested: add the "
                 "missing one."
             )
 
-    @property
-    def tests(self) -> Mapping[str, str]:
-        gradients = {"nonrigid": "nonrigid_longer", "rigid": "nonrigid_shorter"}
-        return {name: CUBE_TESTS[name] for gradient, name in gradients.items() if gradient in self.design.gradients}
+    def analysis(self, design: NeckerDesign, bound: float, seed: int) -> Analysis:
+        return replace(
+            cube_questions([]), generator=lambda subjects, rng: simulated_reports(design, subjects, self, rng)
+        )
 
-    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        return simulated_reports(self.design, subjects, self.model, rng)
+    def claims(self, design: NeckerDesign, bound: float) -> Mapping[str, Claim]:
+        tested = {"nonrigid": ("nonrigid_longer", 1), "rigid": ("nonrigid_shorter", -1)}
+        return {
+            test: Claim(CUBE_TESTS[test], ODDS, (_largest(design, gradient),), sign)
+            for gradient, (test, sign) in tested.items()
+            if gradient in design.gradients
+        }
 
-    @property
-    def claims(self) -> Mapping[str, Claim]:
-        signs = {"nonrigid_longer": ("nonrigid", 1), "nonrigid_shorter": ("rigid", -1)}
-        return {test: Claim(ODDS, (self._level(signs[test][0]),), signs[test][1]) for test in self.tests}
+    def measured(self, design: NeckerDesign) -> tuple[tuple[str, str, str], ...]:
+        return tuple((f"{name} gradient", ODDS, _largest(design, name)) for name in ("nonrigid", "rigid"))
 
-    @property
-    def measured(self) -> tuple[tuple[str, str], ...]:
-        return (ODDS, self._level("nonrigid")), (ODDS, self._level("rigid"))
 
-    def _level(self, gradient: str) -> str:
-        return condition_name((gradient, max(self.design.strengths_mm)))
-
-    def answers(self, kept: pd.DataFrame) -> Answers:
-        return cube_questions([]).answers(own_odds(kept[~kept["catch"]]))
+def _largest(design: NeckerDesign, gradient: str) -> str:
+    """Return the level of a gradient at its largest strength."""
+    return condition_name((gradient, max(design.strengths_mm)))
 
 
 def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng: np.random.Generator) -> pd.DataFrame:
@@ -227,14 +198,14 @@ def _reports(
 
 
 def quick_cube_power(
-    study: CubeStudy, subjects: Sequence[int], experiments: int = 2000, people: int = 400
+    study: Study, subjects: Sequence[int], experiments: int = 2000, people: int = 400
 ) -> dict[int, dict[str, float]]:
     """Return the power for several numbers of subjects, resampled from one pool, without exclusion.
 
     Parameters
     ----------
     study
-        Power study.
+        Power study with a `CubeModel`.
     subjects
         Numbers of subjects.
     experiments
@@ -251,7 +222,7 @@ def quick_cube_power(
     Examples
     --------
     >>> design = NeckerDesign(strengths_mm=(4.0,), repetitions=1)
-    >>> found = quick_cube_power(CubeStudy(CubeModel(effect=4.0, between=0.1), design), [10], 200, 60)
+    >>> found = quick_cube_power(Study(CubeModel(effect=4.0, between=0.1), design), [10], 200, 60)
     >>> found[10]["nonrigid_longer"] > 0.8
     True
     """
@@ -271,10 +242,10 @@ def quick_cube_power(
     return found
 
 
-def _pool(study: CubeStudy, people: int, rng: np.random.Generator) -> pd.DataFrame:
+def _pool(study: Study, people: int, rng: np.random.Generator) -> pd.DataFrame:
     """Return the changes of the log odds by each gradient of people with reports in all, the primary one first."""
-    reports = simulated_reports(study.design, people, study.model, rng)
-    own = {condition: rows["log_odds"] for condition, rows in own_odds(reports[~reports["catch"]]).items()}
+    asked = study.analysis
+    own = {condition: rows["log_odds"] for condition, rows in asked.prepare(study.table(people, rng)).items()}
     return pd.DataFrame(
         {condition_name(condition): own[condition] - own[PLAIN] for condition in primary_first(own)}
     ).dropna()

@@ -10,29 +10,27 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
-from numpy.random import SeedSequence, default_rng
+from numpy.random import default_rng
 from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.ratings import Model, Study
-from focalgradient.power.study import ODDS_RATIOS, SPREAD, AnyStudy, Claim, model_of
-from focalgradient.scales import Analysis
-from focalgradient.statistics import Effect, NotComputed, analyse
+from focalgradient.power.study import ODDS_RATIOS, SPREAD, Claim, People, Study
+from focalgradient.statistics import Effect, NotComputed, slope_questions, step_questions
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.questions import Answers, less
+from focalgradient.statistics.questions import Analysis, less
 from focalgradient.statistics.records import ALPHA
 from focalgradient.statistics.tables import in_order
 
-__all__ = ["LatentModel", "LatentStudy", "latent_power", "simulated_answers", "study_of_ratings"]
+__all__ = ["LatentModel", "latent_power", "simulated_answers"]
 
 SIZES = (8, 24)
 """Numbers of subjects in the experiments that are analysed."""
@@ -47,7 +45,7 @@ benchmarks/simulated_experiments.py).
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LatentModel:
+class LatentModel(People):
     """Statistical model of subjects who answer in steps or by choices.
 
     Parameters
@@ -68,162 +66,98 @@ class LatentModel:
     between: Annotated[float, SPREAD] = 1.0
     between_scenes: Annotated[float, SPREAD] = 0.5
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-
-@dataclass(frozen=True, slots=True)
-class LatentStudy(AnyStudy):
-    """Power study of a design whose answers are not ratios.
-
-    Parameters
-    ----------
-    model
-        Model of the subjects.
-    design
-        Design of the experiment.
-    seed
-        Seed of all random draws.
-
-    Raises
-    ------
-    InputError
-        If the design's answers are ratios, or it has only one aperture.
-    """
-
-    model: LatentModel
-    design: DepthRatingDesign
-    seed: int = 1
-
     width_label: ClassVar[str] = "95 % interval of the change with the aperture: width"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes")
+    designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if self.design.response_scale.analysis.ratios:
-            raise InputError(f"scale is {self.design.scale!r}, whose answers are ratios: use Study, or another scale.")
-        if len(self.design.apertures) < 2:
+
+    def seconds(self, design: DepthRatingDesign) -> float:
+        return design.response_scale.analysis.seconds
+
+    def check(self, design: DepthRatingDesign) -> None:
+        People.check(self, design)
+        if design.response_scale.analysis.ratios:
+            raise InputError(f"scale is {design.scale!r}, whose answers are ratios: use Model, or another scale.")
+        if len(design.apertures) < 2:
             raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
 
-    @property
-    def fixations(self) -> tuple[str, ...]:
-        """Fixations in the order of the report."""
-        return in_order(self.design.fixations)
+    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
+        asked = questions_of(design.response_scale.analysis, design.fixations, len(design.scenes), {})
+        return replace(asked, generator=lambda subjects, rng: simulated_answers(self, design, subjects, rng))
 
-    @property
-    def tests(self) -> Mapping[str, str]:
-        first, *others = self.fixations
-        found = {"near_rise": f"{first} in focus: rises with blur"}
-        if others and self.design.response_scale.analysis.compares_slopes:
-            found["interaction"] = f"{first} rises more than {' and '.join(others)}"
-        return found
-
-    @property
-    def widths(self) -> tuple[str, str]:
-        first, *others = self.fixations
-        return f"{first} in focus", f"{others[0]} in focus" if others else ""
-
-    @property
-    def seconds(self) -> float:  # type: ignore[override]
-        """Processor time of one experiment, in s per subject."""
-        return self.design.response_scale.analysis.seconds
-
-    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        table = simulated_answers(self, subjects, rng)
-        return table.assign(session="", kind="simulated", dropped_frames=0, repetition=1)
-
-    @property
-    def scale(self) -> Analysis:
-        return self.design.response_scale.analysis
-
-    @property
-    def claims(self) -> Mapping[str, Claim]:
-        (first, *others), (effect, *difference) = self.fixations, self._questions
-        claims = {"near_rise": Claim(effect, (first,))}
-        if "interaction" in self.tests:
-            claims["interaction"] = Claim(difference[0], tuple(less(first, other) for other in others))
+    def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
+        effect, difference = _questions(design)
+        first, *others = in_order(design.fixations)
+        claims = {"near_rise": Claim(f"{first} in focus: rises with blur", effect, (first,))}
+        if others and design.response_scale.analysis.compares_slopes:
+            levels = tuple(less(first, other) for other in others)
+            claims["interaction"] = Claim(f"{first} rises more than {' and '.join(others)}", difference, levels)
         return claims
 
-    @property
-    def measured(self) -> tuple[tuple[str, str], ...]:
-        return tuple((self._questions[0], name) for name in self.fixations)
-
-    @property
-    def _questions(self) -> list[str]:
-        """Names of the main questions: the effect, and its difference between fixations if there are several."""
-        asked = questions_of(self.scale, self.fixations, len(self.design.scenes), {}).questions
-        return [question.name for question in asked if question.headline]
-
-    def answers(self, kept: pd.DataFrame) -> Answers:
-        return analyse(kept, self.scale).answers
+    def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:
+        effect, _ = _questions(design)
+        return tuple((f"{name} in focus", effect, name) for name in in_order(design.fixations)[:2])
 
 
-def study_of_ratings(design: DepthRatingDesign, assumed: Mapping[str, Any], seed: int = 1) -> Study | LatentStudy:
-    """Create the power study of depth ratings on a design's scale: see `focalgradient.tasks.Task.study`.
-
-    Examples
-    --------
-    >>> study_of_ratings(DepthRatingDesign(scale="choice"), {"effect": 2.0}).tests["near_rise"]
-    'nearest in focus: rises with blur'
-    """
-    if design.response_scale.analysis.ratios:
-        own = {name: value for name, value in assumed.items() if name == "bound"}
-        return Study(model_of(Model, assumed, design.task, own), design, **own, seed=seed)
-    return LatentStudy(model_of(LatentModel, assumed, design.task), design, seed)
+def _questions(design: DepthRatingDesign) -> tuple[str, str]:
+    """Return the names of the questions about the change with the aperture, and about its differences."""
+    if design.response_scale.analysis.whole:
+        return step_questions.EFFECT, step_questions.DIFFERENCE
+    return slope_questions.SLOPE, slope_questions.DIFFERENCE
 
 
-def simulated_answers(study: LatentStudy, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+def simulated_answers(
+    model: LatentModel, design: DepthRatingDesign, subjects: int, rng: np.random.Generator
+) -> pd.DataFrame:
     """Simulate answers, without catch trials, with the columns of a data set.
 
     Examples
     --------
-    >>> study = LatentStudy(LatentModel(), DepthRatingDesign(scale="steps", steps=5))
-    >>> table = simulated_answers(study, 2, default_rng(1))
+    >>> table = simulated_answers(LatentModel(), DepthRatingDesign(scale="steps", steps=5), 2, default_rng(1))
     >>> len(table), sorted(table["rating"].unique().tolist())
     (384, [1.0, 2.0, 3.0, 4.0, 5.0])
     """
-    model, design, scale = study.model, study.design, study.design.response_scale
+    scale, fixations = design.response_scale, in_order(design.fixations)
     trials = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
     largest = max(trial.aperture_mm for trial in trials) or 1.0
-    means = {name: model.effect if number == 0 else model.far_effect for number, name in enumerate(study.fixations)}
+    means = [model.effect, *[model.far_effect] * (len(fixations) - 1)]
     pictures = dict.fromkeys((trial.scene, trial.fixation) for trial in trials)
     of_scene = {picture: rng.normal(0, model.between_scenes) for picture in pictures}
     scene = np.array([of_scene[trial.scene, trial.fixation] for trial in trials])
     share = np.array([trial.aperture_mm / largest for trial in trials])
-    which = np.array([study.fixations.index(trial.fixation) for trial in trials])
+    which = np.array([fixations.index(trial.fixation) for trial in trials])
     rows = pd.DataFrame(
         {
             name: [getattr(trial, name) for trial in trials]
             for name in ("scene", "aperture", "aperture_mm", "fixation", "trial")
         }
-    )
+    ).assign(catch=False, session="", kind="simulated", dropped_frames=0, repetition=1)
     tables = []
     for number in range(1, subjects + 1):
-        rises = np.array([rng.normal(math.log(mean), model.between) for mean in means.values()])
+        rises = np.array([rng.normal(math.log(mean), model.between) for mean in means])
         level = 0.0 if scale.compares else rng.normal(0, BETWEEN_LEVELS)
         felt = level + (rises[which] + scene) * share + rng.logistic(size=len(trials))
-        tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=scale.latent(felt), catch=False))
+        tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=scale.latent(felt)))
     return pd.concat(tables, ignore_index=True)
 
 
-def _tests(study: LatentStudy, subjects: int, number: int) -> list[Effect | NotComputed]:
+def _tests(study: Study, subjects: int, number: int) -> list[Effect | NotComputed]:
     """Return the tests of one experiment: slopes by fixation, then their differences if the report tests them."""
-    rng = default_rng(SeedSequence([study.seed, subjects, number]))
-    table = simulated_answers(study, subjects, rng)
-    analysis = study.design.response_scale.analysis
-    answers = analyse(table, analysis).answers
-    slopes: list[Any] = [answer.outcome for answer in answers.primary]
-    pairs: list[Any] = [answer.outcome for answer in answers.headlines if answer.question.role != "primary"]
-    return [*slopes, *(pairs if len(slopes) > 1 and analysis.compares_slopes else [])]
+    asked, (effect, difference) = study.analysis, _questions(study.design)
+    answers = asked.asked(study.table(subjects, study.stream(subjects, number)))
+    pairs = answers.to(difference).values() if study.design.response_scale.analysis.compares_slopes else ()
+    return [*answers.to(effect).values(), *pairs]
 
 
-def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[str, float]]:
+def latent_power(study: Study, subjects: Sequence[int]) -> dict[int, dict[str, float]]:
     """Return the power of a report's tests for several numbers of subjects, without exclusion.
 
     Parameters
     ----------
     study
-        Power study.
+        Power study with a `LatentModel`.
     subjects
         Numbers of subjects.
 
@@ -238,6 +172,7 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
     InputError
         If too few experiments can be analysed.
     """
+    assert isinstance(study.model, LatentModel)
     analysis, of_size = study.design.response_scale.analysis, {}
     for size in SIZES:
         runs = [_tests(study, size, number) for number in range(analysis.experiments)]
@@ -246,7 +181,7 @@ def latent_power(study: LatentStudy, subjects: Sequence[int]) -> dict[int, dict[
         if len(whole) < len(runs) / 2:
             raise InputError("too few simulated experiments of this design can be analysed: add trials to the design.")
         of_size[size] = np.array(whole)
-    singles = len(study.fixations)
+    singles = len(study.design.fixations)
     weighed = [(found[:, :, 0].mean(axis=0), size) for size, found in of_size.items()]
     mean = sum(estimate * size for estimate, size in weighed) / sum(SIZES)
     if analysis.latent:  # its model is that of the simulation, so the mean is the true value

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations
 from typing import Annotated, ClassVar
@@ -20,17 +20,17 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.study import LAPSES, SPREAD, AnyStudy, Claim, main_trials
+from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
-from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.crossed import mean_tests
-from focalgradient.statistics.hypotheses import check_bound, one_sided
+from focalgradient.statistics.effects import questions_of
+from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.questions import Answers, less
+from focalgradient.statistics.questions import Analysis, less
 from focalgradient.statistics.rating_questions import DIFFERENCE, EFFECT, EQUIVALENT
 from focalgradient.statistics.records import ALPHA
 
-__all__ = ["TESTS", "Model", "Study", "quick_power", "rise_power", "simulated_ratings"]
+__all__ = ["TESTS", "Model", "quick_power", "rise_power", "simulated_ratings"]
 
 TESTS = {
     "near_rise": "near: rises with blur",
@@ -44,7 +44,7 @@ RATIO = Range("ratios, where 1 is no effect,", 0.1, 10)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Model:
+class Model(People):
     """Statistical model of subjects in experiment 1; docs/power.md gives the source of each value.
 
     Parameters
@@ -77,83 +77,46 @@ class Model:
     noise: Annotated[float, SPREAD] = 0.3
     lapses: Annotated[float, LAPSES] = 0.01
 
-    def __post_init__(self) -> None:
-        check_fields(self)
-
-
-@dataclass(frozen=True, slots=True)
-class Study(AnyStudy):
-    """Power study of ratings that are ratios.
-
-    Parameters
-    ----------
-    model
-        Model of the subjects.
-    design
-        Design of the experiment.
-    bound
-        Equivalence bound, a ratio above 1: see `focalgradient.statistics.depth_rating`.
-    seed
-        Seed of all random draws.
-
-    Raises
-    ------
-    InputError
-        If the bound is not above 1 and at most 10, or the design lacks the conditions to be compared.
-    """
-
-    model: Model
-    design: DepthRatingDesign
-    bound: float = 1.2
-    seed: int = 1
-
     version: ClassVar[int] = 5
-    seconds: ClassVar[float] = 0.005
     logs: ClassVar[bool] = True
+    bounded: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
-    widths: ClassVar[tuple[str, str]] = ("near object in focus", "far object in focus")
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes", "scenes", "noise")
+    designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_bound("bound", self.bound)
-        if not self.design.response_scale.analysis.ratios:
+
+    def seconds(self, design: DepthRatingDesign) -> float:
+        return 0.005
+
+    def check(self, design: DepthRatingDesign) -> None:
+        People.check(self, design)
+        if not design.response_scale.analysis.ratios:
             raise InputError(
-                f"scale is {self.design.scale!r}, but must have answers that are ratios: use LatentStudy, or another "
-                "scale."
+                f"scale is {design.scale!r}, but must have answers that are ratios: use LatentModel, or another scale."
             )
-        if len(self.design.apertures) < 2 or len(self.design.fixations) < 2:
+        if len(design.apertures) < 2 or len(design.fixations) < 2:
             raise InputError(
                 "apertures and fixations must have at least two entries each, because they are compared: add another."
             )
-        if "pinhole" not in self.design.apertures:
+        if "pinhole" not in design.apertures:
             raise InputError("apertures must have 'pinhole', from which the depth effect is measured: add it.")
 
-    @property
-    def tests(self) -> Mapping[str, str]:
-        return TESTS
+    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
+        asked = questions_of("ratio", design.fixations, len(design.scenes), {}, bound)
+        return replace(asked, generator=lambda subjects, rng: simulated_ratings(design, subjects, self, rng))
 
-    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        return simulated_ratings(self.design, subjects, self.model, rng)
-
-    @property
-    def claims(self) -> Mapping[str, Claim]:
-        return {
-            "near_rise": Claim(EFFECT, ("nearest",)),
-            "far_equivalent": Claim(EQUIVALENT, ("farthest",)),
-            "interaction": Claim(DIFFERENCE, (less("nearest", "farthest"),)),
+    def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
+        at = {
+            "near_rise": (EFFECT, "nearest"),
+            "far_equivalent": (EQUIVALENT, "farthest"),
+            "interaction": (DIFFERENCE, less("nearest", "farthest")),
         }
+        return {name: Claim(TESTS[name], question, (level,)) for name, (question, level) in at.items()}
 
-    @property
-    def measured(self) -> tuple[tuple[str, str], ...]:
-        return (EFFECT, "nearest"), (EFFECT, "farthest")
-
-    def answers(self, kept: pd.DataFrame) -> Answers:
-        return self.analysed(kept).answers
-
-    def analysed(self, table: pd.DataFrame) -> DepthRatingResult:
-        """Analyse ratings as the report does."""
-        return depth_rating(table, equivalence_bound=self.bound)
+    def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:
+        return ("near object in focus", EFFECT, "nearest"), ("far object in focus", EFFECT, "farthest")
 
 
 EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
@@ -231,7 +194,7 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     Parameters
     ----------
     study
-        Power study; its design must be complete.
+        Power study with a `Model`; its design must be complete.
     subjects
         Number of subjects.
     experiments
@@ -248,6 +211,7 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     >>> found["near_rise"] > 0.95
     True
     """
+    assert isinstance(study.model, Model)
     return rise_power(study.model, study.design, study.bound, subjects, experiments, seed=study.seed)
 
 

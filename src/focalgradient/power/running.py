@@ -15,7 +15,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.parallel import completed
-from focalgradient.power.study import AnyStudy
+from focalgradient.power.study import Study
 from focalgradient.progress import Progress
 
 __all__ = ["Power", "experiment", "power", "run", "run_here", "share_interval", "subjects_needed"]
@@ -41,7 +41,7 @@ class Power:
     joint, joint_error
         Proportion in which all tests were significant (power of all hypotheses together), and its standard error.
     width
-        Median width of the 95 % confidence interval of the primary test (described by `AnyStudy.widths`), as the ratio
+        Median width of the 95 % confidence interval of the primary test (described by `Study.widths`), as the ratio
         of its limits if the study uses logarithms; NaN without one.
     far_width
         The same for another test.
@@ -61,7 +61,7 @@ class Power:
 
 
 def run(
-    study: AnyStudy,
+    study: Study,
     subjects: Sequence[int],
     experiments: int,
     file: Path,
@@ -117,7 +117,7 @@ def run(
     return pd.DataFrame(rows)
 
 
-def run_here(study: AnyStudy, subjects: Sequence[int], experiments: int) -> pd.DataFrame:
+def run_here(study: Study, subjects: Sequence[int], experiments: int) -> pd.DataFrame:
     """Simulate experiments in this process without a file; return one row per experiment, as `run` does."""
     return pd.DataFrame(
         [
@@ -128,7 +128,7 @@ def run_here(study: AnyStudy, subjects: Sequence[int], experiments: int) -> pd.D
     )
 
 
-def _begun(study: AnyStudy, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
+def _begun(study: Study, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:
     """Read the file's experiments, creating it if missing; truncated or damaged lines are removed and run again."""
     head = json.dumps({"focalgradient": version("focalgradient")} | study.settings())
     text = read_bytes(file, "experiments.jsonl").decode("utf-8", "replace") if file.exists() else ""
@@ -164,7 +164,7 @@ def _row(line: str, tests: Mapping[str, str]) -> dict[str, float | None] | None:
     return row if all(type(value) in (int, float) for value in numbers.values()) else None
 
 
-def experiment(task: tuple[AnyStudy, int, int]) -> dict[str, float | None]:
+def experiment(task: tuple[Study, int, int]) -> dict[str, float | None]:
     """Simulate and analyse an experiment of a study, with a number of subjects and its own number."""
     study, subjects, number = task
     return study.experiment(subjects, number)
@@ -176,9 +176,9 @@ def power(experiments: pd.DataFrame, *, logs: bool = True) -> list[Power]:
     Parameters
     ----------
     experiments
-        One row per experiment, with `subjects` and the results of `AnyStudy.outcome`.
+        One row per experiment, with `subjects` and the results of `Study.outcome`.
     logs
-        Whether widths are logarithms, to be reported as ratios: `AnyStudy.logs`.
+        Whether widths are logarithms, to be reported as ratios: `People.logs`.
 
     Examples
     --------

@@ -9,7 +9,7 @@ import pandas as pd
 
 from focalgradient.parallel import in_order
 from focalgradient.power.running import experiment, power
-from focalgradient.power.study import AnyStudy
+from focalgradient.power.study import Study
 
 __all__ = ["FACTORS", "sensitivity"]
 
@@ -18,7 +18,7 @@ FACTORS = (0.5, 2.0)
 
 
 def sensitivity(
-    study: AnyStudy, subjects: Sequence[int], experiments: int, *, executor: Executor | None = None
+    study: Study, subjects: Sequence[int], experiments: int, *, executor: Executor | None = None
 ) -> pd.DataFrame:
     """Return the power with each assumed standard deviation halved and doubled in turn.
 
@@ -37,7 +37,7 @@ def sensitivity(
         Columns `assumed` (name of the standard deviation), `factor`, `subjects`, `test` (one of the study's tests, or
         "joint"), `power` and its `standard_error`. Empty if nothing is assumed.
     """
-    variants = [(name, factor) for name in study.spreads for factor in FACTORS]
+    variants = [(name, factor) for name in study.model.spreads for factor in FACTORS]
     counts = sorted(set(subjects))
     jobs = [
         (study.varied(name, factor), count, number)

@@ -2,27 +2,57 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from focalgradient.power.cube import CubeStudy
-from focalgradient.power.latent import study_of_ratings
-from focalgradient.power.own_tasks import TaskStudy
-from focalgradient.power.study import AnyStudy
-from focalgradient.power.thresholds import ThresholdStudy
+from focalgradient.errors import InputError
+from focalgradient.power.cube import CubeModel
+from focalgradient.power.latent import LatentModel
+from focalgradient.power.own_tasks import Observers
+from focalgradient.power.ratings import Model
+from focalgradient.power.study import People, Study
+from focalgradient.power.thresholds import ThresholdModel
 from focalgradient.tasks import Task
 
 __all__ = ["study_of"]
 
-STUDIES: Mapping[str, Callable[[Any, Mapping[str, float], int], AnyStudy]] = {
-    "depthrating": study_of_ratings,
-    "necker": CubeStudy.of,
-    "blurthreshold": ThresholdStudy.of,
+MODELS: Mapping[str, Callable[[Any], type[People]]] = {
+    "depthrating": lambda design: Model if design.response_scale.analysis.ratios else LatentModel,
+    "necker": lambda design: CubeModel,
+    "blurthreshold": lambda design: ThresholdModel,
 }
-"""Studies of the built-in tasks, used instead of `Task.study`."""
+"""Models of people in the built-in tasks, used instead of `Task.study`."""
 
 
-def study_of(task: Task, design: Any, assumed: Mapping[str, float], seed: int) -> AnyStudy:
-    """Return the simulated experiment for the power of a task's tests: see `focalgradient.tasks.Task.study`."""
-    study: Callable[..., AnyStudy | None] | None = STUDIES.get(task.name, task.study)
-    return (study and study(design, assumed, seed)) or TaskStudy.of(task, design, assumed, seed)
+def study_of(task: Task, design: Any, assumed: Mapping[str, Any], seed: int = 1) -> Study:
+    """Return the simulated experiment for the power of a task's tests: see `focalgradient.tasks.Task.study`.
+
+    Raises
+    ------
+    InputError
+        If an assumed value does not apply to the task, or is out of range.
+
+    Examples
+    --------
+    >>> from focalgradient.tasks import task_named
+    >>> task = task_named("depthrating")
+    >>> study_of(task, task.design(scale="choice"), {"effect": 2.0}).tests["near_rise"]
+    'nearest in focus: rises with blur'
+    """
+    if task.name not in MODELS:
+        study = task.study and task.study(design, assumed, seed)
+        if study:
+            return study
+        if assumed:
+            option = next(iter(assumed))
+            raise InputError(
+                f"{option} cannot be set for {task.called}, whose simulated observer has its own effect: leave it out."
+            )
+        return Study(Observers(task), design, seed=seed)
+    kind = MODELS[task.name](design)
+    bound = {"bound": assumed["bound"]} if kind.bounded and "bound" in assumed else {}
+    known = {one.name for one in dataclasses.fields(kind)}  # type: ignore[arg-type]
+    if wrong := [name for name in assumed if name not in {*known, *bound}]:
+        raise InputError(f"{wrong[0]} cannot be set for {task.called}, whose model does not have it: leave it out.")
+    return Study(kind(**{name: value for name, value in assumed.items() if name in known}), design, **bound, seed=seed)

@@ -1,28 +1,25 @@
-"""Base class of power studies: simulated subjects, analysis, and tests; one subclass for each kind of answers."""
+"""Power study: an analysis and simulated people with assumed effects, whose experiments are analysed as in a report."""
 
 from __future__ import annotations
 
 import dataclasses
+import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
-from typing import Any, ClassVar, Self, TypeVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
-import pandas as pd
 from numpy.random import SeedSequence, default_rng
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields, described
 from focalgradient.quantities import Range
-from focalgradient.scales import Analysis
-from focalgradient.statistics import Effect, Equivalence, quality
-from focalgradient.statistics.questions import Answers, Outcome
-from focalgradient.tasks import task_named
+from focalgradient.statistics import Effect, Equivalence, Interval
+from focalgradient.statistics.hypotheses import check_bound
+from focalgradient.statistics.questions import Analysis, Answers
 
-__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "main_trials", "model_of", "supports"]
-
-Model = TypeVar("Model")
+__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials"]
 
 SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
 """Range of a standard deviation: 3 is a factor of 20 between people, far above any published variation of ratings or
@@ -30,33 +27,6 @@ durations.
 """
 LAPSES = Range("proportions", 0, 0.999)
 ODDS_RATIOS = Range("odds ratios, where 1 is no effect,", 0.01, 100)
-
-
-def model_of(kind: type[Model], assumed: Mapping[str, Any], task: str, others: Collection[str] = ()) -> Model:
-    """Create a model of simulated subjects from given values; other fields have their defaults.
-
-    Parameters
-    ----------
-    kind
-        Class of the model, a dataclass.
-    assumed
-        Values by field.
-    task
-        Name of the task, for the message.
-    others
-        Names of values that belong to the study rather than the model.
-
-    Raises
-    ------
-    InputError
-        If the model has no such field, or a value is out of range.
-    """
-    known = {one.name for one in dataclasses.fields(kind)}  # type: ignore[arg-type]
-    if wrong := [name for name in assumed if name not in known and name not in others]:
-        raise InputError(
-            f"{wrong[0]} cannot be set for {task_named(task).called}, whose model does not have it: leave it out."
-        )
-    return kind(**{name: value for name, value in assumed.items() if name in known})
 
 
 @cache
@@ -68,94 +38,157 @@ def main_trials(kind: type[Any], design_json: str, participant: str) -> tuple[An
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """Claim that a study tests: an effect of one sign, or an equivalence, at all levels of a question.
+    """Claim that a study tests: an effect, an equivalence or a precision at all levels of a question.
 
     Parameters
     ----------
+    meaning
+        Description.
     question
         Name of the question of the report's analysis.
     levels
         Levels at which the claim must be supported.
     sign
-        Expected sign of the effect.
+        Expected sign of the effect; 0 for either.
+    factor
+        Factor of the estimate within which the upper end of its interval must lie; None for tests.
     """
 
+    meaning: str
     question: str
     levels: tuple[str, ...]
     sign: int = 1
+    factor: float | None = None
+
+    def supported(self, answers: Answers) -> bool:
+        """Return whether answers support the claim at all levels."""
+        outcomes = answers.to(self.question)
+        return all(self._supports(outcomes.get(level)) for level in self.levels)
+
+    def _supports(self, outcome: object) -> bool:
+        match outcome:
+            case Equivalence():
+                return outcome.equivalent
+            case Effect():
+                return outcome.significant and (self.sign == 0 or self.sign * outcome.estimate > 0)
+            case Interval(estimate, _, float(high)):
+                return self.factor is not None and high <= self.factor * estimate
+        return False
 
 
-def supports(outcome: Outcome | None, sign: int = 1) -> bool:
-    """Return whether an outcome is an equivalence, or a significant effect of the expected sign."""
-    if isinstance(outcome, Equivalence):
-        return outcome.equivalent
-    return isinstance(outcome, Effect) and outcome.significant and sign * outcome.estimate > 0
-
-
-class AnyStudy(ABC):
-    """Power study: model of the subjects, design and seed; experiments are simulated and analysed as in a report."""
+class People(ABC):
+    """Simulated people: what is assumed of them, and the analysis of their answers; a subclass is a dataclass."""
 
     __slots__ = ()
 
     version: ClassVar[int] = 1
     """Version of the analysis, recorded in the file of experiments: files of other versions are not continued."""
-    seconds: ClassVar[float] = 0.01
-    """Processor time of one experiment, in s per subject (measured)."""
     logs: ClassVar[bool] = False
     """Whether widths of intervals are logarithms, to be reported as the ratio of the limits."""
-    people: ClassVar[str] = "subjects from a statistical model"
+    bounded: ClassVar[bool] = False
+    """Whether the analysis has a bound, a ratio above 1."""
+    kind: ClassVar[str] = "subjects from a statistical model"
     """Who is simulated."""
     width_label: ClassVar[str] = "95 % interval: width"
     """Description of the widths of intervals."""
     spreads: ClassVar[tuple[str, ...]] = ()
     """Names of the assumed standard deviations."""
+    designs: ClassVar[type[Any]] = object
+    """Class of the design."""
 
-    seed: int
+    @abstractmethod
+    def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
+        """Return the questions of the report on a design, with exclusions and the generator of these people."""
+
+    @abstractmethod
+    def claims(self, design: Any, bound: float) -> Mapping[str, Claim]:
+        """Return the claims that are tested, by name; the first is the primary one."""
+
+    @abstractmethod
+    def measured(self, design: Any) -> tuple[tuple[str, str, str], ...]:
+        """Return description, question and level of the effects whose interval widths are reported; two at most."""
+
+    def seconds(self, design: Any) -> float:
+        """Return the processor time of one experiment, in s per subject (measured)."""
+        return 0.01
+
+    def check(self, design: Any) -> None:
+        """Raise `InputError` if a design is of another class, or lacks what is compared."""
+        if not isinstance(design, self.designs):
+            raise InputError(f"design is {described(design)}, but must be a {self.designs.__name__}.")
+
+    def settings(self, design: Any) -> dict[str, object]:
+        """Return the assumptions in the form stored in the file of experiments."""
+        return {"model": dataclasses.asdict(self)}  # type: ignore[call-overload]
+
+
+@dataclass(frozen=True, slots=True)
+class Study:
+    """Power study: experiments with simulated people are analysed as in a report.
+
+    Parameters
+    ----------
+    model
+        Simulated people.
+    design
+        Design of the experiment.
+    bound
+        Ratio above 1, for ratings on a ratio scale and thresholds: equivalence bound, or factor within which the mean
+        must be known.
+    seed
+        Seed of all random draws.
+
+    Raises
+    ------
+    InputError
+        If the bound is not above 1 and at most 10, or the design lacks the conditions to be compared.
+    """
+
+    model: People
     design: Any
+    bound: float = 1.2
+    seed: int = 1
 
-    def settings(self) -> dict[str, object]:
-        """Return all settings in the form stored in the file of experiments."""
-        stated: dict[str, object] = {"seed": self.seed, "analysis": self.version}
-        if hasattr(self, "model"):
-            stated["model"] = dataclasses.asdict(self.model)
-        if hasattr(self, "bound"):
-            stated["bound"] = self.bound
-        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
+    def __post_init__(self) -> None:
+        check_fields(self)
+        if self.model.bounded:
+            check_bound("bound", self.bound)
+        self.model.check(self.design)
 
     @property
-    @abstractmethod
     def tests(self) -> Mapping[str, str]:
         """Tests and their meaning; the first is the primary test."""
-
-    @property
-    def widths(self) -> tuple[str, str]:
-        """Descriptions of the two widths: of the primary test, and of another; empty if there is none."""
-        return "", ""
-
-    @abstractmethod
-    def table(self, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Simulate the answers of a number of subjects, with the columns of a data set."""
+        return {name: claim.meaning for name, claim in self.claims.items()}
 
     @property
     def claims(self) -> Mapping[str, Claim]:
         """Claims by the name of their test."""
-        raise NotImplementedError
+        return self.model.claims(self.design, self.bound)
 
     @property
-    def measured(self) -> tuple[tuple[str, str], ...]:
-        """Question and level of each effect whose interval is described by `widths`."""
-        raise NotImplementedError
+    def widths(self) -> tuple[str, str]:
+        """Descriptions of the two widths: of the primary test, and of another; empty if there is none."""
+        first, second = (*(label for label, _, _ in self.model.measured(self.design)), "", "")[:2]
+        return first, second
 
     @property
-    def scale(self) -> Analysis | str:
-        """Analysis of the answers, which determines the exclusion rules that apply."""
-        return "ratio"
+    def analysis(self) -> Analysis:
+        """Questions of the report, with exclusions and the generator of the model's people."""
+        return self.model.analysis(self.design, self.bound, self.seed)
 
-    def answers(self, kept: pd.DataFrame) -> Answers:
-        """Analyse answers as a report does."""
-        raise NotImplementedError
+    def settings(self) -> dict[str, object]:
+        """Return all settings in the form stored in the file of experiments."""
+        stated = {"seed": self.seed, "analysis": self.model.version, **self.model.settings(self.design)}
+        stated |= {"bound": self.bound} if self.model.bounded else {}
+        return stated | {"design": self.design.model_dump(mode="json"), "simulated": True}
 
-    def outcome(self, table: pd.DataFrame) -> dict[str, float | None]:
+    def table(self, subjects: int, rng: np.random.Generator) -> Any:
+        """Simulate the answers of a number of subjects, as the analysis takes them."""
+        generator = self.analysis.generator
+        assert generator is not None
+        return generator(subjects, rng)
+
+    def outcome(self, table: Any) -> dict[str, float | None]:
         """Apply exclusion criteria to answers and analyse them as a report does.
 
         Returns
@@ -164,25 +197,22 @@ class AnyStudy(ABC):
             For each of `tests` 1.0 if it was significant, otherwise 0.0; `width` and `far_width`, widths of 95 %
             confidence intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
-        kept, found = quality(table, None, self.scale)
-        outcome: dict[str, float | None] = dict.fromkeys(self.tests, 0.0) | {"width": None, "far_width": None}
-        outcome["left_out"] = float(found.subjects_before - found.subjects_after)
-        if not found.subjects_after:
+        asked = self.analysis
+        kept, found = (table, None) if asked.exclusions is None else asked.exclusions(table)
+        outcome: dict[str, float | None] = dict.fromkeys(self.claims, 0.0) | {"width": None, "far_width": None}
+        outcome["left_out"] = 0.0 if found is None else float(found.subjects_before - found.subjects_after)
+        if found is not None and not found.subjects_after:
             return outcome
-        answers = self.answers(kept)
-        for test, claim in self.claims.items():
-            of = answers.to(claim.question)
-            outcome[test] = float(all(supports(of.get(level), claim.sign) for level in claim.levels))
-        for width, (question, level) in zip(("width", "far_width"), self.measured, strict=False):
-            effect = answers.to(question).get(level)
-            outcome[width] = effect.high - effect.low if isinstance(effect, Effect) else None
+        answers = asked.asked(kept)
+        outcome |= {name: float(claim.supported(answers)) for name, claim in self.claims.items()}
+        for width, (_, question, level) in zip(("width", "far_width"), self.model.measured(self.design), strict=False):
+            outcome[width] = _width(answers.to(question).get(level))
         return outcome
 
     def varied(self, spread: str, factor: float) -> Self:
         """Return the same study with one of the assumed standard deviations (`spreads`) multiplied by a factor."""
-        model = self.model  # type: ignore[attr-defined]  # studies with spreads have a model
-        changed = dataclasses.replace(model, **{spread: factor * getattr(model, spread)})
-        return dataclasses.replace(self, model=changed)  # type: ignore[type-var]
+        changed = {spread: factor * getattr(self.model, spread)}
+        return dataclasses.replace(self, model=dataclasses.replace(self.model, **changed))  # type: ignore[type-var]
 
     def experiment(self, subjects: int, number: int) -> dict[str, float | None]:
         """Simulate and analyse one experiment, whose number selects its subjects: see `outcome`."""
@@ -191,3 +221,17 @@ class AnyStudy(ABC):
     def stream(self, *what: int) -> np.random.Generator:
         """Return the random generator of one experiment, which depends only on the seed and the numbers."""
         return default_rng(SeedSequence([self.seed, *what]))
+
+
+AnyStudy = Study
+"""Power study of any task."""
+
+
+def _width(outcome: object) -> float | None:
+    """Return the width of an effect's interval, or of the logarithm of a geometric mean."""
+    match outcome:
+        case Effect():
+            return outcome.high - outcome.low
+        case Interval(_, float(low), float(high)):
+            return math.log(high / low)
+    return None

@@ -14,6 +14,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
+from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.parts import BOUND
 from focalgradient.scales import Analysis, Ratios, ResponseScale, analysis_named, scale_of
 from focalgradient.statistics import (
@@ -26,9 +27,11 @@ from focalgradient.statistics import (
     analyse,
     factor_effects,
     necker,
-    quality,
 )
+from focalgradient.statistics.cube import cube_questions
+from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.questions import NO_ANSWERS, Answers
+from focalgradient.statistics.questions import Analysis as Questions
 
 __all__ = ["Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
@@ -60,8 +63,10 @@ class Analysed:
         All rows.
     kept, quality
         Rows kept by the rules, and the data quality with the exclusions.
-    main, everyone
-        Analysis of the rows kept, and without exclusions, or the reason why there is none.
+    main
+        Analysis of the rows kept, or the reason why there is none.
+    everyone
+        Answers without exclusions; empty if nothing was excluded.
     """
 
     data: DataSet | None
@@ -69,7 +74,13 @@ class Analysed:
     kept: pd.DataFrame
     quality: Quality
     main: Any
-    everyone: Any
+    everyone: Answers
+
+    @property
+    def answers(self) -> Answers:
+        """Answers with exclusions, then the main results without, where anything was excluded."""
+        kept = () if isinstance(self.main, NotComputed) else self.main.answers
+        return Answers((*kept, *self.everyone.variant(WITHOUT)))
 
     @property
     def simulated(self) -> bool:
@@ -117,26 +128,19 @@ class Reports(Analysed):
         return self.main
 
 
-def _analysed(
-    table: pd.DataFrame,
-    rules: Rules | None,
-    analyse: Callable[[pd.DataFrame, Rules], Any],
-    scale: Analysis | str = "ratio",
-) -> dict[str, Any]:
-    """Return the fields of `Analysed`: the same analysis with and without exclusions."""
-    kept, found = quality(table, rules, scale)
-
-    def done(rows: pd.DataFrame) -> Any:
-        if not rows["catch"].all():
-            return analyse(rows, found.rules)
-        if not found.subjects_before:
-            return NotComputed("All trials are catch trials: there is nothing to analyse.")
-        return NotComputed(
+def _analysed(table: pd.DataFrame, asked: Questions, analyse: Callable[[pd.DataFrame], Any]) -> dict[str, Any]:
+    """Return the fields of `Analysed`: the result with exclusions, and the answers to the same questions without."""
+    assert asked.exclusions is not None
+    kept, found = asked.exclusions(table)
+    everyone = asked.asked(table) if found.exclusions and found.subjects_before else NO_ANSWERS
+    if not kept["catch"].all():
+        main = analyse(kept)
+    elif not found.subjects_before:
+        main = NotComputed("All trials are catch trials: there is nothing to analyse.")
+    else:
+        main = NotComputed(
             f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
         )
-
-    main = done(kept)
-    everyone = done(table) if found.exclusions else main
     return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone}
 
 
@@ -196,11 +200,8 @@ def analyse_table(
         response, factors = scale_of_sessions(data)
         # the response scale of the design, unlike its analysis, defines a middle
         meant = response.analysis if stated is None or type(response.analysis) is type(stated) else stated
-
-    def analysed(rows: pd.DataFrame, _: Rules) -> DepthRatingResult | ComparisonResult:
-        return analyse(rows, meant, bound=bound, progress=progress)
-
-    found = _analysed(table, rules, analysed, meant)
+    asked = questions_of(meant, {*table["fixation"]}, table["scene"].nunique(), {}, bound, rules)
+    found = _analysed(table, asked, lambda rows: analyse(rows, meant, bound=bound, progress=progress))
     if found["quality"].subjects_after:
         found["factors"] = factor_effects(found["kept"], factors, ratios=meant.ratios)
     if data is not None and "gaze_left" in table:
@@ -219,7 +220,9 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
 
 def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, data: DataSet | None = None) -> Reports:
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
-    found = _analysed(table, rules, lambda rows, used: necker(rows, shortest_both=used.shortest_both))
+    used = rules or Rules()
+    asked = cube_questions([], rules=used)
+    found = _analysed(table, asked, lambda rows: necker(rows, shortest_both=used.shortest_both))
     return Reports(data=data, **found)
 
 

@@ -24,7 +24,7 @@ from focalgradient.report.parts import Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Rules
-from focalgradient.statistics.conditions import answers_of_tests, condition_method, level_text
+from focalgradient.statistics.conditions import condition_method, condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
@@ -47,10 +47,7 @@ def task_plan(task: Task, settings: Mapping[str, Any], tests: Tests, factors: Ma
     """Return the plan of a user-defined task; `factors` are its conditions with their levels."""
     levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in factors.items())
     conditions = f"Conditions ({levels}) were" if levels else "One condition was"
-    hypotheses = [
-        f"H{number}{' (primary)' if number == 1 else ''}. The {test.name} differs from 0."
-        for number, test in enumerate(tests, start=1)
-    ]
+    hypotheses = condition_questions(tests).hypotheses
     outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
     return Plan(
         shown=f"{conditions} shown {times(settings)}{' each' if levels else ''}, in random order from the seed that "
@@ -129,7 +126,7 @@ def _part(
 ) -> Part:
     """Return the section on tests with and without (`before`) exclusions; `names` are heading, prefix and answers."""
     title, name, noun = names
-    kept, everyone = (Answers(tuple(answers_of_tests(of))) for of in (tests, before))
+    kept, everyone = (condition_questions(of).answers(of) for of in (tests, before))
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""

@@ -13,7 +13,7 @@ from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_necker
 from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet
-from focalgradient.report.exclusions import CUBE_CATCH, answers_of, criteria
+from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
@@ -52,7 +52,7 @@ def cube_plan(
     gradients, largest_mm
         As in `cube_questions`.
     """
-    questions = cube_questions([], gradients, largest_mm, rules.shortest_both)
+    questions = cube_questions([], gradients, largest_mm, rules)
     return Plan(
         shown=shown,
         exclusions=criteria(rules, unjudged, CUBE_CATCH),
@@ -114,13 +114,12 @@ def cube_part(reports: Reports) -> Part:
     notices = [result.reason] if isinstance(result, NotComputed) else []
     if computed and not computed.effects:
         notices = ["No trial had a gradient of blur: nothing was compared."]
-    answers = answers_of(result, reports.everyone, quality)
     figure = Drawing("necker", CAPTION, partial(necker_figure, computed, simulated=simulated)) if computed else None
     return Part(
         title="Necker cube",
         name="necker",
         plan=plan,
-        answers=Answers((*answers, *(place_effects_of_cube(seen, computed) if computed else ()))),
+        answers=Answers((*reports.answers, *(place_effects_of_cube(seen, computed) if computed else ()))),
         simulated=simulated,
         sample=[counts(quality)],
         data=data,

@@ -8,10 +8,7 @@ from typing import Any
 from focalgradient.report.document import Block, Notice, Paragraph, Table
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
-    ComparisonResult,
-    DepthRatingResult,
     Effect,
-    NeckerResult,
     NotComputed,
     Quality,
     Rules,
@@ -24,13 +21,11 @@ __all__ = [
     "CUBE_CATCH",
     "EFFECT",
     "TRIALS",
-    "answers_of",
     "both_results",
     "catch_answers",
     "changed",
     "criteria",
     "exclusions_table",
-    "headlines",
     "main_results",
     "with_and_without",
 ]
@@ -130,24 +125,6 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
         listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
         sentences.append(f"Rules that could not be applied: {listed}.")
     return sentences
-
-
-Analysed = DepthRatingResult | ComparisonResult | NeckerResult
-
-
-def headlines(result: Analysed | NotComputed) -> tuple[Answer, ...]:
-    """List the main results of an analysis, which its sentences report."""
-    return () if isinstance(result, NotComputed) else result.answers.headlines
-
-
-def answers_of(
-    kept: Analysed | NotComputed, everyone: Analysed | NotComputed | None, found: Quality
-) -> Iterator[Answer]:
-    """Yield the answers of an analysis, and its main results without exclusions if there are any."""
-    if not isinstance(kept, NotComputed):
-        yield from kept.answers
-    if found.exclusions and everyone is not None and not isinstance(everyone, NotComputed):
-        yield from everyone.answers.variant(WITHOUT)
 
 
 EFFECT = "_exclusions_effect.csv"

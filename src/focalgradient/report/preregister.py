@@ -12,11 +12,10 @@ from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerD
 from focalgradient.errors import InputError
 from focalgradient.power import (
     CubeModel,
-    CubeStudy,
     LatentModel,
-    LatentStudy,
     Model,
-    TaskStudy,
+    Observers,
+    Study,
     latent_power,
     power,
     quick_cube_power,
@@ -366,7 +365,7 @@ def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
         f"aperture with the first object in focus{far}, standard deviations of its logarithm of {latent.between:g} "
         f"over subjects and {latent.between_scenes:g} over scenes."
     )
-    return assumed, latent_power(LatentStudy(latent, design), SUBJECTS)
+    return assumed, latent_power(Study(latent, design), SUBJECTS)
 
 
 def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
@@ -378,7 +377,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
         If the design contains no comparison.
     """
     model, rules = CubeModel(**asked.effects), asked.stated.rules
-    study = CubeStudy(model, design)
+    study = Study(model, design)
     unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
     largest = max(design.strengths_mm)
     plan = cube_plan(shown_cube(design.model_dump()), rules, unjudged, design.gradients, largest)
@@ -457,7 +456,7 @@ def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
     if not tests:
         subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
-        study = TaskStudy(task, design, asked.seed)
+        study = Study(Observers(task), design, seed=asked.seed)
         powers = {one.subjects: one.found for one in power(run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS))}
         named = dict(study.tests)
         subjects = (

@@ -17,7 +17,7 @@ from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
 from focalgradient.report.document import Block, Heading, Paragraph
-from focalgradient.report.exclusions import NAMES, answers_of, catch_answers, criteria
+from focalgradient.report.exclusions import NAMES, catch_answers, criteria
 from focalgradient.report.export import trial_files
 from focalgradient.report.parts import Asked, Drawing, Output, Part, Plan
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
@@ -222,7 +222,7 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
 
 
 def _answers(part: Ratings, variants: Sequence[Variant], posterior: BayesResult | None) -> Iterator[Answer]:
-    yield from answers_of(part.main, part.everyone, part.quality)
+    yield from part.answers
     if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
         yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
     yield from confidence_answers(part.kept)

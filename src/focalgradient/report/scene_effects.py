@@ -11,7 +11,6 @@ from focalgradient.dataset.plausible import pictures_of
 from focalgradient.dataset.stimuli import read_manifest
 from focalgradient.errors import InputError
 from focalgradient.report.analysed import Ratings
-from focalgradient.report.exclusions import headlines
 from focalgradient.statistics import Effect, NotComputed
 from focalgradient.statistics.questions import HERE
 
@@ -37,13 +36,13 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
     if isinstance(result, NotComputed):
         return pd.DataFrame(columns=COLUMNS)
     rows: list[tuple[object, ...]] = []
-    for each in headlines(result):
+    for each in result.answers.headlines:
         test = result.answers.to(each.name + HERE).get(each.level)
         if isinstance(test, Effect):
             rows.append((each.headline, "", "", test.estimate, test.standard_error))
     digests = {} if part.data is None else _digests(part.data)
     scenes = sorted(set(part.kept[~part.kept["catch"]]["scene"].astype(str)))
-    for each in headlines(result):
+    for each in result.answers.headlines:
         means = pd.Series(dtype=float) if each.values is None else each.values.mean()
         for scene, effect in means.reindex(scenes).items():
             rows.append((each.headline, scene, digests.get(str(scene), ""), effect, None))

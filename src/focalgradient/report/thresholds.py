@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -29,7 +28,7 @@ from focalgradient.statistics import (
 )
 from focalgradient.statistics.own_thresholds import OwnThresholds
 from focalgradient.statistics.questions import Answers
-from focalgradient.statistics.thresholds import ATTENDING, threshold_questions
+from focalgradient.statistics.thresholds import ATTENDING, attending, threshold_questions
 from focalgradient.statistics.wording import many, number, with_interval
 
 __all__ = ["threshold_part", "threshold_plan", "thresholds_of_dataset", "thresholds_of_table"]
@@ -149,9 +148,7 @@ def threshold_part(
         levels = float(design["least_level"]), float(design["most_level"])
         plan = threshold_plan(design)
         result = results[""]
-        kept = tuple(session for session in result.subjects if session.kept)
-        attending = {"": replace(result, mean=result.mean_attending, subjects=kept)}
-        main = questions.answers(attending).of_roles("main")
+        main = questions.answers(attending(results)[0]).of_roles("main")
         answers = Answers((*main, *everyone.of_roles("description"), *everyone.variant(WITHOUT)))
         said = [_attending(result, unit)]
     ends = " to ".join(f"{number(level)} {unit}".strip() for level in levels)

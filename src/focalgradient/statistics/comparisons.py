@@ -14,12 +14,11 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
-from focalgradient.statistics.cells import cells
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
 from focalgradient.statistics.questions import Answers, less, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, slope_questions
-from focalgradient.statistics.tables import fixations_of, rating_table
+from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, cells_of, slope_questions
+from focalgradient.statistics.tables import fixations_of, main_trials
 
 __all__ = [
     "ComparisonMean",
@@ -155,14 +154,9 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     analysis = analysis_named(scale)
     if not isinstance(analysis, Slopes | Choices):
         raise InputError(f"scale is {analysis.name!r}, but must be 'bipolar' or 'choice', or an analysis by slopes.")
-    table = rating_table(table, analysis)
-    table = table[~table["catch"]]
-    if table.empty:
-        raise InputError("All trials are catch trials: there are no answers to analyse.")
+    table = main_trials(table, analysis)
     present = fixations_of(table)
-    answers = table.rename(columns={"rating": "answer"})
-    of = {name: cells(answers[answers["fixation"] == name]) for name in present}
-    found = slope_questions(present, analysis, table["scene"].nunique()).answers(of)
+    found = slope_questions(present, analysis, table["scene"].nunique()).answers(cells_of(table))
     means = _means(table, analysis)
     described = [
         stated("mean answer", f"{one.fixation}, {one.aperture}", one.mean, "description", n=one.subjects)

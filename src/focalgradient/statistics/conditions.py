@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,14 +12,14 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import between_levels, family, paired_effect
-from focalgradient.statistics.questions import Answer, less, stated
+from focalgradient.statistics.questions import Analysis, Answers, Question, less
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import many, number, statistic
 
 __all__ = [
     "ConditionTest",
-    "answers_of_tests",
     "condition_method",
+    "condition_questions",
     "condition_tests",
     "level_text",
     "planned_tests",
@@ -172,16 +172,29 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     )
 
 
-def answers_of_tests(tests: Iterable[ConditionTest]) -> Iterator[Answer]:
-    """Yield the effects of tests; tests without an effect are left out.
+def condition_questions(tests: Sequence[ConditionTest]) -> Analysis:
+    """Return a question for each test, asked of the tests with their effects; tests without effects have no answer.
 
-    >>> [answer.name for answer in answers_of_tests([ConditionTest("blur", "sigma", effect=NotComputed("no answers"))])]
+    Examples
+    --------
+    >>> tests = [ConditionTest("blur", "sigma", effect=NotComputed("no answers"))]
+    >>> [answer.name for answer in condition_questions(tests).answers(tests)]
     ['slope of blur on sigma']
     """
-    for test in tests:
-        if test.effect is not None:
-            unit = f"log {test.answer}" if test.log else test.answer
-            yield stated(test.name, "", test.effect, "main", unit, headline=test.name, sentence=test.sentence)
+    return Analysis([_question(place, test) for place, test in enumerate(tests)])
+
+
+def _question(place: int, test: ConditionTest) -> Question:
+    def fit(tests: Sequence[ConditionTest]) -> dict[str, Effect | NotComputed]:
+        effect = tests[place].effect
+        return {} if effect is None else {"": effect}
+
+    def sentence(level: str, answers: Answers) -> str:
+        return replace(test, effect=answers.to(test.name)[level]).sentence
+
+    unit = f"log {test.answer}" if test.log else test.answer
+    hypothesis = (f"The {test.name} differs from 0.",)
+    return Question(test.name, fit, "main", unit, headline=test.name, sentence=sentence, hypothesis=hypothesis)
 
 
 def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> str:

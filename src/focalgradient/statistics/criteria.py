@@ -7,9 +7,13 @@ from typing import Annotated
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range
-from focalgradient.statistics.cube import SHORTEST_BOTH
 
-__all__ = ["OF_CUBE", "OF_RATINGS", "Rules"]
+__all__ = ["OF_CUBE", "OF_RATINGS", "SHORTEST_BOTH", "Rules"]
+
+SHORTEST_BOTH = 0.25
+"""Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
+which the release of one key may lag the press of the other.
+"""
 
 OF_RATINGS = (
     *("response_time", "dropped_frames", "catch_factor", "catch_passed", "repeat_factor", "lapse_factor", "lapses"),

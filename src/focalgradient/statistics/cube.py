@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.criteria import SHORTEST_BOTH, Rules
 from focalgradient.statistics.dominance import DominanceModel, PerceptDurations, fit_dominance
 from focalgradient.statistics.durations import (
     DurationFit,
@@ -22,6 +24,7 @@ from focalgradient.statistics.durations import (
     fit_durations,
     fit_durations_of_people,
 )
+from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.means import paired_effect, share_interval
 from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
@@ -30,7 +33,6 @@ from focalgradient.statistics.wording import SPACE, decimals, ratio_ci, statisti
 from focalgradient.statistics.wording import size as effect_size
 
 __all__ = [
-    "SHORTEST_BOTH",
     "Dominance",
     "GradientEffect",
     "NeckerResult",
@@ -43,11 +45,6 @@ __all__ = [
 ]
 
 READINGS = ("rigid", "nonrigid")
-
-SHORTEST_BOTH = 0.25
-"""Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
-which the release of one key may lag the press of the other.
-"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -253,12 +250,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     4 subjects, 16 reports in 8 trials
     log odds of nonrigid time, 'nonrigid' at 10 less none: 1.049, 95 % interval 0.772 to 1.327, t(3) = 12.03, ...
     """
-    table = report_table(table)
-    table = table[~table["catch"]].copy()
-    if table.empty:
-        raise InputError("All trials are catch trials: there are no reports to analyse.")
-    brief = (table["percept"] == "both") & (table["duration"] < shortest_both)
-    table["percept"] = table["percept"].mask(brief, "none")
+    table = main_reports(table, shortest_both)
     reported = table[table["percept"].isin(READINGS)]
     own = own_odds(table)
     conditions = list(own)
@@ -295,6 +287,17 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     )
 
 
+def main_reports(table: pd.DataFrame, shortest_both: float) -> pd.DataFrame:
+    """Return a validated copy of a table of reports without catch trials and overlaps of keys: see `necker`."""
+    table = report_table(table)
+    table = table[~table["catch"]].copy()
+    if table.empty:
+        raise InputError("All trials are catch trials: there are no reports to analyse.")
+    brief = (table["percept"] == "both") & (table["duration"] < shortest_both)
+    table["percept"] = table["percept"].mask(brief, "none")
+    return table
+
+
 ODDS = "log odds of the nonrigid reading"
 HEADLINE = "odds ratio of the nonrigid reading's time, {level}"
 PLAIN = ("none", 0.0)
@@ -326,7 +329,7 @@ def _described(shares: tuple[PerceptShare, ...], subjects: Mapping[tuple[str, fl
 
 
 def cube_questions(
-    remarks: list[str], gradients: Iterable[str] = (), largest_mm: float = 0.0, shortest_both: float = SHORTEST_BOTH
+    remarks: list[str], gradients: Iterable[str] = (), largest_mm: float = 0.0, rules: Rules | None = None
 ) -> Analysis:
     """Return the question about the cube, asked of `own_odds`; notes on the data are appended to `remarks`.
 
@@ -336,14 +339,15 @@ def cube_questions(
         List to which notes are appended.
     gradients, largest_mm
         Gradients of the design, and their largest aperture, for the hypotheses; not needed for the answers.
-    shortest_both
-        As in `necker`.
+    rules
+        Exclusion rules; None: the defaults.
 
     Examples
     --------
     >>> cube_questions([], ["none", "rigid"], 8.9).hypotheses[0][:63]
     'H1 (primary). Blur that agrees with the rigid reading (8.9 mm) '
     """
+    rules = rules or Rules()
     claimed = [(name, verb) for name, verb in (("nonrigid", "raises"), ("rigid", "lowers")) if name in gradients]
     first = claimed[0][0] if claimed else ""
 
@@ -381,14 +385,19 @@ def cube_questions(
             "(two-sided test)."
             for name, verb in claimed
         ),
-        method=METHOD.format(shortest_both=shortest_both),
+        method=METHOD.format(shortest_both=rules.shortest_both),
     )
     outcome = (
         "The primary outcome is the log odds of the nonrigid reading (its time over that of the rigid reading) with "
         f"blur that agrees with the {first} reading ({largest_mm:g} mm) less those without blur, one value for each "
         "subject."
     )
-    return Analysis([asked], outcome)
+    return Analysis(
+        [asked],
+        outcome,
+        prepare=lambda table: own_odds(main_reports(table, rules.shortest_both)),
+        exclusions=partial(quality, rules=rules),
+    )
 
 
 METHOD = (

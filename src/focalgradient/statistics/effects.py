@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import pandas as pd
@@ -10,12 +12,15 @@ import pandas as pd
 from focalgradient.progress import Progress
 from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
+from focalgradient.statistics.criteria import Rules
+from focalgradient.statistics.exclusions import quality
+from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.slope_questions import slope_questions
 from focalgradient.statistics.step_questions import step_questions
-from focalgradient.statistics.tables import in_order
+from focalgradient.statistics.tables import in_order, main_trials
 from focalgradient.statistics.wording import many
 
 __all__ = ["BOUND", "analyse", "questions_of"]
@@ -68,8 +73,9 @@ def questions_of(
     scenes: int,
     design: Mapping[str, Any],
     bound: float = BOUND,
+    rules: Rules | None = None,
 ) -> Questions:
-    """Return the questions of an analysis (or its name) about a design or table.
+    """Return the questions of an analysis (or its name) about a design or table, with its exclusion rules.
 
     Parameters
     ----------
@@ -81,6 +87,8 @@ def questions_of(
         Number of scenes.
     design
         Settings of the design; empty for the user's own table.
+    rules
+        Exclusion rules; None: the defaults.
 
     Examples
     --------
@@ -91,7 +99,10 @@ def questions_of(
     steps = many(int(design["steps"]), "step") if "steps" in design else "steps"
     if isinstance(statistic, Slopes | Choices):
         reference = REFERENCES[str(design.get("reference", "standard"))]
-        return slope_questions(fixations, statistic, scenes, reference, steps)
-    if statistic.ratios:
-        return rating_questions(fixations, bound, scenes)
-    return step_questions(fixations, scenes, steps)
+        asked = slope_questions(fixations, statistic, scenes, reference, steps)
+    elif statistic.ratios:
+        asked = rating_questions(fixations, bound, scenes)
+    else:
+        asked = step_questions(fixations, scenes, steps)
+        asked = replace(asked, prepare=lambda table: ordinal_rating(main_trials(table, statistic), []).outcomes)
+    return replace(asked, exclusions=partial(quality, rules=rules, scale=statistic))

@@ -17,9 +17,9 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, Answers, less
+from focalgradient.statistics.questions import HERE, Answers, Outcome, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
-from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_answers
+from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_outcomes, step_questions
 from focalgradient.statistics.tables import fixations_of
 
 __all__ = [
@@ -78,8 +78,10 @@ class OrdinalResult:
     by_people
         True if within-subject effects were tested because the mixed model's standard errors are unreliable; all tests
         are then over subjects, for these scenes.
-    answers
-        All effects, by question and level.
+    outcomes
+        Uncorrected outcomes of the questions, by name and level.
+    scenes
+        Number of scenes.
 
     Notes
     -----
@@ -90,11 +92,17 @@ class OrdinalResult:
 
     formula: str
     fixations: tuple[str, ...]
-    answers: Answers
+    outcomes: Mapping[str, Mapping[str, Outcome]]
+    scenes: int
     thresholds: tuple[Threshold, ...]
     shares: tuple[StepShare, ...]
     log_likelihood: float | None = None
     by_people: bool = False
+
+    @property
+    def answers(self) -> Answers:
+        """All effects, by question and level."""
+        return step_questions(self.fixations, self.scenes).answers(self.outcomes)
 
     @property
     def slopes(self) -> tuple[Effect | NotComputed, ...]:
@@ -191,7 +199,7 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
 
     def missing(reason: str) -> OrdinalResult:
         tests = [NotComputed(reason)] * (len(fixations) + math.comb(len(fixations), 2))
-        return OrdinalResult(formula, fixations, step_answers(fixations, tests, tests, 0, scenes), (), shares)
+        return OrdinalResult(formula, fixations, step_outcomes(fixations, tests, tests, 0), scenes, (), shares)
 
     if len(names) < 2 or width == 0:
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
@@ -219,7 +227,8 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     return OrdinalResult(
         formula,
         fixations,
-        step_answers(fixations, tests, fixed, width, scenes),
+        step_outcomes(fixations, tests, fixed, width),
+        scenes,
         tuple(
             Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
             for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
@@ -302,7 +311,8 @@ def _by_people(
     return OrdinalResult(
         _formula(fixations),
         tuple(fixations),
-        step_answers(fixations, tests, tests, width, scenes),
+        step_outcomes(fixations, tests, tests, width),
+        scenes,
         thresholds,
         shares,
         None if fit is None else fit.log_likelihood,

@@ -8,10 +8,12 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, Protocol
 
+import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
 from focalgradient.statistics.bootstrap import BootstrapT
+from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
 from focalgradient.statistics.records import Effect, NotComputed
@@ -320,6 +322,10 @@ NO_ANSWERS = Answers()
 """Answers of an analysis that asks nothing."""
 
 
+Exclusions = Callable[[Any], tuple[Any, Quality]]
+"""Application of exclusion rules to a table."""
+
+
 @dataclass(frozen=True, slots=True)
 class Analysis:
     """List of questions, asked of the same data.
@@ -332,6 +338,13 @@ class Analysis:
         Description of the primary outcome.
     before, after
         Description of the answers before the methods of the questions, and of corrections and intervals after them.
+    prepare
+        Function of a table of trials that returns what the questions are asked of.
+    exclusions
+        Function of a table that applies the exclusion rules: it returns the table kept, and the data quality.
+    generator
+        Function of a number of subjects and a random generator that returns a table of simulated people with assumed
+        effects.
 
     Examples
     --------
@@ -349,6 +362,9 @@ class Analysis:
     outcome: str = ""
     before: str = ""
     after: str = ""
+    prepare: Callable[[Any], Any] = lambda table: table
+    exclusions: Exclusions | None = None
+    generator: Callable[[int, np.random.Generator], Any] | None = None
 
     @property
     def hypotheses(self) -> list[str]:
@@ -362,8 +378,12 @@ class Analysis:
         methods = [question.method for question in self.questions]
         return " ".join(filter(None, [self.before, *methods, self.after]))
 
+    def asked(self, table: Any) -> Answers:
+        """Return the answers of a table, without exclusions."""
+        return self.answers(self.prepare(table))
+
     def answers(self, data: Any) -> Answers:
-        """Return the answers, corrected within families; `data` is a table, or what was computed from it for all."""
+        """Return the answers, corrected within families; `data` is what `prepare` returns."""
         asked = self.questions
         rows = [
             _answer(one, level, found, "secondary" if one.role == "primary" and place else one.role)

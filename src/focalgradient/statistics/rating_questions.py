@@ -30,7 +30,7 @@ from focalgradient.statistics.questions import (
     tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.tables import fixations_of
+from focalgradient.statistics.tables import fixations_of, main_trials
 from focalgradient.statistics.wording import (
     SPACE,
     ci,
@@ -145,22 +145,21 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
     pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
 
     def effects(data: LogRatios) -> Tests:
-        return {name: data.effect(name) for name in fixations}
+        return {name: data.effect(name) for name in data.cells}
 
     def against(data: LogRatios, test: Test) -> Tests:
         found: Tests = {}
-        for fixation in fixations:
-            amounts = data.cells[fixation].amounts
-            for number in range(1, len(amounts) - 1):
+        for fixation, own in data.cells.items():
+            for number in range(1, len(own.amounts) - 1):
                 if not isinstance(rises := data.rises(fixation, number), NotComputed):
-                    found[data.level(fixation, float(amounts[number]))] = Tested(test(rises), rises)
+                    found[data.level(fixation, float(own.amounts[number]))] = Tested(test(rises), rises)
         return found
 
     def differences(data: LogRatios, test: Test) -> Tests:
-        return {name: tested(data.difference(*pair), test) for name, pair in pairs.items()}
+        return {less(*pair): tested(data.difference(*pair), test) for pair in combinations(data.cells, 2)}
 
     def slopes(data: LogRatios) -> dict[str, Outcome]:
-        weights = {name: slope_weights(data.cells[name].amounts) for name in fixations}
+        weights = {name: slope_weights(own.amounts) for name, own in data.cells.items()}
         return {
             name: one if isinstance(one, NotComputed) else crossed_effect(data.cells[name].contrast(one))
             for name, one in weights.items()
@@ -174,10 +173,11 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
         }
 
     def resampled(data: LogRatios) -> dict[str, Outcome]:
-        rises = data.rises(first)
+        name = next(iter(data.cells))
+        rises = data.rises(name)
         if isinstance(rises, NotComputed) or isinstance(fixed := over_subjects(rises), NotComputed):
-            return {first: rises if isinstance(rises, NotComputed) else fixed}
-        return {first: bootstrap_t(own_means(rises.to_numpy()))}
+            return {name: rises if isinstance(rises, NotComputed) else fixed}
+        return {name: bootstrap_t(own_means(rises.to_numpy()))}
 
     def effect_sentence(level: str, answers: Answers) -> str:
         effect = answers.to(EFFECT)[level]
@@ -259,7 +259,7 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
         ),
         Question(
             EFFECT + HERE,
-            lambda data: {name: tested(data.rises(name), over_subjects) for name in fixations},
+            lambda data: {name: tested(data.rises(name), over_subjects) for name in data.cells},
             "check",
             log,
             ratio=True,
@@ -277,6 +277,7 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
         f"pinhole with {in_focus(first)}, one value for each subject and scene, averaged over repetitions.",
         "Ratings were analysed on their logarithm and are reported as ratios; means are geometric.",
         f"{corrections(secondary, len(pairs))} {INTERVALS}",
+        prepare=lambda table: LogRatios.of(main_trials(table)),
     )
 
 

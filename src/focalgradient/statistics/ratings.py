@@ -38,7 +38,7 @@ from focalgradient.statistics.rating_questions import (
     rating_questions,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.tables import FIXATIONS, check_steps, fixations_of, rating_table
+from focalgradient.statistics.tables import FIXATIONS, fixations_of, main_trials
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
 
@@ -280,12 +280,7 @@ def depth_rating(
     analysis = analysis_named(scale)
     if not isinstance(analysis, Ratios | OrdinalSteps):
         raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': use compare_pictures instead.")
-    table = rating_table(table)
-    table = table[~table["catch"]]
-    if table.empty:
-        raise InputError("All trials are catch trials: there are no ratings to analyse.")
-    if analysis.whole:
-        check_steps(table)
+    table = main_trials(table, analysis)
     table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = fixations_of(table)

@@ -7,10 +7,11 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.scales.analyses import Analysis, analysis_named
+from focalgradient.scales.analyses import Analysis
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
-from focalgradient.statistics.effects import analyse
-from focalgradient.statistics.exclusions import kept_rows, quality
+from focalgradient.statistics.effects import questions_of
+from focalgradient.statistics.exclusions import kept_rows
+from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.tables import fixations_of, rating_table
 
 __all__ = ["ALL_RULES", "Variant", "robustness"]
@@ -86,31 +87,30 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     >>> round(main.estimate, 3), main.subjects, any(variant.distinct for variant in others)
     (0.289, 6, False)
     """
-    analysis = analysis_named(scale)
-    rules = rules or Rules()
-    table = rating_table(table, analysis)
-    judged = quality(table, rules, analysis)[1]
-    unjudged = {rule.rule for rule in judged.unjudged}
+    table = rating_table(table, scale)
+    asked = questions_of(scale, {*table["fixation"]}, table["scene"].nunique(), {}, rules=rules)
+    assert asked.exclusions is not None
+    kept, judged = asked.exclusions(table)
+    unjudged, rules = {rule.rule for rule in judged.unjudged}, judged.rules
     stated = [name for name in OF_RATINGS if name not in (*JUDGING, *unjudged) and getattr(rules, name) is not None]
-    kept = kept_rows(table, judged.subjects, rules)
-    whole = _variants(table[kept], analysis, ALL_RULES)
+    whole = _variants(kept, asked, ALL_RULES)
     variants = [whole]
     for name in stated:
         off: dict[str, Any] = {name: None}
-        keep = kept_rows(table, judged.subjects, replace(rules, **off))
-        if (keep == kept).all():
+        rows = table[kept_rows(table, judged.subjects, replace(rules, **off))]
+        if len(rows) == len(kept):
             variants.append([replace(variant, rules=name, distinct=False) for variant in whole])
         else:
-            variants.append(_variants(table[keep], analysis, name))
+            variants.append(_variants(rows, asked, name))
     fixations = fixations_of(table[~table["catch"]])
     return tuple(variant for name in fixations for found in variants for variant in found if variant.fixation == name)
 
 
-def _variants(rows: pd.DataFrame, analysis: Analysis, rules: str) -> list[Variant]:
+def _variants(rows: pd.DataFrame, asked: Questions, rules: str) -> list[Variant]:
     """Return the effect at each fixation of the rows."""
     trials = rows[~rows["catch"]]
     shown = {name: own["participant_id"] for name, own in trials.groupby("fixation")}
-    found = [] if trials.empty else [answer.row() for answer in analyse(rows, analysis).answers.primary]
+    found = [] if trials.empty else [answer.row() for answer in asked.asked(rows).primary]
     return [
         Variant(
             row["level"],

@@ -28,7 +28,7 @@ from focalgradient.statistics.questions import (
     tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.tables import fixations_of
+from focalgradient.statistics.tables import fixations_of, main_trials
 from focalgradient.statistics.wording import expected_differences, expected_rise, in_focus, over, summary
 
 __all__ = [
@@ -36,6 +36,7 @@ __all__ = [
     "DIFFERENCE",
     "LARGEST",
     "SLOPE",
+    "cells_of",
     "confidence_answers",
     "own_slopes",
     "slope_questions",
@@ -97,7 +98,7 @@ def slope_questions(
         deciding, other, end = over_subjects, crossed_effect, RANDOM
 
     def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
-        return {name: _slope_table(of[name]) for name in fixations}
+        return {name: _slope_table(own) for name, own in of.items()}
 
     def apart(one: Cells, another: Cells) -> Values:
         first, second = _slope_table(one), _slope_table(another)
@@ -106,14 +107,16 @@ def slope_questions(
         return second if isinstance(second, NotComputed) else paired_differences(first, second)
 
     def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
-        compared = analysis.compares_slopes
-        return {name: apart(*(of[one] for one in pair)) if compared else CHOICES for name, pair in pairs.items()}
+        both = {less(*pair): pair for pair in combinations(of, 2)}
+        if not analysis.compares_slopes:
+            return dict.fromkeys(both, CHOICES)
+        return {name: apart(*(of[one] for one in pair)) for name, pair in both.items()}
 
     def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
         alike = analysis.alike
         if alike is None:
-            return dict.fromkeys(fixations, UNLIKE)
-        return {name: of[name].table(of[name].values[:, :, -1] - alike) for name in fixations}
+            return dict.fromkeys(of, UNLIKE)
+        return {name: own.table(own.values[:, :, -1] - alike) for name, own in of.items()}
 
     def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
         return lambda of: {name: tested(found, test) for name, found in values(of).items()}
@@ -210,6 +213,7 @@ def slope_questions(
         [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],
         f"The primary outcome is {outcome} with {in_focus(first)}, one value for each subject and scene.",
         after=f"{corrections(secondary, len(compared))} {_generality(random, generalises)}",
+        prepare=lambda table: cells_of(main_trials(table, analysis)),
     )
 
 
@@ -283,7 +287,6 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
         return NO_ANSWERS
     rows = table[~table["catch"] & table["confidence"].notna()]
     rows = rows.assign(answer=rows["confidence"].astype(float))
-    of = {name: cells(rows[rows["fixation"] == name]) for name in fixations_of(rows)}
 
     def slopes(of: Mapping[str, Cells]) -> Tests:
         return {name: tested(_slope_table(own), crossed_effect) for name, own in of.items()}
@@ -294,7 +297,12 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
 
     unit = "confidence per millimetre"
     asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, sentence=sentence, method=CONFIDENCE_METHOD)
-    return Analysis([asked] if len(rows) else []).answers(of)
+    return Analysis([asked] if len(rows) else [], prepare=cells_of).asked(rows)
+
+
+def cells_of(trials: pd.DataFrame) -> dict[str, Cells]:
+    """Return the cells of each fixation of trials that have a column `answer`."""
+    return {name: cells(trials[trials["fixation"] == name]) for name in fixations_of(trials)}
 
 
 def _slope_table(own: Cells) -> Values:

@@ -8,11 +8,11 @@ from itertools import combinations
 from typing import Any
 
 from focalgradient.statistics.crossed import FEWEST_SCENES, random_scenes
+from focalgradient.statistics.means import family
 from focalgradient.statistics.questions import (
     HERE,
     SECONDARY,
     Analysis,
-    Answer,
     Answers,
     Outcome,
     Question,
@@ -33,7 +33,7 @@ from focalgradient.statistics.wording import (
     statistic,
 )
 
-__all__ = ["DIFFERENCE", "EFFECT", "SLOPE", "step_answers", "step_questions"]
+__all__ = ["DIFFERENCE", "EFFECT", "SLOPE", "step_outcomes", "step_questions"]
 
 EFFECT, DIFFERENCE, SLOPE = "log odds of a higher answer", "difference of the log odds", "slope of the log odds"
 """Names of the questions."""
@@ -121,6 +121,7 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
         ),
         Question(EFFECT + HERE, found(EFFECT + HERE), "check", unit, ratio=True),
         Question(DIFFERENCE + HERE, found(DIFFERENCE + HERE), "check", unit, ratio=True),
+        Question(SLOPE, found(SLOPE), "secondary", "log odds per mm"),
     ]
     return Analysis(
         [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],
@@ -131,14 +132,13 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
     )
 
 
-def step_answers(
+def step_outcomes(
     fixations: Sequence[str],
     tests: Sequence[Effect | NotComputed],
     fixed: Sequence[Effect | NotComputed],
     width: float,
-    scenes: int,
-) -> Answers:
-    """Return the answers from tests of each fixation, then of each pair.
+) -> dict[str, dict[str, Outcome]]:
+    """Return the outcomes of the questions by name and level, from tests of each fixation, then of each pair.
 
     Parameters
     ----------
@@ -148,23 +148,17 @@ def step_answers(
         Log odds from the smallest to the largest aperture, over subjects and scenes, and for these scenes.
     width
         Range of the apertures in mm.
-    scenes
-        Number of scenes.
     """
     size = len(fixations)
     pairs = [less(*pair) for pair in combinations(fixations, 2)]
-    data = {
+    data: dict[str, dict[str, Outcome]] = {
         name + end: dict(zip(levels, some[part], strict=True))
         for end, some in (("", tests), (HERE, fixed))
         for name, levels, part in ((EFFECT, fixations, slice(size)), (DIFFERENCE, pairs, slice(size, None)))
     }
-    found = step_questions(fixations, scenes).answers(data)
-    slope = Question(SLOPE, lambda _: {}, "secondary", "log odds per mm")
-    slopes = [
-        Answer(slope, name, _scaled(test, width) if width else test, "secondary")
-        for name, test in found.to(EFFECT).items()
-    ]
-    return Answers((*found, *slopes))
+    corrected = [tests[0], *family(tests[1:size])]  # the slopes are the same tests
+    slopes = [_scaled(test, width) if width else test for test in corrected]
+    return data | {SLOPE: dict(zip(fixations, slopes, strict=True))}
 
 
 def _scaled(effect: Effect | NotComputed, width: float) -> Effect | NotComputed:

@@ -13,7 +13,16 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, analysis_named
 
-__all__ = ["FIXATIONS", "PERCEPTS", "PINHOLE", "fixations_of", "in_order", "rating_table", "report_table"]
+__all__ = [
+    "FIXATIONS",
+    "PERCEPTS",
+    "PINHOLE",
+    "fixations_of",
+    "in_order",
+    "main_trials",
+    "rating_table",
+    "report_table",
+]
 
 PINHOLE: Final = "pinhole"
 """Aperture without blur, the reference of all comparisons."""
@@ -88,6 +97,29 @@ def rating_table(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.Dat
     first = table.groupby("aperture_mm")["aperture"].transform("first")
     _refuse(table, names != first, "aperture", "but its aperture_mm has another name in another row")
     return table
+
+
+def main_trials(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.DataFrame:
+    """Return a validated copy of a table of depth ratings without catch trials; the rating is the column `answer`, too.
+
+    Parameters
+    ----------
+    table, scale
+        As in `rating_table`.
+
+    Raises
+    ------
+    InputError
+        If the table is invalid, all trials are catch trials, or steps are no integers.
+    """
+    analysis = analysis_named(scale)
+    table = rating_table(table, analysis)
+    table = table[~table["catch"]]
+    if table.empty:
+        raise InputError("All trials are catch trials: there are no answers to analyse.")
+    if analysis.whole:
+        check_steps(table)
+    return table.assign(answer=np.log(table["rating"]) if analysis.ratios else table["rating"])
 
 
 def check_steps(table: pd.DataFrame) -> None:

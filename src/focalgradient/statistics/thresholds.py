@@ -8,8 +8,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import combinations
 from typing import Any
 
@@ -18,6 +18,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_installed
+from focalgradient.statistics.criteria import Rules
+from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.means import between_levels, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Question, Tested
 from focalgradient.statistics.records import Effect, Interval, NotComputed
@@ -29,8 +31,10 @@ __all__ = [
     "SubjectThreshold",
     "ThresholdFit",
     "ThresholdResult",
+    "attending",
     "blur_thresholds",
     "fit_threshold",
+    "fitted",
     "threshold_questions",
 ]
 
@@ -169,16 +173,20 @@ class ThresholdResult:
         Unit of the levels: "D" or "mm".
     subjects
         Threshold of each participant and session.
-    mean
-        Geometric mean over all, with a 95 % interval by Student's t on the logarithms.
-    mean_attending
-        The same mean over participants who passed the catch trials.
     """
 
     unit: str
     subjects: tuple[SubjectThreshold, ...]
-    mean: Interval | NotComputed
-    mean_attending: Interval | NotComputed
+
+    @property
+    def mean(self) -> Interval | NotComputed:
+        """Geometric mean over all, with a 95 % interval by Student's t on the logarithms."""
+        return _mean(self.subjects)
+
+    @property
+    def mean_attending(self) -> Interval | NotComputed:
+        """The same mean over participants who passed the catch trials."""
+        return _mean([session for session in self.subjects if session.kept])
 
     def __repr__(self) -> str:
         """Return a one-line description; `summary` gives the results."""
@@ -189,9 +197,8 @@ class ThresholdResult:
 
         >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
         >>> one = SubjectThreshold("01", "", 5, 6, True, fit)
-        >>> mean = NotComputed("one subject only")
-        >>> print(ThresholdResult("D", (one,), mean, mean).summary())
-        geometric mean: one subject only
+        >>> print(ThresholdResult("D", (one,)).summary())  # doctest: +ELLIPSIS
+        geometric mean: 0.2 D...
         01: 0.2 D, 95 % interval 0.1 to 0.3
         """
         mean = self.mean
@@ -369,8 +376,7 @@ def blur_thresholds(
         kept = not catches or caught >= ATTENDING * catches
         name = str(participant)
         subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))
-    attending = [one for one in subjects if one.kept]
-    return ThresholdResult(unit, tuple(subjects), _mean(subjects), _mean(attending))
+    return ThresholdResult(unit, tuple(subjects))
 
 
 MEAN, RATIO, THRESHOLD = "geometric mean threshold", "log ratio of thresholds", "threshold"
@@ -402,7 +408,7 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
     >>> def of(*thresholds):
     ...     fits = [ThresholdFit(at, 0.1, 0.9, 3.5, 0.0, (0.2,), (8,), (10,)) for at in thresholds]
     ...     subjects = [SubjectThreshold(who, "", 0, 0, True, fit) for who, fit in zip("abc", fits)]
-    ...     return ThresholdResult("D", tuple(subjects), NotComputed(""), NotComputed(""))
+    ...     return ThresholdResult("D", tuple(subjects))
     >>> results = {"dim": of(0.4, 0.6, 0.5), "bright": of(0.2, 0.3, 0.2)}
     >>> found = threshold_questions("D", results).answers(results).to("log ratio of thresholds")
     >>> round(found["dim over bright"].ratio.estimate, 2)
@@ -458,11 +464,30 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
         Question(THRESHOLD, _sessions, "description", unit),
     ]
     outcome = f"The geometric mean over participants of the threshold ({unit})."
-    return Analysis(questions, outcome, after=f"Catch trials do not count. {BIAS}")
+    return Analysis(questions, outcome, after=f"Catch trials do not count. {BIAS}", exclusions=attending)
 
 
 Results = Mapping[str, ThresholdResult]
 """Thresholds by condition."""
+
+
+def attending(results: Results) -> tuple[Results, Quality]:
+    """Leave out sessions with too few correct catch trials."""
+    return _kept(results, lambda session: session.kept)
+
+
+def fitted(results: Results) -> tuple[Results, Quality]:
+    """Leave out sessions without a fitted function."""
+    return _kept(results, lambda session: isinstance(session.fit, ThresholdFit))
+
+
+def _kept(results: Results, keep: Callable[[SubjectThreshold], bool]) -> tuple[Results, Quality]:
+    """Keep the sessions for which a function returns True; the quality has the numbers of people and of sessions."""
+    kept = {name: replace(one, subjects=tuple(filter(keep, one.subjects))) for name, one in results.items()}
+    before, after = (
+        [session.participant for one in some.values() for session in one.subjects] for some in (results, kept)
+    )
+    return kept, Quality(Rules(), len({*before}), len({*after}), len(before), len(after), (), ())
 
 
 def _sessions(results: Results) -> dict[str, Tested]:

@@ -137,9 +137,9 @@ class Task:
     None: the planned tests, with their power if the task has simulated observers.
     """
     study: Callable[..., Any] | None = None
-    """Return the simulated experiment for the power of the report's tests (`focalgradient.power.AnyStudy`), from
+    """Return the simulated experiment for the power of the report's tests (`focalgradient.power.Study`), from
     design, assumed effects and standard deviations by option name, and seed; None: answers of the default observer,
-    tested as in the report (`focalgradient.power.TaskStudy`).
+    tested as in the report (`focalgradient.power.Observers`).
     """
 
     @property

@@ -20,21 +20,18 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.autofocus.peaks import peaks
-from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
     NODES,
-    SMOOTH,
-    STEEP,
     block_sum,
     gather,
-    grow_planes,
     interpolate_nodes,
     repeat_blocks,
 )
+from focalgradient.depth.planes import SMOOTH, STEEP, grow_planes
 from focalgradient.depth.registration import filled
-from focalgradient.depth.search import LEVEL_STEP
+from focalgradient.depth.search import LEVEL_STEP, Estimate, Problem
 from focalgradient.depth.validity import MIN_SUPPORT, OUTSIDE, blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.view import View

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.dual_pixel.halves import POOL, half_radius, halves_of
-from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.numerics import interpolate_nodes
+from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.optics import DualPixel
 

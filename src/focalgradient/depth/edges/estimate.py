@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from scipy.special import chdtrc
 
 from focalgradient.depth.edges.measure import Edges, average_segments, measure_edges
-from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
-from focalgradient.depth.search import Search, one_focus
+from focalgradient.depth.search import Estimate, Problem, Search, one_focus
 from focalgradient.depth.validity import BLUR_ERROR, SECONDARY_MINIMUM
 from focalgradient.optics import capabilities
 

@@ -18,15 +18,13 @@ import numpy as np
 from scipy import ndimage
 from scipy.special import j0
 
-from focalgradient.depth.equalise.blur_shape import judge_shape
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
-from focalgradient.depth.equalise.optics_check import COMMON, judge_optics
+from focalgradient.depth.equalise.optics_check import COMMON, judge_optics, judge_shape
 from focalgradient.depth.equalise.split_band import SplitBand
-from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import RADII, FloatArray
-from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAST_NODES, TRIMMED
 from focalgradient.depth.noise import NOISE_SIDE
-from focalgradient.depth.search import Blurs
+from focalgradient.depth.search import Blurs, Problem
+from focalgradient.depth.validity import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAST_NODES, TRIMMED
 from focalgradient.psf import Annulus, Blend, Disc, Psf
 from focalgradient.psf.disc import disc_transfer
 

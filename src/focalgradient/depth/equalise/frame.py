@@ -21,14 +21,12 @@ from focalgradient.depth.equalise.texture import OwnTexture
 from focalgradient.depth.equalise.tiles import Tile, join_nodes, join_splits
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
 from focalgradient.depth.equalise.whitening import uneven_noise
-from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.model_error import LARGEST_TAU, LEAST_BLUR
 from focalgradient.depth.noise import NoiseLaw
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Blurs, Search
-from focalgradient.depth.validity import blur_is_known
+from focalgradient.depth.search import Blurs, Problem, Search
+from focalgradient.depth.validity import LARGEST_TAU, LEAST_BLUR, blur_is_known
 from focalgradient.optics import capabilities
 
 __all__ = ["Frame", "NodeDepth", "PixelDepth", "depth_at_nodes", "depth_at_pixels"]

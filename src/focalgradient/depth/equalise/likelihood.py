@@ -18,10 +18,15 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, special, stats
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.candidates import Candidates
-from focalgradient.depth.equalise.comparing import whitened_filters
-from focalgradient.depth.equalise.even import EvenCoordinate
-from focalgradient.depth.equalise.residuals import BAND, Residuals, mixed_residuals
+from focalgradient.depth.equalise.levels import Candidates, EvenCoordinate
+from focalgradient.depth.equalise.residuals import (
+    BAND,
+    Residuals,
+    lower_quartile,
+    mixed_residuals,
+    quartile_by_chance,
+    whitened_filters,
+)
 from focalgradient.depth.filters import (
     RADII,
     FloatArray,
@@ -32,8 +37,7 @@ from focalgradient.depth.filters import (
     natural_levels,
     natural_power,
 )
-from focalgradient.depth.numerics import SMOOTH, Growth
-from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
+from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
 from focalgradient.depth.read import read_minima
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
@@ -291,13 +295,13 @@ class Equalised:
         # The noise's part of r'^2 is uninformative: on blank paper near the focus, whose levels stray to one side, it
         # would pull depth that way.
         share = np.maximum(nodes.texture, 0.01) / (1 + nodes.texture)
-        fitted, sd = numerics.grow_planes(
+        fitted, sd = grow_planes(
             share * numerics.block_sum(weight * slope, self.step),
             share * numerics.block_sum(weight * (score + slope * start), self.step),
             self.even.at(nodes.level),
             noise_sd,
             [self.window * g / self.step for g in growth.windows],
-            numerics.STEEP,
+            STEEP,
             growth.separate,
         )
         inside = nodes.inside & ~self._leaves_range(fitted, sd)

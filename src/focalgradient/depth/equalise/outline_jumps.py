@@ -21,11 +21,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_edges import blurs_at, moved_to_edges
-from focalgradient.depth.equalise.outline_places import Conditions
+from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
 from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.numerics import REORDERED
+from focalgradient.depth.planes import NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows
 
 __all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
@@ -36,9 +35,6 @@ DIRECTIONS = 8
 SIDE_LENGTH, SIDE_WIDTH = 2.2, 0.8
 """Length and half-width of the strip on either side in which depth is evaluated, relative to the reach of window and
 blur. Chosen on `MADE_WITH` and `CONTROLS`."""
-
-UNKNOWN = 1e-9
-"""Information on a jump, relative to that on the level, below which it is rounding: all nodes then lie on one side."""
 
 BETWEEN = 0.2
 """Minimum difference between the depth of a grid point and the mean of either side, relative to their difference, for
@@ -196,7 +192,6 @@ def _surfaces(
 
 @njit(nogil=True, cache=True, fastmath=REORDERED)
 def _find(level, information, reach, least, first, last, found):  # type: ignore[no-untyped-def]
-    a, b = np.empty((4, 5)), np.empty((4, 5))
     for i in range(first, last):
         for j in range(level.shape[1]):
             if information[i, j] == 0:
@@ -206,25 +201,22 @@ def _find(level, information, reach, least, first, last, found):  # type: ignore
                 down, right = np.sin(np.pi * direction / DIRECTIONS), np.cos(np.pi * direction / DIRECTIONS)
                 if _rises_little(level, information, reach[i, j], i, j, down, right, least / 2):
                     continue
-                count, other = _equations(level, information, reach[i, j], i, j, down, right, a)
+                count, other, sums = _sides(level, information, reach[i, j], i, j, down, right)
                 apart = APART if reach[i, j] >= 2 * APART else 1
                 if min(count, other) < max(5, MIN_COVERAGE * (reach[i, j] / apart) ** 2):
                     continue
-                before, after = a[0, 0] / 2 - a[0, 3], a[0, 0] / 2 + a[0, 3]  # weight of either side
-                low, high = (a[0, 4] / 2 - a[3, 4]) / before, (a[0, 4] / 2 + a[3, 4]) / after
+                before, after = sums[0] / 2 - sums[9], sums[0] / 2 + sums[9]  # weight of either side
+                low, high = (sums[6] / 2 - sums[12]) / before, (sums[6] / 2 + sums[12]) / after
                 one, two, rise = before / count, after / other, high - low  # mean weights
                 sure = abs(rise) / np.sqrt((1 / one + 1 / two) / 2)
                 if sure < JUMP_SDS or min(-low / rise, high / rise) < BETWEEN:
                     continue
-                for p in range(4):
-                    for q in range(5):
-                        b[p, q] = a[p, q]  # as b[:] = a, which takes numba five seconds to compile
-                _, jump = _solved(a, 0.0)
+                _, jump = fit_jump(sums, WEAK_SLOPE_SD)
                 if sure * jump / rise <= most:
                     continue
                 most = sure * jump / rise  # of the direction in which most of the rise is a jump
                 if jump / rise > MOSTLY and abs(jump) >= least:
-                    middle, jump = _solved(b, SIDE_SLOPE_SD)
+                    middle, jump = fit_jump(sums, SIDE_SLOPE_SD)
                     found[0, i, j] = level[i, j] + middle - abs(jump) / 2
                     found[1, i, j] = level[i, j] + middle + abs(jump) / 2
                     # Windows give the mean of both sides, weighted by their information.
@@ -244,12 +236,11 @@ def _rises_little(level, information, reach, i, j, down, right, least):  # type:
 
 
 @njit(nogil=True, cache=True, fastmath=REORDERED)
-def _equations(level, information, reach, i, j, down, right, a):  # type: ignore[no-untyped-def]
-    """Normal equations (4 x 5) of a plane with a jump through the nodes on either side; also returns their numbers."""
+def _sides(level, information, reach, i, j, down, right):  # type: ignore[no-untyped-def]
+    """Return the numbers of nodes on either side of a jump across a direction, and the sums of `planes` over them."""
     rows, columns = level.shape
-    far, here = SIDE_LENGTH * reach, level[i, j]
-    one = along1 = across1 = side1 = along2 = both = side_along = across2 = side_across = 0.0
-    r1 = r_along = r_across = r_side = 0.0
+    far = SIDE_LENGTH * reach
+    sums = NOTHING
     before = after = 0
     apart = APART if reach >= 2 * APART else 1
     for k in range(i - min(i, int(far)) // apart * apart, min(rows, i + int(far) + 1), apart):
@@ -258,28 +249,11 @@ def _equations(level, information, reach, i, j, down, right, a):  # type: ignore
             along, across = (k - i) * down + (m - j) * right, (m - j) * down - (k - i) * right
             if information[k, m] == 0 or not reach <= abs(along) <= far or abs(across) > SIDE_WIDTH * reach:
                 continue
-            weight, off = information[k, m], information[k, m] * (level[k, m] - here)
-            side = 0.5 if along > 0 else -0.5
             before += along <= 0
             after += along > 0
-            one += weight
-            along1 += weight * along
-            across1 += weight * across
-            side1 += weight * side
-            along2 += weight * along * along
-            both += weight * along * across
-            side_along += weight * side * along
-            across2 += weight * across * across
-            side_across += weight * side * across
-            r1 += off
-            r_along += off * along
-            r_across += off * across
-            r_side += off * side
-    a[0, 0], a[0, 1], a[0, 2], a[0, 3], a[0, 4] = one, along1, across1, side1, r1
-    a[1, 0], a[1, 1], a[1, 2], a[1, 3], a[1, 4] = along1, along2, both, side_along, r_along
-    a[2, 0], a[2, 1], a[2, 2], a[2, 3], a[2, 4] = across1, both, across2, side_across, r_across
-    a[3, 0], a[3, 1], a[3, 2], a[3, 3], a[3, 4] = side1, side_along, side_across, one / 4, r_side
-    return before, after
+            weight, side = information[k, m], 0.5 if along > 0 else -0.5
+            sums = add(sums, weight, along, across, weight * (level[k, m] - level[i, j]), side)
+    return before, after, sums
 
 
 @njit(nogil=True, cache=True)
@@ -290,24 +264,3 @@ def _strip(columns, reach, far, row, j, down, right, apart):  # type: ignore[no-
         middle, half = j + row * right / down, SIDE_WIDTH * reach / down + 1
         left, end = max(left, int(middle - half)), min(end, int(middle + half) + 2)
     return left + (j - left) % apart, end
-
-
-@njit(nogil=True, cache=True)
-def _solved(a, steep):  # type: ignore[no-untyped-def]
-    """Return the first and the last unknown of four equations (4 x 5), which are overwritten; 0 if the last is open.
-
-    The two in between have the prior standard deviation `steep`, or none where that is 0.
-    """
-    for p in (1, 2):
-        a[p, p] += 1 / steep**2 if steep > 0 else 1e-6  # for a line of nodes to be enough
-    for p in range(4):
-        for q in range(p + 1, 4):
-            share = a[q, p] / a[p, p]
-            for r in range(p, 5):
-                a[q, r] -= share * a[p, r]
-    if a[3, 3] <= UNKNOWN * a[0, 0]:
-        return 0.0, 0.0
-    last = a[3, 4] / a[3, 3]
-    third = (a[2, 4] - a[2, 3] * last) / a[2, 2]
-    second = (a[1, 4] - a[1, 3] * last - a[1, 2] * third) / a[1, 1]
-    return (a[0, 4] - a[0, 3] * last - a[0, 2] * third - a[0, 1] * second) / a[0, 0], last

@@ -1,7 +1,7 @@
 """Depth near occlusion boundaries: each surface is continued to the boundary by its own depth.
 
 `docs/report/method.md` derives the place of a boundary from the reach of blur and filters (`outline_places`); it is
-then moved to an edge of the views (`outline_edges`), and depth is estimated again without the pixels that it reaches.
+then moved to an edge of the views, and depth is estimated again without the pixels that it reaches.
 Jumps too small for views to contradict each other are found by depth on either side (`outline_jumps`). All this in
 windows narrower than elsewhere, whose depth replaces what wider ones carry over a boundary.
 
@@ -37,11 +37,11 @@ from focalgradient.depth.equalise.robust import Likelihood, Part, Refined, refin
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.model_error import LEAST_BLUR
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, block_mean, block_sum
-from focalgradient.depth.validity import blur_is_known
+from focalgradient.depth.numerics import block_mean, block_sum
+from focalgradient.depth.planes import HELD_APART, SMOOTH
+from focalgradient.depth.validity import LEAST_BLUR, blur_is_known
 
-__all__ = ["HALF", "Outlines", "curvature_variance", "find_outlines"]
+__all__ = ["HALF", "Outlines", "curvature_variance", "curves", "find_outlines"]
 
 FINER, LEAST_WINDOW = 0.625, 2.0
 """Size of the windows near boundaries relative to that of the settings, and its minimum in pixels. Near boundaries of
@@ -90,7 +90,7 @@ Chosen on `MADE_WITH`."""
 
 GROWN_WINDOWS = 4.0
 """Distance in windows within which pixels contribute to a grid point's depth: 2.2 times the widest of
-`numerics.SMOOTH`, 1.7, rounded up."""
+`planes.SMOOTH`, 1.7, rounded up."""
 
 MIN_CONTRADICTION = 3
 """Minimum width in grid points of a region of contradicting views in which a boundary is searched: blank paper and
@@ -397,3 +397,41 @@ def _if_few(
 def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
     """Return the values (H x W) at the centre of each node's block: h x w."""
     return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
+
+
+SHORTEST = 8
+"""Length in points up to which a curve is dropped: about a window. Chosen by hand."""
+
+Point = tuple[int, int]
+
+
+def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
+    """Return the curves between pixels where `side` (H x W) is 1 and where it is -1.
+
+    The near side (1) lies to the right of the way along a curve. Each is a list of points (column, row), in pixels from
+    the first pixel's centre, midway between two pixels.
+
+    >>> side = np.ones((10, 4), np.int8)
+    >>> side[:, 2:] = -1
+    >>> curves(side)[0][:2]
+    [[1.5, 0.0], [1.5, 1.0]]
+    """
+    # Borders between pixels, from corner to corner; corner (i, j) is the upper left one of pixel (i, j).
+    follows: dict[Point, list[Point]] = {}
+    for axis in (0, 1):
+        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+        for i, j in np.argwhere(side[first] * side[second] < 0).tolist():
+            start, end = ((i + 1, j), (i + 1, j + 1)) if axis == 0 else ((i + 1, j + 1), (i, j + 1))
+            if side[i, j] > 0:
+                start, end = end, start
+            follows.setdefault(start, []).append(end)
+    ends = {end for some in follows.values() for end in some}
+    found = []
+    for start in [point for point in follows if point not in ends] + list(follows):
+        corners = [start]
+        while follows.get(corners[-1]):
+            corners.append(follows[corners[-1]].pop())
+        if len(corners) > SHORTEST:
+            place = np.array(corners, float)[:, ::-1] - 0.5
+            found.append(((place[1:] + place[:-1]) / 2).tolist())
+    return found

@@ -16,8 +16,8 @@ from scipy import fft, optimize
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.residuals import lower_quartile, quartile_by_chance
 from focalgradient.depth.filters import RADII, FloatArray, Image
-from focalgradient.depth.quartile import lower_quartile, quartile_by_chance
 
 __all__ = ["BandPower", "band_power"]
 

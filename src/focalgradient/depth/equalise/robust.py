@@ -19,7 +19,8 @@ from focalgradient.depth.equalise.split_band import DetailHalves
 from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.equalise.tiles import Tile
 from focalgradient.depth.filters import Image
-from focalgradient.depth.numerics import HELD_APART, SMOOTH, Growth, at_levels
+from focalgradient.depth.numerics import at_levels
+from focalgradient.depth.planes import HELD_APART, SMOOTH, Growth
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR

@@ -12,9 +12,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.equalise.wavebands import BandGains
-from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import Image
-from focalgradient.depth.search import Search, one_focus
+from focalgradient.depth.search import Problem, Search, one_focus
 from focalgradient.depth.validity import LEAST_BLUR_SD, MIN_SUPPORT, OUTSIDE
 
 __all__ = [

@@ -20,8 +20,9 @@ from scipy import fft
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
-from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
+from focalgradient.depth.planes import SMOOTH
 from focalgradient.depth.search import Search
+from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, random_effects
 
 __all__ = ["UNLIKE", "DetailHalves", "SplitBand"]
 
@@ -224,7 +225,7 @@ def _halves(
     for number, drift in enumerate(drifts):
         sums[2 * number] += count * np.interp(nodes.level, np.arange(equalised.levels), drift)
     # The window that depth is gathered over last.
-    window = equalised.window * numerics.SMOOTH.windows[-1] / equalised.step
+    window = equalised.window * SMOOTH.windows[-1] / equalised.step
     gathered = numerics.gather(sums.astype(np.float32), window).astype(float)
     squares = numerics.gather(sums[1::2].astype(np.float32), window / np.sqrt(2)).astype(float)
     total = np.maximum(gathered[1::2], 1e-9)

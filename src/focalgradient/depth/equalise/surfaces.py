@@ -11,7 +11,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import REORDERED, repeat_blocks
+from focalgradient.depth.numerics import repeat_blocks
+from focalgradient.depth.planes import NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_plane
 from focalgradient.parallel import share_rows
 
 __all__ = ["Zone", "continued", "curvature_variance", "pairs", "planes", "spread"]
@@ -117,8 +118,8 @@ def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # t
     rows, columns = level.shape
     value, down, right = plane
     far = int(reach)
-    here = level[i, j]
-    total = squares = one = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
+    total = squares = 0.0
+    sums = NOTHING
     for k in range(i - min(i, far) // apart * apart, min(rows, i + far + 1), apart):
         y = float(k - i)
         wide = int(np.sqrt(reach * reach - y * y))
@@ -126,42 +127,12 @@ def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # t
             x = float(m - j)
             on = abs(level[k, m] - value - down * y - right * x) <= off + 3 * sd[k, m]
             share = window[abs(k - i), abs(m - j)] if on and information[k, m] > 0 else 0.0
-            weight, rise = share * information[k, m], level[k, m] - here
+            weight, rise = share * information[k, m], level[k, m] - level[i, j]
             total += share
-            one += weight
-            y1 += weight * y
-            x1 += weight * x
-            yy += weight * y * y
-            yx += weight * y * x
-            xx += weight * x * x
-            r1 += weight * rise
-            ry += weight * rise * y
-            rx += weight * rise * x
             squares += weight * rise * rise
-    a = np.array([[one, y1, x1], [y1, yy + PLANE_SLOPE_SD**-2, yx], [x1, yx, xx + PLANE_SLOPE_SD**-2]])
-    b = np.array([r1, ry, rx])
-    fitted = _solved(a, b)
-    squares -= fitted[0] * b[0] + fitted[1] * b[1] + fitted[2] * b[2]
-    return (level[i, j] + fitted[0], fitted[1], fitted[2]), squares, total
-
-
-@njit(nogil=True, cache=True)
-def _solved(a, b):  # type: ignore[no-untyped-def]
-    """Solve a x = b, a symmetric and 3 x 3, in closed form: a library's solver takes seconds to compile."""
-    c0 = a[1, 1] * a[2, 2] - a[1, 2] * a[1, 2]
-    c1 = a[0, 2] * a[1, 2] - a[0, 1] * a[2, 2]
-    c2 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]
-    d1, d2, e2 = (
-        a[0, 0] * a[2, 2] - a[0, 2] ** 2,
-        a[0, 1] * a[0, 2] - a[0, 0] * a[1, 2],
-        a[0, 0] * a[1, 1] - a[0, 1] ** 2,
-    )
-    det = a[0, 0] * c0 + a[0, 1] * c1 + a[0, 2] * c2
-    return (
-        (c0 * b[0] + c1 * b[1] + c2 * b[2]) / det,
-        (c1 * b[0] + d1 * b[1] + d2 * b[2]) / det,
-        (c2 * b[0] + d2 * b[1] + e2 * b[2]) / det,
-    )
+            sums = add(sums, weight, y, x, weight * rise)
+    fitted, explained = fit_plane(sums, PLANE_SLOPE_SD)
+    return (level[i, j] + fitted[0], fitted[1], fitted[2]), squares - explained, total
 
 
 def curvature_variance(
@@ -195,7 +166,8 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
             if not is_informative[i, j]:
                 continue
             reach, narrow = int(2 * width[i, j]), -1 / (2 * width[i, j] ** 2)
-            squares = total = noise = y1 = x1 = yy = yx = xx = r1 = ry = rx = 0.0
+            squares = noise = 0.0
+            sums = NOTHING
             apart = APART if reach >= 2 * APART else 1
             for k in range(i - min(i, reach) // apart * apart, min(rows, i + reach + 1), apart):
                 y = float(k - i)
@@ -205,23 +177,12 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
                     if not is_informative[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
                         continue
                     weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + CURVATURE_LEAST_SD**2)
-                    total += weight
-                    y1 += weight * y
-                    x1 += weight * x
-                    yy += weight * y * y
-                    yx += weight * y * x
-                    xx += weight * x * x
-                    r1 += weight * off
-                    ry += weight * off * y
-                    rx += weight * off * x
                     squares += weight * off * off
                     noise += weight * sd[k, m] ** 2
-            # Slopes have a weak prior, for a line of nodes to be enough.
-            a = np.array([[total, y1, x1], [y1, yy + 1e-3, yx], [x1, yx, xx + 1e-3]])
-            fitted = _solved(a, np.array([r1, ry, rx]))
-            left = squares - fitted[0] * r1 - fitted[1] * ry - fitted[2] * rx
+                    sums = add(sums, weight, y, x, weight * off)
+            left = squares - fit_plane(sums, WEAK_SLOPE_SD)[1]
             if left > CURVED_RATIO * noise:
-                variance[i, j] = (left - noise) / total
+                variance[i, j] = (left - noise) / sums[0]
 
 
 def pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> NDArray[np.intp] | None:

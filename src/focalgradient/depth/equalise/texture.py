@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.even import CHANGING
+from focalgradient.depth.equalise.levels import CHANGING
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.filters import Image, smoothed
 

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy import ndimage, optimize
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.comparing import noise_passed
 from focalgradient.depth.equalise.likelihood import (
     Equalised,
     Nodes,
@@ -29,7 +28,7 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
     view_spectra,
 )
-from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals
+from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals, noise_passed
 from focalgradient.depth.filters import FloatArray, Image, Spectra
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.registration import RegisteredViews

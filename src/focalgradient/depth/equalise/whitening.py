@@ -20,12 +20,11 @@ from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPowe
 from focalgradient.depth.equalise.robust import Part
 from focalgradient.depth.equalise.tiles import Tile, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
-from focalgradient.depth.estimate import Problem
 from focalgradient.depth.filters import FloatArray, Image, smoothed
 from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_from_residuals, noise_law
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Blurs
+from focalgradient.depth.search import Blurs, Problem
 
 __all__ = ["FrameNoise", "Whitening", "estimate_noise", "uneven_noise"]
 

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from focalgradient.depth.estimate import Estimate, Problem
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio.disparity import on_grid, read_depth, table_for
 from focalgradient.depth.ratio.energies import BLOCK
 from focalgradient.depth.ratio.table import two_apertures
+from focalgradient.depth.search import Estimate, Problem
 from focalgradient.view import View
 
 __all__ = ["check", "estimate"]

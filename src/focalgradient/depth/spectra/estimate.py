@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from scipy import stats
 
-from focalgradient.depth.estimate import Estimate, Problem
-from focalgradient.depth.model_error import DOUBTFUL, LARGEST_TAU
 from focalgradient.depth.noise import noise_from_residuals
+from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.spectra.pairs import Differences
-from focalgradient.depth.validity import blur_is_known
+from focalgradient.depth.validity import DOUBTFUL, LARGEST_TAU, blur_is_known
 
 __all__ = ["estimate"]
 

@@ -19,11 +19,10 @@ from scipy import stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, RADII, FloatArray, disc_pass
-from focalgradient.depth.model_error import LEAST_BLUR, LEAST_NODES, random_effects
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
-from focalgradient.depth.validity import SECONDARY_MINIMUM
+from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, SECONDARY_MINIMUM, random_effects
 from focalgradient.psf import DISC_K, Psf
 
 __all__ = ["Differences", "JointEstimate", "Pair"]
@@ -49,6 +48,9 @@ LEAST_HYPOTHESIS_STEP, HYPOTHESIS_STEP = 0.25, 0.1
 
 SUBDIVISION = 4
 """Number of subdivisions of the interval between two candidates in the search for the best fit. Chosen by hand."""
+
+ROUNDS = 4
+"""Steps of Gauss and Newton to a minimum, each half the interval between candidates at most."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,35 +148,35 @@ class Differences:
 
     def estimate(self) -> JointEstimate:
         """Estimate vergence from each pair and from all of them, and test whether they agree."""
-        levels = len(self.vergences)
         offs = np.stack([[one.slope for one in row] for row in self.compared]) / (4 * np.pi**2)
-        fine = np.linspace(0, levels - 1, SUBDIVISION * (levels - 1) + 1)
-        between = np.maximum(1 - np.abs(fine[:, None] - np.arange(levels)), 0)
-        fine_offs, variance, cost = self._on_finer_levels(offs, fine, between)
+        variance = np.stack([[one.variance for one in row] for row in self.compared]) / (4 * np.pi**2) ** 2
+        fine = np.linspace(0, len(self.vergences) - 1, SUBDIVISION * (len(self.vergences) - 1) + 1)
+        between = np.maximum(1 - np.abs(fine[:, None] - np.arange(len(self.vergences))), 0)
+        cost = self._cost(offs, variance, fine, between)
         place = fine[cost.argmin(axis=0)]
         inverse = self._information(np.rint(place).astype(np.intp))
-        place, slope = _joint_root(offs, inverse, place)
+        place, vergence, steep = self._root(offs, inverse, place)
         here = _offs_at(offs, place)
-        vergence = _at(np.broadcast_to(self.vergences[:, None, None], (levels, *place.shape)), place)
-        steep = slope / np.interp(place, np.arange(levels), np.gradient(self.vergences))
         bend = np.array([self.variance_per_square[j] - self.variance_per_square[i] for i, j in self.pairs])
         bends = np.broadcast_to(bend[:, None, None], here.shape)
         first, second = _quadratic(steep, inverse, steep), _quadratic(bends, inverse, bends)
+        level = np.rint(place).astype(np.intp)[None]
         support = np.tensordot(between, np.stack([one.support for one in self.compared[0]]), 1)
         support = np.take_along_axis(support, np.rint(SUBDIVISION * place).astype(np.intp)[None], axis=0)[0]
         noise_sd = _reach(np.sqrt(first), np.sqrt(second))
         tau, model_sd = self._model_error(place, vergence, steep, support)
-        sd = np.hypot(noise_sd, model_sd)
         explained = _quadratic(steep, inverse, here) ** 2 / np.maximum(first, 1e-30)
         whole = _quadratic(here, inverse, here)
-        pairs = tuple(
-            Pair((i + 1, j + 1), *self._root(fine_offs[p], variance[p], fine, vergence, abs(bend[p])))
-            for p, (i, j) in enumerate(self.pairs)
-        )
+        pairs = []
+        for p, (i, j) in enumerate(self.pairs):
+            known = 1 / np.take_along_axis(variance[p], level, axis=0)[0]
+            _, own, slope = self._root(offs[p : p + 1], known[..., None, None], place)
+            sd = _reach(np.abs(slope[0]) * np.sqrt(known), abs(bend[p]) * np.sqrt(known))
+            pairs.append(Pair((i + 1, j + 1), own, sd))
         return JointEstimate(
-            pairs,
+            tuple(pairs),
             vergence,
-            sd,
+            np.hypot(noise_sd, model_sd),
             noise_sd,
             statistic=whole - explained,
             misfit=whole,
@@ -184,19 +186,16 @@ class Differences:
             step=self.step,
         )
 
-    def _on_finer_levels(self, offs: Floats, fine: FloatArray, between: FloatArray) -> tuple[Floats, Floats, Floats]:
-        """Each pair's difference and its variance at levels `fine` (P x l x h x w), and their joint cost (l x h x w).
+    def _cost(self, offs: Floats, variance: Floats, fine: FloatArray, between: FloatArray) -> Floats:
+        """Evidence against the depth at each of `fine` levels: the differences it leaves, and what none explains.
 
-        `offs` are the differences at each hypothesis, `between` the weights that interpolate linearly.
+        `offs` and their `variance` (P x L x h x w) are given at each hypothesis; `between` interpolates linearly.
         """
         levels = len(self.vergences)
         misfit = np.sum([[one.misfit for one in row] for row in self.compared], axis=0)
         every = _at(np.broadcast_to(np.eye(levels)[:, None], (levels, len(fine), levels)), np.tile(fine, (levels, 1)).T)
-        fine_offs = np.tensordot(every, offs, (1, 1)).swapaxes(0, 1)
-        variances = np.stack([[one.variance for one in row] for row in self.compared]) / (4 * np.pi**2) ** 2
-        variance = np.tensordot(between, variances, (1, 1)).swapaxes(0, 1)
-        # Evidence against a depth: the differences it leaves, and what no difference of blur explains.
-        return fine_offs, variance, (fine_offs**2 / variance).sum(axis=0) + np.tensordot(between, misfit, 1)
+        left = np.tensordot(every, offs, (1, 1)) ** 2 / np.tensordot(between, variance, (1, 1))
+        return left.sum(axis=1) + np.tensordot(between, misfit, 1)
 
     def _unambiguous(
         self, cost: Floats, fine: FloatArray, place: FloatArray, vergence: FloatArray, sd: FloatArray
@@ -209,6 +208,21 @@ class Differences:
         minimum &= np.abs(fine[:, None, None] - place) > 1 / SUBDIVISION
         # Where no depth fits, as the model itself errs, a second minimum may fit as much worse again.
         return ~(minimum & (cost < SECONDARY_MINIMUM + 2 * np.maximum(cost.min(axis=0), 0))).any(axis=0)
+
+    def _root(self, offs: Floats, inverse: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray, Floats]:
+        """Find the level near `place` at which the differences `offs` of pairs are least, by Gauss and Newton.
+
+        Also returns the vergence there, and the slopes of the differences by vergence.
+        """
+        levels = len(self.vergences)
+        for _ in range(ROUNDS):
+            here = _offs_at(offs, place)
+            before, after = (np.clip(place + step / SUBDIVISION / 2, 0, levels - 1) for step in (-1, 1))
+            slope = (_offs_at(offs, after) - _offs_at(offs, before)) / (after - before)
+            move = -_quadratic(slope, inverse, here) / np.maximum(_quadratic(slope, inverse, slope), 1e-30)
+            place = np.clip(place + np.clip(move, -0.5, 0.5), 0, levels - 1)
+        vergence = _at(np.broadcast_to(self.vergences[:, None, None], (levels, *place.shape)), place)
+        return place, vergence, slope / np.interp(place, np.arange(levels), np.gradient(self.vergences))
 
     def _model_error(
         self, place: FloatArray, vergence: FloatArray, steep: Floats, support: FloatArray
@@ -263,24 +277,6 @@ class Differences:
         vectors = (vectors * scale[..., None])[..., -(len(self.variance_per_square) - 1) :]
         return np.einsum("yxpe,yxqe,yxe->yxpq", vectors, vectors, 1 / values[..., -vectors.shape[-1] :])
 
-    def _root(
-        self, off: Floats, variance: Floats, fine: FloatArray, joint: FloatArray, bend: float
-    ) -> tuple[FloatArray, FloatArray]:
-        """Return the vergence at which one pair is not `off`, nearest to the `joint` one, and its sd."""
-        vergences = np.interp(fine, np.arange(len(self.vergences)), self.vergences)[:, None, None]
-        crosses = off[:-1] * off[1:] <= 0
-        share = off[:-1] / np.where(crosses & (off[:-1] != off[1:]), off[:-1] - off[1:], 1.0)
-        roots = np.where(crosses, vergences[:-1] + share * (vergences[1:] - vergences[:-1]), np.inf)
-        nearest = np.abs(roots - joint).argmin(axis=0)
-        least = np.minimum((off**2 / variance).argmin(axis=0), len(fine) - 2)
-        index = np.where(crosses.any(axis=0), nearest, least)[None]
-        root = np.take_along_axis(roots, index, axis=0)[0]
-        chosen = [np.take_along_axis(values, index, axis=0)[0] for values in (off[:-1], off[1:], variance)]
-        width = (vergences[1:] - vergences[:-1])[index[0], 0, 0]
-        sd = np.sqrt(chosen[2])
-        reach = _reach(np.abs(chosen[1] - chosen[0]) / width / sd, bend / sd)
-        return np.where(np.isfinite(root), root, vergences[index[0], 0, 0]), reach
-
 
 def _hypotheses(search: Search) -> FloatArray:
     """Return vergences spaced by a quarter of a pixel of blur, or by a tenth of the blur if that is larger."""
@@ -313,18 +309,6 @@ def _at(rows: Floats, place: FloatArray) -> FloatArray:
 def _offs_at(offs: Floats, place: FloatArray) -> Floats:
     """Return each pair's difference (P x h x w) at the fractional level `place`."""
     return np.stack([_at(rows, place) for rows in offs])
-
-
-def _joint_root(offs: Floats, inverse: FloatArray, place: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Find the level at which all pairs' differences `offs` are closest to 0 (Gauss-Newton), and their slope there."""
-    levels = offs.shape[1]
-    for _ in range(4):
-        here = _offs_at(offs, place)
-        before, after = (np.clip(place + step / SUBDIVISION / 2, 0, levels - 1) for step in (-1, 1))
-        slope = (_offs_at(offs, after) - _offs_at(offs, before)) / (after - before)
-        move = -_quadratic(slope, inverse, here) / np.maximum(_quadratic(slope, inverse, slope), 1e-30)
-        place = np.clip(place + np.clip(move, -0.5, 0.5), 0, levels - 1)
-    return place, slope
 
 
 def _quadratic(left: Floats, matrix: FloatArray, right: Floats) -> FloatArray:
