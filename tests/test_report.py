@@ -334,8 +334,9 @@ def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) 
 def test_a_table_of_ones_own_is_described_without_its_catch_trials(ratings) -> None:
     part = ratings
     main = part.table[~part.table["catch"]]
-    catch = main.head(2).assign(catch=True, scene=["flat", "deep"], aperture="f/32", aperture_mm=99.0)
-    own = dataclasses.replace(part, table=pd.concat([main, catch]), data=None)
+    more = {"trial": [991, 992], "scene": ["flat", "deep"], "aperture": "f/32", "aperture_mm": 99.0}
+    table = pd.concat([main, main.head(2).assign(catch=True, **more)], ignore_index=True)
+    own = dataclasses.replace(part, table=table, data=None)
     said = rating_part(own, Asked(Rules())).plan.shown.replace("\N{NO-BREAK SPACE}", " ")
     assert f"rated {main['scene'].nunique()} scenes at the apertures pinhole" in said
     assert "f/32" not in said
