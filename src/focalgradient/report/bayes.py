@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -115,7 +116,7 @@ STORED = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_h
 
 
 def _posteriors(result: BayesResult) -> Sheet:
-    rows, digits = [], []
+    rows, digits = list[dict[str, Any]](), []
     for name, found in result.posteriors.items():
         rows.append({"name": name, "found": found})
         if isinstance(found, NotComputed):

@@ -6,8 +6,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from matplotlib.figure import Figure as Drawn
-
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
@@ -59,7 +57,7 @@ class Drawing(NamedTuple):
 
     name: str
     caption: str
-    draw: Callable[[], Drawn]
+    draw: Callable[[], Any]
     folded: bool = False
 
 
@@ -203,17 +201,17 @@ class Part:
         if self.quality is not None:
             tables += [exclusions_table(self.both, self.name)] if self.quality.exclusions else []
             sheets += quality_sheets(self.quality, self.name)
-        first, *others = [*tables, *output.tables(sheets)] or [None]
-        yield from [first] if first else []
+        shown = [*tables, *output.tables(sheets)]
+        yield from shown[:1]
         yield from map(Paragraph, self.remarks)
         for blocks in self.subsections:
             yield from blocks(output)
         further: list[Block] = [Paragraph(text) for text in checks if text not in cautions]
         further += [figure for drawing, figure in figures if drawing.folded]
-        if further or len(others) > 1:
-            yield Details(FURTHER, [*further, *others])
+        if further or len(shown) > 2:
+            yield Details(FURTHER, [*further, *shown[1:]])
         else:
-            yield from others
+            yield from shown[1:]
 
     def _exclusions(self) -> Iterator[Block]:
         """Yield what the results are without exclusions."""

@@ -168,7 +168,8 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
     seen = [] if data is None else screens(data)
     answers = Answers(tuple(_answers(ratings, variants, posterior)))
     checked = () if isinstance(main, NotComputed) else rating_residuals(main.answers, ratings.kept)
-    figures = [] if result is None else [*_figures(result, ratings, blur_seen(data, seen, result.participants))]
+    blur = blur_seen(data, seen, result.participants) if data and result else {}
+    figures = [*_figures(result, ratings, blur)] if result else []
     if checked:
         draw = partial(residual_figure, checked, simulated=ratings.simulated)
         figures.append(Drawing("depth_rating_residuals", RESIDUALS, draw, folded=True))
