@@ -63,7 +63,7 @@ ROOMS = {
         *("dataset", "design", "display", "errors", "eye", "files", "observers", "progress", "scales", "statistics"),
         *("stimuli", "tasks"),
     },
-    "calibration": {"depth", "errors", "optics", "psf", "view"},
+    "calibration": {"depth", "errors", "optics", "psf", "quantities", "view"},
     "photographs": {
         "calibration",
         "depth",

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import io
 import json
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -86,12 +84,6 @@ def test_one_without_noise_is_left_out_and_named(tmp_path: Path) -> None:
     assert report.results[0]["subjects"] == 2
 
 
-def test_nobody_with_both_signal_and_noise_is_refused(tmp_path: Path) -> None:
-    table = pd.DataFrame({"subject": ["A", "A", "B", "B"], "signal": [1, 1, 0, 0], "response": [1, 0, 1, 0]})
-    with pytest.raises(InputError, match="Nobody was shown both signal and noise"):
-        make_report(write(tmp_path, table))
-
-
 def test_a_person_whose_ratings_hardly_overlap_has_an_area_and_no_ratio_of_deviations(tmp_path: Path) -> None:
     """Noise: 6 sure "no", 2 unsure and 2 sure "yes". Signal: 5 unsure "yes", above .6 of the noise and equal to .2 of
     it, and 5 sure "yes", above .8 and equal to .2.
@@ -126,15 +118,3 @@ def test_tables_of_another_kind_are_not_taken_for_it(tmp_path: Path) -> None:
     assert other_than_ratings(write(tmp_path, table)) == "answers to signal and noise"
     assert other_than_ratings(write(tmp_path, table.assign(rating=1.0))) is None
     assert other_than_ratings(write(tmp_path, table.assign(level=1.0, correct=1))) == "answers at levels"
-
-
-@pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
-def test_r_finds_the_same(tmp_path: Path) -> None:
-    report = make_report(write(tmp_path, answers(3, 80)), columns={"condition": "where"})
-    for name in ("detection_trials.csv", "detection.R"):
-        (tmp_path / name).write_bytes(report.files[name])
-    done = subprocess.run(["Rscript", "detection.R"], cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    mean = float(done.stdout.split("mean 10 deg")[1].split("\n")[2].split()[0])
-    of = {row["what"]: row["estimate"] for row in report.results}
-    assert mean == pytest.approx(of["mean d′, 10 deg"], rel=1e-4)

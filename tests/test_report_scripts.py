@@ -7,15 +7,29 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+import test_report_own_detection
 from r_process import has_package, needs_r, run_r
 from recorded import APPARATUS
 from test_scales import design_of, honest, record
 
 from focalgradient.dataset import Noted, Rated, Session
 from focalgradient.report import make_report
-from focalgradient.report.export import report_files, trial_files
-from focalgradient.statistics import ComparisonResult, Effect, compare_pictures, depth_rating, necker
+from focalgradient.report.detection import DetectionPart
+from focalgradient.report.export import report_files, safe_csv, trial_files
+from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.statistics import (
+    Effect,
+    NotComputed,
+    SubjectThreshold,
+    ThresholdFit,
+    ThresholdResult,
+    compare_pictures,
+    depth_rating,
+    necker,
+    read_detection,
+)
 from focalgradient.statistics.cells import cells
+from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.slope_questions import own_slopes
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -55,34 +69,56 @@ def three_fixations() -> pd.DataFrame:
     return pd.DataFrame(rows, columns=names).assign(trial=range(len(rows)), catch=False)
 
 
-def _student(test: Effect) -> list[float]:
-    return [test.estimate, test.low, test.high, test.statistic, test.df, test.p]
+Printed = dict[tuple[str, str], dict[str, float] | None]
+
+
+def printed(said: str) -> Printed:
+    """What `show` prints: the values of each question and level, None where R gives the reason why there is no test."""
+    found: Printed = {}
+    lines = [*said.splitlines(), "", ""]
+    for header, first, second in zip(lines, lines[1:], lines[2:], strict=False):
+        if name := re.fullmatch(r"([a-z].*): (.*)", header):
+            values = (
+                None if first.startswith("[1]") else dict(zip(first.split(), map(float, second.split()), strict=True))
+            )
+            found[name[1], name[2]] = values
+    return found
+
+
+def agree(said: str, answers: Answers, rel: float = 1e-6, absolute: float = 1e-9) -> None:
+    """Compare what a script prints with the rows of results.csv of all questions that have R code."""
+    found = printed(said)
+    wanted = {(one.name.replace("′", "'"), one.level): one for one in answers if one.question.r_code}
+    assert {*found} == {*wanted}
+    for key, answer in wanted.items():
+        row, values = answer.row(), found[key]
+        assert (values is None) == isinstance(answer.outcome, NotComputed)
+        for name, value in (values or {}).items():
+            assert value == pytest.approx(row[name], rel=rel, abs=absolute), (key, name)
 
 
 @needs_r
-def test_r_finds_the_rises_of_own_fixations_and_their_differences(tmp_path: Path) -> None:
+def test_r_finds_all_effects_of_own_fixations(tmp_path: Path) -> None:
     table = three_fixations()
-    result = depth_rating(table, equivalence_bound=1.2)
+    result = depth_rating(table, equivalence_bound=1.3)
     said = run(tmp_path, trial_files(table, table, result), "headline.R", "lmerTest")
-    tests = {each.fixation: each.rise for each in result.fixations}
-    tests |= {f"{one} less {other}": test for (one, other), (test, _) in result.differences.items()}
-    assert len(tests) == 6
-    for block in said.split("depth effect: ")[1:]:
-        name, rest = block.split(" \n", 1)
-        test = tests.pop(name)
-        assert isinstance(test, Effect)
-        by_lmer, by_squares = rest.split("mean", 1)
-        assert numbers(by_squares)[:6] == pytest.approx(_student(test), rel=2e-5, abs=1e-7)
-        estimate, _, df, t, p = numbers(by_lmer.split("(Intercept)")[1])
+    agree(said, result.answers)
+    assert len({name for name, _ in printed(said)}) == 8
+    by_lmer = [numbers(line.removeprefix("(Intercept)")) for line in said.splitlines() if line.startswith("(Interc")]
+    tests = [
+        one for name in ("depth effect", "difference of the depth effects") for one in result.answers.to(name).values()
+    ]
+    for (estimate, _, df, t, p), test in zip(by_lmer, tests[:3], strict=True):
         assert (estimate, df, t, p) == pytest.approx((test.estimate, test.df, test.statistic, test.p), rel=2e-3)
-    assert not tests
 
 
 @pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("with_lmertest", [True, False])
 @pytest.mark.parametrize(("scenes", "kept"), [(6, 0.7), (3, 0.8), (6, 0.0)])
-def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, kept: float, with_lmertest: bool) -> None:
+def test_r_finds_the_effects_where_cells_are_empty(
+    tmp_path: Path, scenes: int, kept: float, with_lmertest: bool
+) -> None:
     """Lost cells, and (0 kept) scenes nested in subjects; without lmerTest by REML in base R."""
     table = three_fixations()
     table = table[table["scene"] < "abcdefg"[scenes]]
@@ -98,11 +134,7 @@ def test_r_finds_the_rises_where_cells_are_empty(tmp_path: Path, scenes: int, ke
     if not with_lmertest:
         files[script] = files[script].replace(b'requireNamespace("lmerTest", quietly = TRUE)', b"FALSE")
     said = run(tmp_path, files, script, *(["lmerTest"] if with_lmertest else []))
-    for each in result.fixations:
-        found = numbers(said.split(f"depth effect: {each.fixation} \n")[1].split("depth effect:")[0])
-        test = each.rise
-        assert isinstance(test, Effect)
-        assert found[:6] == pytest.approx(_student(test), rel=2e-3 if with_lmertest else 1e-4, abs=1e-4)
+    agree(said, result.answers, rel=2e-3 if with_lmertest else 1e-4, absolute=1e-4)
 
 
 EMPTY = {
@@ -131,18 +163,8 @@ def test_r_repeats_the_tests_where_conditions_are_empty(tmp_path: Path, missing:
     table = table.drop(table.query(EMPTY[missing]).index)
     result = depth_rating(table, equivalence_bound=1.2)
     files = trial_files(table, table, result)
-    said = run(tmp_path, files, "headline.R", "lmerTest")
-    tests = {each.fixation: each.rise for each in result.fixations}
-    if len(tests) == 2:
-        tests["nearest less farthest"] = result.interaction
-    blocks = dict(block.split(" \n", 1) for block in said.split("depth effect: ")[1:])
-    assert list(blocks) == list(tests)
-    for name, test in tests.items():
-        if isinstance(test, Effect):
-            last = blocks[name].split("mean ")[1]
-            assert numbers(last)[:6] == pytest.approx(_student(test), rel=2e-3, abs=1e-4)
-        else:
-            assert blocks[name].endswith(': no test."\n')
+    agree(run(tmp_path, files, "headline.R", "lmerTest"), result.answers, rel=2e-3, absolute=1e-4)
+    tests = {one.level: one.outcome for one in result.answers.headlines}
     _same_in_the_wide_table(files, tests)
 
 
@@ -167,31 +189,6 @@ def missing_subjects(wide: pd.DataFrame, column: str) -> bool:
     return wide.dropna(subset=[column])["participant_id"].nunique() < 2
 
 
-def _shown(said: str) -> list[list[list[float]]]:
-    """The tables that the script prints: of each the numbers of each row, without its name."""
-    blocks = re.split(r"(?:slopes|largest aperture), over [a-z ]+: *\n", said)[1:]
-    return [[numbers(line.split(maxsplit=1)[1]) for line in _rows(block)] for block in blocks]
-
-
-def _rows(block: str) -> list[str]:
-    lines = [line for line in block.splitlines()[1:] if line.strip()]
-    return [line.replace("nearest less farthest", "difference") for line in lines]
-
-
-def _finds_comparisons(said: str, result: ComparisonResult, rel: float, absolute: float) -> None:
-    """Compare what the script prints with the report: slopes and answers at the largest aperture, twice each."""
-    ends = (", subjects and scenes", "") if result.analysis.binary else ("", ", these scenes")
-    questions = {"slope on aperture": "difference of the slopes", "largest aperture against identical pictures": ""}
-    tests = [
-        [*result.answers.to(name + end).values(), *(result.answers.to(apart + end).values() if apart else ())]
-        for name, apart in questions.items()
-        for end in ends
-    ]
-    for rows, wanted in zip(_shown(said), tests, strict=True):
-        done = [test for test in wanted if isinstance(test, Effect)]
-        assert rows == [pytest.approx([*_student(test)], rel=rel, abs=absolute) for test in done]
-
-
 @pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("kept", [1.0, 0.7])
@@ -203,7 +200,7 @@ def test_r_finds_comparisons(kind: str, kept: float, tmp_path: Path) -> None:
     table = table[empty.isin(pd.unique(empty)[np.random.default_rng(2).random(empty.nunique()) < kept])]
     result = compare_pictures(table, kind)
     said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
-    _finds_comparisons(said, result, *((1e-5, 1e-6) if kept == 1 else (5e-3, 1e-4)))  # lmerTest’s own df
+    agree(said, result.answers, *((1e-6, 1e-9) if kept == 1 else (5e-3, 1e-4)))  # lmerTest’s own df
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     own = table[(table["fixation"] == "farthest") & (table["aperture"] == "f/11")]
     assert wide["farthest f/11"].to_numpy() == pytest.approx(own.groupby("participant_id")["rating"].mean().to_numpy())
@@ -236,7 +233,7 @@ def test_r_repeats_comparisons_where_conditions_are_empty(tmp_path: Path, missin
     table = table.drop(table.query(missing).index)
     result = compare_pictures(table, "bipolar")
     said = run(tmp_path, trial_files(table, table, result), "headline_comparisons.R")
-    _finds_comparisons(said, result, rel=5e-3, absolute=1e-4)
+    agree(said, result.answers, rel=5e-3, absolute=1e-4)
 
 
 def test_a_subject_without_answers_at_an_aperture_has_no_slope_of_means_over_scenes() -> None:
@@ -343,11 +340,9 @@ def reports_on_the_cube(*, complete: bool = False) -> pd.DataFrame:
 def test_r_finds_the_odds_of_the_cube_where_conditions_are_empty(tmp_path: Path) -> None:
     table = reports_on_the_cube()
     result = necker(table, durations=False)
-    said = run(tmp_path, report_files(table, table, result), "necker_headline.R")
-    (line,) = [line for line in said.splitlines() if line.split()[0][0] in "nr"]
+    agree(run(tmp_path, report_files(table, table, result), "necker_headline.R"), result.answers)
     (odds,) = [each.odds_of_time for each in result.effects if isinstance(each.odds_of_time, Effect)]
     assert odds.subjects == 5
-    assert numbers(line)[1:7] == pytest.approx(_student(odds), rel=1e-4)
 
 
 @needs_r
@@ -358,11 +353,37 @@ def test_r_corrects_the_secondary_gradients_of_the_cube_only(tmp_path: Path) -> 
     table = pd.concat([table, weak], ignore_index=True)
     result = necker(table, durations=False)
     said = run(tmp_path, report_files(table, table, result), "necker_headline.R")
-    lines = [line.split() for line in said.splitlines() if line.split()[0] in ("nonrigid", "rigid")]
-    assert [line[0] for line in lines] == [effect.gradient for effect in result.effects]
-    assert lines[0][-1] == "NA"
-    corrected = [effect.odds_of_time.p_holm for effect in result.effects[1:]]
-    assert [float(line[-1]) for line in lines[1:]] == pytest.approx(corrected, rel=1e-4)
+    agree(said, result.answers)
+    levels = [f"{effect.gradient} gradient, {effect.strength:g} mm" for effect in result.effects]
+    assert [level for _, level in printed(said)] == levels
+    assert ["p_corrected" in (values or {}) for values in printed(said).values()] == [False, True, True, True]
+
+
+@needs_r
+def test_r_finds_d_prime_and_criterion(tmp_path: Path) -> None:
+    file = tmp_path / "own.csv"
+    test_report_own_detection.answers(3, 80).to_csv(file, index=False)
+    part = DetectionPart.of(read_detection(file, {"condition": "where"}))
+    agree(run(tmp_path, {**part.exports()}, "detection.R"), part.answers())
+
+
+@needs_r
+@pytest.mark.parametrize("groups", ["same", "other"])
+def test_r_finds_mean_thresholds_and_their_ratios(tmp_path: Path, groups: str) -> None:
+    """Sessions are averaged within people; conditions are compared within people, or between groups."""
+
+    def of(people: str, *thresholds: float) -> ThresholdResult:
+        fits = [ThresholdFit(at, 0.1, 0.9, 3.5, 0.0, (0.2,), (8,), (10,)) for at in thresholds]
+        sessions = zip(people, "111112", fits, strict=True)
+        return ThresholdResult(
+            "D", tuple(SubjectThreshold(who, number, 0, 0, True, fit) for who, number, fit in sessions)
+        )
+
+    dim = of("abcdea", 0.4, 0.6, 0.5, 0.3, 0.7, 0.45)
+    bright = of("abcdfb" if groups == "same" else "ghijkh", 0.2, 0.3, 0.2, 0.25, 0.3, 0.31)
+    part = ThresholdPart(pd.DataFrame({"level": [0.1]}), {"dim": dim, "bright": bright}, "D", 0.5, False, None, {})
+    files = {**part.exports(), "thresholds.csv": safe_csv(part._sheet().digits)}
+    agree(run(tmp_path, files, "thresholds.R"), part.answers())
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:

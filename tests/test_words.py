@@ -4,7 +4,6 @@ import pytest
 
 from focalgradient.design.words import LANGUAGES, load_words, words_text
 from focalgradient.errors import InputError
-from focalgradient.lab import EXPERIMENTS, run
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -44,12 +43,3 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
     with pytest.raises(InputError, match=sentence) as caught:
         load_words("mine.toml", tmp_path)
     assert str(caught.value).count("\n") == 0
-
-
-def test_words_are_printed_and_a_wrong_file_is_refused_before_the_window(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit):
-        run(EXPERIMENTS["depth-rating"], ["--print-words", "de"])
-    assert capsys.readouterr().out == words_text("de")
-    assert run(EXPERIMENTS["depth-rating"], ["--print-words", "fr"]) == 2
-    assert "there are no texts in 'fr': give one of en, de" in capsys.readouterr().err

@@ -98,3 +98,20 @@ def test_minima_of_some_nodes_at_a_time_are_those_of_all(monkeypatch: pytest.Mon
     monkeypatch.setattr("focalgradient.depth.equalise.likelihood.BAND", 7 * equalised.levels)
     for name in Nodes.__slots__:
         np.testing.assert_allclose(getattr(equalised.read(weight), name), getattr(whole, name), rtol=1e-4)  # of float32
+
+
+def test_a_window_averages_the_squared_residual_of_the_pixels_that_are_usable() -> None:
+    """Against the mean under a Gaussian of 8 pixels about a node; half of the pixels leave half of the window."""
+    equalised = equalised_wall()
+    step, weight = equalised.step, np.ones((64, 80), np.float32)
+    mean, support = equalised.averages(equalised.energy(weight), weight)
+    row, column = (side // 2 for side in support.shape)
+    assert support[row, column] == pytest.approx(1, abs=0.01)
+    down, across = ((np.arange(n) + 0.5 - (at + 0.5) * step) / 8 for n, at in ((64, row), (80, column)))
+    under = np.exp(-(down[:, None] ** 2 + across**2) / 2)
+    for number, level in enumerate(equalised.candidates.levels):
+        residual = np.asarray(equalised.residuals[0].by_level())[level]
+        assert mean[number, row, column] == pytest.approx((under * residual**2).sum() / under.sum(), rel=0.03)
+    weight[:, ::2] = 0
+    _, half = equalised.averages(equalised.energy(weight), weight)
+    assert half[row, column] == pytest.approx(0.5, abs=0.02)

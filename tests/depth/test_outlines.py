@@ -7,6 +7,7 @@ import pytest
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
+from focalgradient.depth.equalise.outline_places import _contrast
 from focalgradient.depth.equalise.surfaces import curvature_variance, planes
 from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, grow_planes
 from focalgradient.render import cast, noisy
@@ -156,3 +157,12 @@ def test_flat_surfaces_are_continued_from_wide_windows_and_curved_ones_are_not()
         assert np.median(found[3, 15:26, 15:26]) == spans
     flat = planes(0.2 * place[0] + noise, sd, good, 4.0)
     assert np.median(np.abs(flat[1, 15:26, 15:26] - 0.2)) < 0.3 / 40  # a single window of two nodes: 0.3 / 10
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.6, 2.0])
+def test_contrast_along_a_direction_is_the_cosine_of_its_angle_with_the_slope(turn: float) -> None:
+    down, across = np.indices((60, 70))
+    image = 0.03 * (np.cos(0.6) * across + np.sin(0.6) * down)
+    way = (np.full(image.shape, part, np.float32) for part in (np.sin(turn), np.cos(turn)))
+    found = _contrast(image.astype(np.float32), *way)
+    assert found[25:35, 30:40] == pytest.approx(abs(np.cos(turn - 0.6)), abs=1e-3)

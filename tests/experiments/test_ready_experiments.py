@@ -129,10 +129,7 @@ def turn_knob(screen: Headless, trial: int) -> None:
 
 @psychopy_here
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "language"),
-    [("blur_matching", "de"), ("slant_from_blur", "en")],
-)
+@pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("slant_from_blur", "en")])
 def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path: Path) -> None:
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01"]
     given += ["--design", written(tmp_path, name, language)]
@@ -177,10 +174,7 @@ steps = true
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "language"),
-    [("blur_matching", "de"), ("blur_discrimination", "en")],
-)
+@pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("blur_discrimination", "en")])
 def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path, name, language)
     path.write_text(path.read_text() + ALSO)

@@ -11,6 +11,7 @@ from focalgradient.eye import (
     Oscillation,
     Stimulus,
     Target,
+    TargetMotion,
     accommodate,
 )
 
@@ -115,3 +116,23 @@ def test_a_target_s_contrast_is_what_pixels_and_cut_off_leave_of_its_spectrum(fi
     images = [target.views([Pinhole()], 1.0, noise=0.0, random=random, texture=n)[0].image for n in range(30)]
     assert np.mean([image.var() for image in images]) == pytest.approx(0.09 * left.sum() / power.sum(), rel=0.03)
     assert np.mean(images) == pytest.approx(1.0)
+
+
+def test_an_empty_field_is_filmed_at_half_of_white():
+    """A gamma of 2.2: 255 x 0.5^(1 / 2.2) = 186."""
+    (frame,) = Target(contrast=0.0).film([1.0], [1.5], 0.004)
+    assert (frame == 186).all()
+
+
+@pytest.mark.parametrize(
+    ("heading", "unit"),
+    [*(("s", 1), ("sec", 1), ("seconds", 1), ("ms", 1e-3), ("msec", 1e-3), ("milliseconds", 1e-3), ("min", 60.0))],
+)
+def test_a_course_is_read_in_the_units_of_its_headings(tmp_path, heading, unit):
+    """From 1 to 3 D in 2 s; and by distances, of which 1 m and 0.5 m are 1 and 2 D."""
+    path = tmp_path / "course.csv"
+    path.write_text(f"time ({heading}),dioptres\n0,1\n{2 / unit:.6g},3\n")
+    assert TargetMotion.parse(str(path)).at(1.0) == pytest.approx(2.0, abs=1e-5)
+    for length, metres in (("m", 1.0), ("cm", 0.01), ("mm", 0.001)):
+        path.write_text(f"time,distance ({length})\n0,{1 / metres:g}\n2,{0.5 / metres:g}\n")
+        assert [TargetMotion.read(path).at(at) for at in (0.0, 2.0)] == pytest.approx([1.0, 2.0])

@@ -13,6 +13,8 @@ def test_chromatic_spans_are_spread_as_measured() -> None:
     spans = [p.eye.in_light(450).focus_vergence - p.eye.in_light(650).focus_vergence for p in PEOPLE[:500]]
     assert np.mean(spans) == pytest.approx(1.54, abs=0.06)
     assert np.std(spans) == pytest.approx(0.39, abs=0.04)
+    (least,) = draw_people(1, 0, chromatic_span=(0.31, 0.0))  # about the least that is accepted
+    assert least.eye.chromatic_scale == pytest.approx(0.31 / float(chromatic_difference(650, 450)))
     assert spans[0] == pytest.approx(PEOPLE[0].eye.chromatic_scale * float(chromatic_difference(650, 450)))
 
 

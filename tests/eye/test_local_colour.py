@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 from textures import natural
 
 from focalgradient import InputError, recover_depth
@@ -27,7 +28,7 @@ from focalgradient.eye import (
     cone_catches,
     estimate_colours,
 )
-from focalgradient.eye.local_colour import LitCones
+from focalgradient.eye.local_colour import FREQUENCIES, SCALES, LitCones, _passed
 from focalgradient.optics import Mixture
 
 PIXEL = np.radians(1 / 60)
@@ -220,3 +221,15 @@ def test_measured_reflectances_may_be_assumed_in_another_light() -> None:
     known = LocalColours.known(basis, [1.0] * 6, (64, 64))
     with pytest.raises(InputError, match="amounts of 6 components"):
         known.lit_by(SpectralBasis.of_srgb("A"))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+def test_what_a_scale_passes_of_a_texture_is_what_two_gaussians_differ_by(scale):
+    """Filtered in space: the share of the power up to each of some frequencies."""
+    fine, coarse = (gaussian_filter(natural((512, 512), 1), sd, mode="wrap", truncate=8) for sd in scale)
+    power = np.abs(np.fft.fft2(fine - coarse)) ** 2
+    radius = np.hypot(np.fft.fftfreq(512)[:, None], np.fft.fftfreq(512))
+    found = np.cumsum(_passed(*scale))
+    for number in range(0, len(FREQUENCIES) - 1, 3):
+        below = (FREQUENCIES[number] + FREQUENCIES[number + 1]) / 2
+        assert found[number] == pytest.approx(power[radius < below].sum() / power.sum(), abs=0.03)

@@ -48,6 +48,13 @@ def test_people_are_less_certain_than_a_person_and_a_wrong_eye_is_covered() -> N
     assert inside[people.valid].mean() > 0.9
 
 
+@pytest.mark.parametrize("scale", [0.8, 1.25])
+def test_one_fixation_halves_what_is_unknown_of_a_persons_aberration(scale: float) -> None:
+    learnt = learn_chromatic_scale([fixation(replace(EYE, chromatic_scale=scale), 1.6, side=80)])
+    assert learnt.chromatic_scale == pytest.approx(scale, abs=learnt.chromatic_scale_sd)
+    assert learnt.chromatic_scale_sd < 0.6 * EyePrior().chromatic_scale_sd
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", [0.8, 1.25])
 def test_a_persons_aberration_is_learnt_from_fixations(scale: float) -> None:

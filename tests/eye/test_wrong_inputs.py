@@ -234,6 +234,7 @@ def test_eye_refuses_what_does_not_go_together(options, said):
         (lambda: recover_eye_depth([View(np.ones((64, 64)), Lens(0.05, 4, 1.0), 3e-4)] * 2), "Cones"),
         (lambda: learn_chromatic_scale([[VIEW]]), "fixation 1 shows 1 waveband"),
         (lambda: image_quality(Cones(EYE, "L+M", (580.0,)), [0, 1]).depth_of_focus(2.0), "share is 2"),
+        (lambda: image_quality(Cones(EYE, "L+M", (580.0,)), [0, 1]).depth_of_focus(0.0), "share is 0"),
         (lambda: natural_pupil(-1.0), "luminance goes down to -1"),
         (lambda: natural_pupil(10.0, age=19.9), r"age is 19\.9"),
         (lambda: natural_pupil(10.0, eyes=3), "eyes is 3"),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,12 +13,16 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.psf import Psf, psf_of
+from focalgradient.quantities import Range
 from focalgradient.view import from_centre
 
 __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
 
 FloatArray = NDArray[np.float64]
 
+
+LEAST_INFORMED = 0.5
+"""Proportion of a prior's variance that the views must remove; below it a parameter is dominated by its prior."""
 
 SAME_MARK = 0.03
 """Relative tolerance of an f-number or focus distance to be identified with a mark: about a twelfth of a stop.
@@ -43,12 +47,12 @@ class Reading:
         Scatter of single edge segments around the width, in metres.
     """
 
-    distance: float
-    f_number: float
+    distance: Annotated[float, Range("metres", positive=True)]
+    f_number: Annotated[float, Range("f-stops", positive=True)]
     focus_distance: float | None
-    width: float
-    width_sd: float
-    scatter: float = 0.0
+    width: Annotated[float, Range("metres", 0)]
+    width_sd: Annotated[float, Range("metres", positive=True)]
+    scatter: Annotated[float, Range("metres", 0)] = 0.0
 
 
 _FLAT = (0.0,) * 5
@@ -176,21 +180,25 @@ class Calibration:
         )
 
     def summary(self) -> str:
-        """Return every parameter with its standard deviation as text, one per line."""
-        sd = self.sd
-        stops = len(self.f_numbers)
-        lines = [
-            repr(self),
-            f"k (sigma / disc radius): {self.k:.4g} +- {self.k * sd[0]:.2g}",
-            f"residual blur variance: {self.own * 1e12:.4g} +- {sd[1]:.2g} um^2",
-            f"offset of the optical centre: {self.offset:.4g} +- {sd[2]:.2g} m",
+        """Return a table of the parameters, each with its SD and whether views or prior determine it."""
+        sd, pitch = self.sd, self.pixel_pitch * 1e6
+        rows = [
+            ("k, sigma / disc radius", self.k, self.k * sd[0]),
+            ("own blur, px^2", self.own * 1e12 / pitch**2, sd[1] / pitch**2),
+            ("offset, m", self.offset, sd[2]),
         ]
-        for (mark, effective), error in zip(self.f_numbers.items(), sd[3:], strict=False):
-            lines.append(f"f/{mark:g}: effective f-number {effective:.4g} +- {effective * error:.2g}")
-        for (focus, vergence), error in zip(self.focus.items(), sd[3 + stops :], strict=True):
-            name = "focus" if focus is None else f"focus marked {focus:g} m"
-            lines.append(f"{name}: {vergence:.4g} +- {error:.2g} D")
-        return "\n".join([*lines, f"relative error of widths that remains: {self.model_error:.2%}"])
+        for mark, effective in self.f_numbers.items():
+            rows.append((f"f-number marked {mark:g}", effective, effective * sd[len(rows)]))
+        for focus, vergence in self.focus.items():
+            n, name = len(rows), "true focus, m as measured" + ("" if focus is None else f" (marked {focus:g})")
+            error = math.sqrt(sd[2] ** 2 + sd[n] ** 2 / vergence**4 + 2 * self.covariance[2, n] / vergence**2)
+            rows.append((name, 1 / vergence - self.offset, error))
+        lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
+        for (name, value, error), share in zip(rows, self.informed, strict=True):
+            digits, whose = ".2f" if name.startswith(("own", "f-")) else ".3f", "dominated by the prior"
+            whose = "the views" if share >= LEAST_INFORMED else whose
+            lines.append(f"{name:34}{value:>9{digits}}{error:>8{digits}}  {whose} ({share:.0%})")
+        return "\n".join([*lines, f"Model error of the blur's width: {self.model_error:.1%}"])
 
     def record(self) -> dict[str, Any]:
         """Return the parameters, for JSON: units are in the names, ``sd`` is in the order of `parameters`."""

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Prediction, Reading, disc_radius
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.optics import Lens
 
 __all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate", "improbability"]
@@ -124,11 +124,7 @@ def _check(reading: Reading, focal_length: float) -> None:
     """Raise `InputError` for readings that are impossible with a lens of this focal length."""
     mark = reading.focus_distance
     Lens(focal_length, reading.f_number, math.inf if mark is None else mark)  # validates the values
-    check_number("f_number", reading.f_number, "f-stops", positive=True)
-    check_number("distance", reading.distance, "metres", positive=True)
-    check_number("width", reading.width, "metres", least=0)
-    check_number("width_sd", reading.width_sd, "metres", positive=True)
-    check_number("scatter", reading.scatter, "metres", least=0)
+    check_fields(reading)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -23,7 +23,7 @@ from scipy import ndimage, sparse
 from scipy.sparse import linalg
 
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.numerics import block_sum
+from focalgradient.depth.numerics import block_mean, block_sum, interpolate_nodes
 
 __all__ = ["Dense", "complete"]
 
@@ -146,13 +146,13 @@ def complete(
     weight = block_sum(known.astype(np.float32), step)
     mean = block_sum((known * vergence).astype(np.float32), step) / np.maximum(weight, 1e-12)
     # Errors are alike over a window: all its nodes together know as much as one.
-    share = block_sum(valid.astype(np.float32), step) / counts
+    share = block_mean(valid, step)
     alike = np.maximum(ndimage.gaussian_filter(share, window / step, mode="constant"), 0.02)
     weight = weight / counts / (alike * 4 * np.pi * (window / step) ** 2)
     weight = np.where(share > 0, weight, 0.0)
     middle = float(np.average(mean[share > 0], weights=weight[share > 0]))
     scale = max(abs(middle), float(np.median(vergence_sd[valid])) / SPREAD)
-    field = _Field.over(block_sum(np.asarray(picture, np.float32), step) / counts, step, scale)
+    field = _Field.over(block_mean(picture, step), step, scale)
     trust, level = np.ones(weight.shape), np.full(weight.shape, middle)
     for _ in range(ROUNDS):
         given = field.given(weight * trust)
@@ -164,7 +164,7 @@ def complete(
     variance = ndimage.gaussian_filter(squares / SAMPLES, 1.0)
     same = SAME * field.reach(share, step)
     variance = same * variance + (1 - same) * _of_others(level, middle, SPREAD * scale, searched)
-    full, full_sd, full_same = (_to_pixels(one, step, shape) for one in (level, np.sqrt(variance), same))
+    full, full_sd, full_same = (interpolate_nodes(one, None, step, shape) for one in (level, np.sqrt(variance), same))
     evidence = np.where(valid, 2, np.where(full_same >= NEAR, 1, 0)).astype(np.uint8)
     return Dense(
         np.where(valid, vergence, full).astype(np.float32),
@@ -303,9 +303,3 @@ def _bends(cells: Sequence[int], aspect: float, scale: float) -> sparse.csr_matr
     plane = np.linalg.pinv(np.stack([np.ones(y.size), y.ravel(), x.ravel()], axis=1))
     known = sparse.csr_matrix(plane / (scale * np.array([[SPREAD], [SLOPE], [SLOPE]])))
     return sparse.vstack([*second, known], format="csr")
-
-
-def _to_pixels(values: FloatArray, step: int, shape: tuple[int, ...]) -> FloatArray:
-    """Interpolate values at nodes, the centres of blocks of `step` pixels, to all pixels."""
-    place = np.meshgrid(*((np.arange(n) + 0.5) / step - 0.5 for n in shape), indexing="ij")
-    return np.asarray(ndimage.map_coordinates(values, place, order=1, mode="nearest"), float)

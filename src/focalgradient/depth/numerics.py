@@ -287,17 +287,9 @@ def sum_products(images: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]
     """
     sums = np.zeros((3, *images[0][0].shape), np.float32)
     for value, slope in images:
-        share_rows(len(value), lambda first, last: _add_products(value, slope, first, last, sums))  # noqa: B023
+        for total, one, other in zip(sums, (value, value, slope), (value, slope, slope), strict=True):
+            total += one * other
     return sums
-
-
-@njit(nogil=True, cache=True)
-def _add_products(value, slope, first, last, sums):  # type: ignore[no-untyped-def]
-    for y in range(first, last):
-        for x in range(value.shape[1]):
-            sums[0, y, x] += value[y, x] * value[y, x]
-            sums[1, y, x] += value[y, x] * slope[y, x]
-            sums[2, y, x] += slope[y, x] * slope[y, x]
 
 
 def interpolate_nodes(

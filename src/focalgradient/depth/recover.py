@@ -14,7 +14,6 @@ import numpy as np
 
 from focalgradient.depth.common_error import KnownPoint, checked_points, common_modes, stated_parts, with_known_points
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.dual_pixel.halves import halves_of
 from focalgradient.depth.settings import (
     LEAST_SIDE,
     WINDOWS,
@@ -24,7 +23,7 @@ from focalgradient.depth.settings import (
     blur_source,
 )
 from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
-from focalgradient.optics import capabilities
+from focalgradient.optics import DualPixel, capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
 from focalgradient.psf import Capability, Psf, check_transfer
@@ -42,6 +41,7 @@ __all__ = [
     "MethodName",
     "check_usable",
     "checked_views",
+    "halves_of",
     "methods_for",
     "recover_depth",
 ]
@@ -391,6 +391,22 @@ def _remedy(given: object) -> str:
     if isinstance(given, np.ndarray):
         return "give View(image, optics, pixel_angle)"
     return "make one of its image and its optics"
+
+
+def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
+    """Return the numbers of the left and the right half of one lens among views; None without such a pair.
+
+    A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
+    """
+    optics = [view.optics for view in views]
+    if not optics or not all(isinstance(one, DualPixel) for one in optics):
+        return None
+    halves = [one for one in optics if isinstance(one, DualPixel)]
+    signs = [float(np.sign(one.asymmetry)) for one in halves]
+    alike = {(one.lens, abs(one.asymmetry), one.field) for one in halves if one.asymmetry}
+    if signs.count(1.0) != 1 or signs.count(-1.0) != 1 or len(alike) != 1:
+        return None
+    return signs.index(1.0), signs.index(-1.0)
 
 
 def check_usable(views: Sequence[View], method: MethodName, window: float) -> None:

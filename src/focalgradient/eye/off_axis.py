@@ -18,11 +18,11 @@ from typing import Any
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_number, described
+from focalgradient.errors import InputError, check_number, checked, described
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
-from focalgradient.eye.periphery import Meridian, check_meridian
+from focalgradient.eye.periphery import Measured, Meridian, check_meridian
 from focalgradient.eye.protocol import check_eye
-from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.ranges import Pupil
 
 __all__ = ["SCHEMATIC", "SchematicPeriphery", "field_coma", "field_foci", "off_axis"]
 
@@ -48,12 +48,9 @@ mm."""
 TOWARDS: dict[str, tuple[int, int]] = {"temporal": (1, 1), "nasal": (1, -1), "superior": (-1, -1), "inferior": (-1, 1)}
 """Meridional frequency and sign of coma towards each side of a right eye's field: x to the right and y down."""
 
-FARTHEST = 40.0
-"""Maximum eccentricity in degrees, a choice: the model's astigmatism reaches 3.9 D there and grows ever faster beyond,
-more than in most eyes."""
 
-
-def field_foci(eccentricity_deg: float) -> tuple[float, float]:
+@checked
+def field_foci(eccentricity_deg: Measured) -> tuple[float, float]:
     """Return the tangential and sagittal vergences in focus relative to the fovea, in dioptres.
 
     The tangential plane holds the axis and the point that is looked at from the side. Positive is nearer.
@@ -61,12 +58,12 @@ def field_foci(eccentricity_deg: float) -> tuple[float, float]:
     >>> [round(one, 2) for one in field_foci(20.0)]
     [0.13, -0.71]
     """
-    _checked(eccentricity_deg)
     there, here = _foci(_slope(math.radians(eccentricity_deg))), _foci(0.0)
     return there[0] - here[0], there[1] - here[1]
 
 
-def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
+@checked
+def field_coma(eccentricity_deg: Measured, pupil_diameter: Pupil) -> float:
     """Return the schematic eye's coma over a pupil (m), in micrometres, along the direction towards the point fixated.
 
     Its Zernike coefficient of orders 3 and 1, by the curvature of the slope of the rays that leave a place on the
@@ -75,8 +72,7 @@ def field_coma(eccentricity_deg: float, pupil_diameter: float) -> float:
     >>> round(field_coma(20.0, 0.004), 3)
     -0.282
     """
-    check_pupil(pupil_diameter)
-    chief = _slope(math.radians(_checked(eccentricity_deg)))
+    chief = _slope(math.radians(eccentricity_deg))
     heights = np.linspace(-FAN, FAN, 9)
     passed = [_through(float(height), chief) for height in heights]
     middle = passed[len(passed) // 2]
@@ -178,17 +174,6 @@ def _pair(foci: object) -> tuple[float, float]:
             "tangential and the sagittal one in dioptres."
         )
     return foci[0], foci[1]
-
-
-def _checked(eccentricity_deg: float) -> float:
-    """Validate an eccentricity in degrees."""
-    check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
-    if eccentricity_deg > FARTHEST:
-        raise InputError(
-            f"eccentricity_deg is {eccentricity_deg:g}, but must be from 0 to {FARTHEST:g}: farther out real eyes "
-            "differ from the model."
-        )
-    return eccentricity_deg
 
 
 def _through(height: float, chief: float) -> _Meeting:

@@ -14,13 +14,10 @@ from dataclasses import dataclass
 
 from numpy.polynomial.polynomial import polyval
 
-from focalgradient.errors import InputError, check_number
-from focalgradient.eye.periphery import Meridian, check_meridian
+from focalgradient.errors import InputError, checked
+from focalgradient.eye.periphery import Measured, Meridian
 
 __all__ = ["EMMETROPES", "MYOPES", "PeripheralRefraction"]
-
-FARTHEST = 40.0
-"""Maximum eccentricity measured, in degrees."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +41,8 @@ class PeripheralRefraction:
     m: tuple[float, ...]
     j0: tuple[float, ...]
 
-    def at(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
+    @checked
+    def at(self, eccentricity_deg: Measured, meridian: Meridian = "temporal") -> tuple[float, float]:
         """Return M and J0 in dioptres at an eccentricity (degrees), in the temporal or nasal field.
 
         Raises
@@ -52,15 +50,11 @@ class PeripheralRefraction:
         InputError
             If the eccentricity is out of range, or the meridian is none that was measured.
         """
-        check_meridian(meridian)
-        check_number("eccentricity_deg", eccentricity_deg, "degrees", least=0)
         if meridian not in ("temporal", "nasal"):
             raise InputError(
                 f"meridian is {meridian!r}, but people were measured in the temporal and nasal field only: give the "
                 "schematic eye's refraction, foci=SCHEMATIC, or two foci of your own."
             )
-        if eccentricity_deg > FARTHEST:
-            raise InputError(f"eccentricity_deg is {eccentricity_deg:g}, but people were measured to {FARTHEST:g}.")
         tens = eccentricity_deg / 10 * (1 if meridian == "temporal" else -1)
         return float(polyval(tens, (0.0, *self.m))), float(polyval(tens, (0.0, *self.j0)))
 

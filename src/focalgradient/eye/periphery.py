@@ -10,17 +10,22 @@ cones, limit resolution.
 from __future__ import annotations
 
 import math
-from typing import Literal, get_args
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite, check_one_of
+from focalgradient.quantities import Range
 
 __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 
 Meridian = Literal["temporal", "superior", "nasal", "inferior"]
 """Meridian of the visual field, named as by Watson: the temporal field falls on the nasal retina."""
+
+Measured = Annotated[float, Range("degrees (people were measured to 40)", 0, 40)]
+"""Eccentricity in degrees to which people were measured (Jaeken & Artal 2012), and up to which the schematic eye is
+used, a choice: its astigmatism reaches 3.9 D there and grows ever faster beyond, more than in most eyes."""
 
 PEAK = 33163.2
 """Peak density of receptive fields of all ganglion cells per square degree: twice 14804.6 cones (Curcio et al. 1990)

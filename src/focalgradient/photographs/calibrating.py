@@ -53,9 +53,6 @@ BLUR_TOLERANCE = 0.1
 kept: twice `BLUR_DEVIATION`.
 """
 
-LEAST_INFORMED = 0.5
-"""Proportion of a prior's variance that the views must remove; below it a parameter is dominated by its prior."""
-
 LEFT_OUT: tuple[Literal["distance", "view"], ...] = ("distance", "view")
 """What cross-validation leaves out in turn."""
 
@@ -98,31 +95,13 @@ class TargetCalibration:
         return "\n".join([*self._parameters(), "", *self._predictions(), *shape, *self._over_the_field()])
 
     def _parameters(self) -> list[str]:
-        """Return lines with the parameters, each with its SD and whether views or prior determine it."""
-        camera = self.calibrated.calibration
-        sd, informed, pitch = camera.sd, camera.informed, camera.pixel_pitch * 1e6
-        rows = [
-            ("k, sigma / disc radius", f"{camera.k:.3f}", f"{camera.k * sd[0]:.3f}"),
-            ("own blur, px^2", f"{camera.own * 1e12 / pitch**2:.2f}", f"{sd[1] / pitch**2:.2f}"),
-            ("offset, m", f"{camera.offset:.3f}", f"{sd[2]:.3f}"),
-        ]
-        for n, (mark, effective) in enumerate(camera.f_numbers.items(), 3):
-            rows.append((f"f-number marked {mark:g}", f"{effective:.2f}", f"{effective * sd[n]:.2f}"))
-        for n, (focus, vergence) in enumerate(camera.focus.items(), len(rows)):
-            name = "true focus, m as measured" + ("" if focus is None else f" (marked {focus:g})")
-            error = math.sqrt(sd[2] ** 2 + sd[n] ** 2 / vergence**4 + 2 * camera.covariance[2, n] / vergence**2)
-            rows.append((name, f"{1 / vergence - camera.offset:.3f}", f"{error:.3f}"))
-        lines = [f"{'':34}{'value':>9}{'sd':>8}  known from"]
-        for (name, value, error_text), share in zip(rows, informed, strict=True):
-            whose = "the views" if share >= LEAST_INFORMED else "dominated by the prior"
-            lines.append(f"{name:34}{value:>9}{error_text:>8}  {whose} ({share:.0%})")
+        """Return the camera's table, and whether the distances determine the offset."""
         distances = len({reading.distance for reading in self.readings})
-        if distances < 3:
-            lines.append(
-                f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset: it depends on "
-                "its prior and those of k and of the f-numbers. Three or more distances would determine it."
-            )
-        return [*lines, f"Model error of the blur's width: {camera.model_error:.1%}"]
+        few = (
+            f"{distances} distance{'s do' if distances > 1 else ' does'} not determine the offset: it depends on "
+            "its prior and those of k and of the f-numbers. Three or more distances would determine it."
+        )
+        return [self.calibrated.calibration.summary(), *([few] if distances < 3 else [])]
 
     def _predictions(self) -> list[str]:
         """Return a table of each photograph's distance as predicted from the others, and the RMS errors."""

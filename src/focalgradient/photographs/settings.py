@@ -21,10 +21,10 @@ from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Plane, plane_name
-from focalgradient.photographs.tables import ImagePath, Photographs, Sensor, in_file
+from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles, in_file
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.plausibility import given_as
-from focalgradient.tables import Table, load_table, shown
+from focalgradient.tables import load_table, shown
 from focalgradient.view import View
 
 __all__ = ["GIVEN", "Camera", "Settings", "Shot", "load_settings", "make_views", "read_views", "views_with"]
@@ -64,18 +64,15 @@ class Camera(Sensor):
     """Asymmetry of the dual-pixel halves, and its variation over the field: see `focalgradient.optics.DualPixel`."""
 
 
-class Shot(Table):
+class Shot(ShotFiles):
     """One image and its camera settings: table ``[[view]]``."""
 
-    image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
     f_number: Annotated[
         float, Field(ge=0.1, description="a positive number of 0.1 or more, like 5.6, or inf for a pinhole")
     ]
     focus_distance_m: Annotated[float, Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")]
     half: Annotated[Literal["left", "right"] | None, Field(description="'left' or 'right'")] = None
     """Half of the dual pixels that recorded it."""
-    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
-    """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
 
 
 class Settings(Photographs[Camera, Shot]):

@@ -86,6 +86,14 @@ class Sensor(Table):
         return Sensor.model_validate(known)
 
 
+class ShotFiles(Table):
+    """Files of a photograph."""
+
+    image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
+    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
+    """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
+
+
 CameraTable = TypeVar("CameraTable", bound=Table)
 ShotTable = TypeVar("ShotTable", bound=Table)
 

@@ -19,7 +19,7 @@ from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.settings import GIVEN as KEYS
 from focalgradient.photographs.settings import views_with
-from focalgradient.photographs.tables import ImagePath, Photographs, Sensor, in_file
+from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles, in_file
 from focalgradient.plausibility import (
     check_focal_length,
     check_focus,
@@ -29,7 +29,7 @@ from focalgradient.plausibility import (
     check_target,
 )
 from focalgradient.psf import Disc, Psf
-from focalgradient.tables import Table, load_table
+from focalgradient.tables import load_table
 from focalgradient.view import View
 
 __all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "load_targets"]
@@ -61,10 +61,9 @@ class TargetCamera(Sensor):
     blur_k_tolerance: _Fraction = _DEFAULT.k_sd
 
 
-class TargetShot(Table):
+class TargetShot(ShotFiles):
     """One photograph of the target: table ``[[view]]``."""
 
-    image: Annotated[ImagePath, Field(description="the path of an image, like '50cm_f10.jpg'")]
     distance_m: Annotated[
         float, Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of metres, like 0.5")
     ]
@@ -73,7 +72,6 @@ class TargetShot(Table):
         float | None, Field(gt=0, description="a positive number of metres, like 0.85, or inf")
     ] = None
     """As marked on the lens; views with the same mark, or without one, share one focus."""
-    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
 
 
 class Targets(Photographs[TargetCamera, TargetShot]):

@@ -24,7 +24,6 @@ from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
-from focalgradient.render.aperture import aperture_points
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -212,7 +211,7 @@ def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
     net = qmc.Sobol(4, bits=30, rng=random).random_base2(math.ceil(math.log2(samples)))[:samples]
     shift = random.integers(2**30, size=(RAY_SETS, 1, 4))
     points = (((net * 2**30).astype(np.int64) ^ shift) + 0.5) / 2**30 - 0.5
-    return np.concatenate([aperture_points(psf, points[..., :2]), points[..., 2:]], -1)
+    return np.concatenate([psf.points(points[..., :2]), points[..., 2:]], -1)
 
 
 @_inlined

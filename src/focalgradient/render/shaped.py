@@ -8,11 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import lru_cache, partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.parallel import cores
-from focalgradient.psf import Disc, Psf
+from focalgradient.psf import Psf
 from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
 
 __all__ = ["shape_kernels", "shape_picture"]
@@ -30,21 +29,12 @@ UNIFORMITY_WEIGHT = 0.005
 """Weight of a shape's uniformity relative to its transfer in the fit. 0 would give a few bright pixels; with 0.005,
 pixels within a disc of radius 4 px differ by 6 %, and the transfer is accurate to 0.0025 up to 1/8 cycle per pixel."""
 
-EXTENT_SD = 4.0
-"""Extent of a tabulated shape in standard deviations: a triangle ends at 2.8; a Gaussian has 6e-5 outside."""
-
-MIN_FRACTION = 1e-4
-"""Fraction of the brightest pixel below which a pixel is set to 0."""
-
 LENS_RADIUS_PX = 12.0
 """Radius in pixels at which a shape's extent relative to the disc is measured: to a twelfth of the radius."""
 
 RADIUS_STEP_PX, RADIUS_GROWTH = 0.02, 0.01
 """Spacing of blur radii where many occur: in pixels, or as a fraction of the radius, whichever is larger; nearest
 neighbour: error at most half a step."""
-
-RIM_SAMPLES = 24
-"""Samples per pixel, in each direction, along a disc's rim: the second moment is then accurate to 0.001."""
 
 
 def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
@@ -67,8 +57,7 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    lens = 1.0 if isinstance(psf, Disc) else lens_radius(shape_picture(psf, LENS_RADIUS_PX), LENS_RADIUS_PX)
-    return kernels_of(steps, turned, lens)
+    return kernels_of(steps, turned, lens_radius(psf.picture(LENS_RADIUS_PX), LENS_RADIUS_PX))
 
 
 def _radii(largest: float) -> NDArray[np.float64]:
@@ -83,30 +72,8 @@ def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
     if radius < 0.01:
         return np.ones((1, 1))
     if radius >= MIN_INTERPOLATED_RADIUS:
-        return _interpolated(psf, radius)
+        return psf.picture(radius)
     return _fitted_once(psf, radius) if isinstance(psf, Hashable) else _fitted(psf, radius)
-
-
-def _interpolated(psf: Psf, radius: float) -> NDArray[np.float64]:
-    """Return a shape by linear interpolation between pixels, reduced in size so that the second moment is exact."""
-    # Linear interpolation adds a variance of 1/6 per axis.
-    smaller = math.sqrt(max(radius**2 - 1 / 6 / psf.sd_per_radius**2, 1 / 4))
-    reach = math.ceil(radius) + 1 if isinstance(psf, Disc) else math.ceil(EXTENT_SD * psf.sd_per_radius * radius) + 2
-    side = 2 * reach + 1
-    if isinstance(psf, Disc):
-        picture = np.zeros((side, side))
-        _fill_disc(smaller, picture)
-        return picture / picture.sum()
-    # Frequencies beyond Nyquist are aliased, as by sampling.
-    folds = np.arange(-2, 3) if radius < MIN_INTERPOLATED_RADIUS else np.arange(-1, 2)
-    down, right = ((axis[:, None] + folds).ravel() for axis in (np.fft.fftfreq(side), np.fft.rfftfreq(side)))
-    spectrum = psf.optical_transfer(down[:, None], right, smaller) * np.outer(np.sinc(down), np.sinc(right)) ** 2
-    folded = spectrum.reshape(side, len(folds), -1, len(folds)).sum(axis=(1, 3))
-    picture = np.fft.fftshift(np.fft.irfft2(folded, (side, side)))
-    seen = np.argwhere(picture > MIN_FRACTION * picture.max())
-    cut = reach - int(np.abs(seen - reach).max())
-    picture = np.where(picture > MIN_FRACTION * picture.max(), picture, 0.0)[cut : side - cut, cut : side - cut]
-    return picture / picture.sum()
 
 
 def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
@@ -117,7 +84,7 @@ def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
     """
     from scipy.optimize import nnls  # deferred: slow to import
 
-    even = _interpolated(psf, radius)
+    even = psf.picture(radius)
     right = np.linspace(0, MAX_FITTED_FREQUENCY, FREQUENCY_STEPS + 1)
     down, right = np.meshgrid(np.concatenate([-right[:0:-1], right]), right, indexing="ij")
     radial = np.hypot(down, right)
@@ -146,24 +113,3 @@ def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
 
 
 _fitted_once = lru_cache(maxsize=1024)(_fitted)
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
-def _fill_disc(radius, picture):  # type: ignore[no-untyped-def]
-    """Fill in a disc of radiance 1, weighted by the pyramid kernel of linear interpolation at each pixel."""
-    reach = len(picture) // 2
-    for i in range(reach + 1):
-        for j in range(i, reach + 1):  # eightfold symmetry
-            away, light = math.hypot(i, j), 0.0
-            if away < radius - math.sqrt(2):
-                light = 1.0
-            elif away < radius + math.sqrt(2):
-                for m in range(2 * RIM_SAMPLES):
-                    y = (m + 0.5) / RIM_SAMPLES - 1
-                    for n in range(2 * RIM_SAMPLES):
-                        x = (n + 0.5) / RIM_SAMPLES - 1
-                        if math.hypot(i + y, j + x) <= radius:
-                            light += (1 - abs(y)) * (1 - abs(x)) / RIM_SAMPLES**2
-            for y, x in ((i, j), (j, i)):
-                picture[reach - y, reach - x] = picture[reach - y, reach + x] = light
-                picture[reach + y, reach - x] = picture[reach + y, reach + x] = light

@@ -18,8 +18,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -27,7 +26,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_number
-from focalgradient.parallel import MOST_THREADS, cores
+from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
@@ -48,16 +47,11 @@ MIN_LINE_WIDTH_PX = (
 )
 WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard deviation of a Gaussian
 
-THREADS = min(MOST_THREADS, cores())
-"""Number of threads that draw rows; the limit of eight is a design choice."""
+BANDS_PER_THREAD = 8
+"""Bands of rows per thread, to balance the load of rows without lines."""
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
-
-
-@cache
-def _pool() -> ThreadPoolExecutor:
-    return ThreadPoolExecutor(THREADS, thread_name_prefix="wireframe")
 
 
 def wireframe(
@@ -114,10 +108,7 @@ def wireframe(
     for name, value in (("width", width), ("brightness", brightness)):
         check_number(name, value, "pixels", positive=True)
     image = np.zeros(shape, np.float32)
-    rest = [_pool().submit(_draw, lines, blur, width, brightness, k, THREADS, image) for k in range(1, THREADS)]
-    _draw(lines, blur, width, brightness, 0, THREADS, image)
-    for share in rest:
-        share.result()
+    share_rows(len(image), partial(_draw, lines, blur, width, brightness, image), each=BANDS_PER_THREAD)
     return image
 
 
@@ -322,8 +313,8 @@ def line_light(along, across, length, first, last):  # type: ignore[no-untyped-d
 
 
 @_compiled
-def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[no-untyped-def]
-    """Add the lines to every `step`-th row, starting at `first`."""
+def _draw(lines, blur, width, brightness, image, first, last):  # type: ignore[no-untyped-def]
+    """Add the lines to the rows `first` to `last`."""
     for line in range(lines.shape[0]):
         x0, y0, x1, y1 = lines[line, 0, 0], lines[line, 0, 1], lines[line, 1, 0], lines[line, 1, 1]
         length = math.hypot(x1 - x0, y1 - y0)
@@ -343,19 +334,17 @@ def _draw(lines, blur, width, brightness, first, step, image):  # type: ignore[n
             if s > start:
                 _draw_piece(
                     *(x0 + start * dx, y0 + start * dy, dx, dy, s - start, sigma_start, sigma),
-                    *(brightness, first, step, image),
+                    *(brightness, image, first, last),
                 )
 
 
 @_compiled
-def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step, image):  # type: ignore[no-untyped-def]
+def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, image, first, last):  # type: ignore[no-untyped-def]
     """Add one piece to the pixels within reach of its blur."""
-    height, width = image.shape
+    width = image.shape[1]
     reach = EXTENT_SD * max(sigma0, sigma1)
     top, low = min(y0, y0 + length * dy) - reach, max(y0, y0 + length * dy) + reach
-    row = max(0, math.ceil(top))
-    row += (first - row) % step
-    while row < height and row <= low:
+    for row in range(max(first, math.ceil(top)), min(last, math.floor(low) + 1)):
         y = row - y0
         # Columns whose position is within reach across the line, and within reach of its ends along the line.
         left, right = -x0, width - 1 - x0
@@ -370,4 +359,3 @@ def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, first, step,
         for column in range(math.ceil(left + x0), math.floor(right + x0) + 1):
             x = column - x0
             image[row, column] += brightness * line_light(x * dx + y * dy, x * dy - y * dx, length, sigma0, sigma1)
-        row += step

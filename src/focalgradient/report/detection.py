@@ -67,6 +67,7 @@ def detection_part(own: OwnDetection) -> Part:
         curves[who], areas[who] = rating_roc(*counts), (roc_area(*counts), type2_area(*counts))
     group, simulated = detection_by_person(kept), bool((own.table["kind"] == "simulated").any())
     questions = detection_questions([*group.d_prime], confidence=bool(own.steps))
+    answers = questions.answers(detection_outcomes(group, curves, areas))
     people = len({name for name, _ in group.people})
     several = f" in {len(group.d_prime)} conditions" if len(group.d_prime) > 1 else ""
     asked = f", with confidence in {own.steps} steps" if own.steps else ""
@@ -76,7 +77,7 @@ def detection_part(own: OwnDetection) -> Part:
         title="Signal detection",
         name="detection",
         plan=Plan(analysis=[questions.method], choices=DETECTION),
-        answers=questions.answers(detection_outcomes(group, curves, areas)),
+        answers=answers,
         simulated=simulated,
         sample=[
             f"Answers of yes and no by {many(people, 'person').replace('persons', 'people')}{several}: "
@@ -96,7 +97,7 @@ def detection_part(own: OwnDetection) -> Part:
         figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known, simulated=simulated))],
         captions={EFFECTS: "Means over people, and differences of d′ between conditions"},
         sheets=[_sheet(group, curves, areas)],
-        files=table_files("detection_trials", own.table) | {"detection.R": r_script("detection")},
+        files=table_files("detection_trials", own.table) | {"detection.R": r_script("detection", answers)},
     )
 
 

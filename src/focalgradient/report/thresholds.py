@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.exclusions import WITHOUT
-from focalgradient.report.export import table_files
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import setting, times
@@ -180,7 +180,7 @@ def threshold_part(
         figures=figures,
         captions={EFFECTS: "Geometric mean thresholds" + ", and their ratios between conditions" * bool(several)},
         sheets=[_sheet(results, unit, is_design=data is not None)],
-        files=table_files(f"{name}_trials", table),
+        files=table_files(f"{name}_trials", table) | {"thresholds.R": r_script("thresholds", answers)},
         observed=(table, guess),
     )
 

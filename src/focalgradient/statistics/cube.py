@@ -26,7 +26,7 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.means import paired_effect, share_interval
-from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, stated
+from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, in_r, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 from focalgradient.statistics.wording import SPACE, decimals, ratio_ci, statistic
@@ -386,6 +386,7 @@ def cube_questions(
             for name, verb in claimed
         ),
         method=METHOD.format(shortest_both=rules.shortest_both),
+        r_code=ODDS_R,
     )
     outcome = (
         "The primary outcome is the log odds of the nonrigid reading (its time over that of the rigid reading) with "
@@ -411,6 +412,16 @@ METHOD = (
     "log-normal distributions were fitted to the durations of each percept by maximum likelihood, with durations "
     "cut off by the end of a trial as lower limits."
 )
+
+
+ODDS_R = f"""tested <- unique(d[d$gradient != "none", c("gradient", "strength")])
+tested <- tested[order(tested$gradient, -tested$strength), ]  # the primary one first
+changes <- lapply(paste(tested$gradient, tested$strength), function(name) over_people(odds[, name] - odds[, "none 0"]))
+names(changes) <- sprintf("%s gradient, %g mm", tested$gradient, tested$strength)
+others <- names(changes)[-1][!sapply(changes[-1], is.character)]  # the primary p is not corrected
+holm <- p.adjust(sapply(changes[others], `[[`, "p"), "holm")
+for (name in others) changes[[name]] <- c(changes[[name]], p_corrected = holm[[name]])
+{in_r(ODDS, "changes", "identity")}"""
 
 
 def own_odds(table: pd.DataFrame) -> dict[tuple[str, float], pd.DataFrame]:

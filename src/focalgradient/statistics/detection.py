@@ -369,16 +369,43 @@ def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analy
             return f"{other} and {first} were not compared: {test.reason}"
         return f"d′ in {other} less that in {first}: {with_interval(test.interval)}, {statistic(test)}."
 
+    r_code = {
+        D_PRIME: """for (k in conditions) show("mean d'", k, interval(of(k, "d")))\n""",
+        CRITERION: 'for (k in conditions) show("mean criterion c", k, interval(of(k, "c")))\n',
+    }
     asked = [
-        Question(f"mean {what}", found(f"mean {what}"), "main", headline=f"mean {what}, {{level}}")
+        Question(
+            f"mean {what}",
+            found(f"mean {what}"),
+            "main",
+            headline=f"mean {what}, {{level}}",
+            r_code=r_code.get(what, ""),
+        )
         for what in (D_PRIME, CRITERION, *(OF_CONFIDENCE if confidence else ()))
     ]
     asked[0] = replace(asked[0], sentence=means)
     if others:
-        asked.append(Question(DIFFERENCE, found(DIFFERENCE), "main", family=DIFFERENCE, sentence=differed))
-    asked += [Question(what, found(what), "description") for what in (D_PRIME, CRITERION)]
+        asked.append(
+            Question(DIFFERENCE, found(DIFFERENCE), "main", family=DIFFERENCE, sentence=differed, r_code=DIFFERENCE_R)
+        )
+    asked += [
+        Question(what, found(what), "description", r_code=code)
+        for what, code in ((D_PRIME, EACH_R.format("d'", "d", 1)), (CRITERION, EACH_R.format(CRITERION, "c", 2)))
+    ]
     return Analysis(asked, after=" ".join([METHOD, *[CONFIDENCE_METHOD] * confidence]))
 
+
+DIFFERENCE_R = """for (k in conditions[-1]) {
+  one <- of(k, "d"); other <- of(conditions[1], "d"); both <- intersect(names(one), names(other))
+  show("difference of d'", paste(k, "less", conditions[1]), over_people(one[both] - other[both]))
+}
+"""
+EACH_R = """for (i in seq_len(nrow(people))) {{
+  who <- c(people$participant_id[i], people$condition[i]); m <- people${1}[i]
+  half <- qnorm(.975) * people$error[i] / {2}
+  show("{0}", paste(who[nzchar(who)], collapse = ", "), c(estimate = m, low = m - half, high = m + half))
+}}
+"""
 
 OF_CONFIDENCE = (
     "area under the ROC",

@@ -33,6 +33,7 @@ __all__ = [
     "Test",
     "Tested",
     "corrections",
+    "in_r",
     "less",
     "stated",
     "tested",
@@ -124,7 +125,8 @@ class Question:
     method
         Description of the test for preregistration and report.
     r_code
-        R code that prints the same test, run after the head of the analysis' R script.
+        R code that prints the same outcomes, run after the head of the analysis' R script; empty if R cannot repeat
+        them: resampling, and models whose R package approximates otherwise.
     """
 
     name: str
@@ -212,6 +214,15 @@ def _answer(question: Question, level: str, found: Outcome | Tested, role: str) 
     if isinstance(found, Tested):
         return Answer(question, level, found.outcome, role, found.n, found.values)
     return Answer(question, level, found, role)
+
+
+def in_r(name: str, tables: str, test: str) -> str:
+    """Return R code that prints the test of each table of an R list, with question and level.
+
+    >>> print(in_r("depth effect", "effects", "crossed"), end="")
+    for (f in names(effects)) show("depth effect", f, crossed(effects[[f]]))
+    """
+    return f'for (f in names({tables})) show("{name}", f, {test}({tables}[[f]]))\n'
 
 
 def stated(

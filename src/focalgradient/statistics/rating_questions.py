@@ -26,6 +26,7 @@ from focalgradient.statistics.questions import (
     Test,
     Tested,
     corrections,
+    in_r,
     less,
     tested,
 )
@@ -231,6 +232,7 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
             method="Equivalence to zero was tested by two one-sided tests by Student’s t at .05 (Schuirmann, 1987) "
             f"against a factor of {bound:.3g}, the smallest depth effect that would matter; a change that is both "
             "significant and equivalent to zero is reported as both.",
+            r_code=in_r(EQUIVALENT, "effects", f"(function(y) equivalence(crossed(y), log({bound!r})))"),
         ),
         Question(
             DIFFERENCE,
@@ -247,7 +249,15 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
             else "The pairwise differences of the depth effects were tested as the depth effect was.",
             r_code=DIFFERENCE_R,
         ),
-        Question(PINHOLE, lambda data: against(data, crossed_effect), "secondary", log, SECONDARY, ratio=True),
+        Question(
+            PINHOLE,
+            lambda data: against(data, crossed_effect),
+            "secondary",
+            log,
+            SECONDARY,
+            ratio=True,
+            r_code=PINHOLE_R,
+        ),
         Question(
             SLOPE,
             slopes,
@@ -256,6 +266,7 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
             SECONDARY,
             method="As a trend, the least-squares slope of the log rating on aperture diameter was tested as the depth "
             "effect was.",
+            r_code=SLOPE_R,
         ),
         Question(
             EFFECT + HERE,
@@ -264,9 +275,24 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
             log,
             ratio=True,
             sentence=here_sentence,
+            r_code=in_r(EFFECT + HERE, "effects", "over_subjects"),
         ),
-        Question(DIFFERENCE + HERE, lambda data: differences(data, over_subjects), "check", log, ratio=True),
-        Question(PINHOLE + HERE, lambda data: against(data, over_subjects), "check", log, ratio=True),
+        Question(
+            DIFFERENCE + HERE,
+            lambda data: differences(data, over_subjects),
+            "check",
+            log,
+            ratio=True,
+            r_code=in_r(DIFFERENCE + HERE, "differing", "over_subjects"),
+        ),
+        Question(
+            PINHOLE + HERE,
+            lambda data: against(data, over_subjects),
+            "check",
+            log,
+            ratio=True,
+            r_code=in_r(PINHOLE + HERE, "ratios", "over_subjects"),
+        ),
         Question(BOOTSTRAP, resampled, "check", log, ratio=True, sentence=_bootstrapped, method=BOOTSTRAP_METHOD),
     ]
     secondary = ["the other depth effects"] * bool(others)
@@ -313,13 +339,15 @@ INTERVALS = (
     "noncentral t of the test (Steiger and Fouladi, 1997)."
 )
 
-EFFECT_R = """of <- depth_effects(d)
-for (f in names(of)) show(f, of[[f]])
+EFFECT_R = """effects <- each_fixation(d, function(e) log_ratio(e, max(e$aperture_mm)))
+for (f in names(effects)) { show("depth effect", f, crossed(effects[[f]])); by_lmer(effects[[f]]) }
 """
-
-DIFFERENCE_R = """if (length(of) > 1) for (pair in combn(names(of), 2, simplify = FALSE))
-  show(paste(pair, collapse = " less "), less(of[[pair[1]]], of[[pair[2]]]))
-"""
+DIFFERENCE_R = f"""differing <- differences(effects)
+{in_r(DIFFERENCE, "differing", "crossed")}"""
+PINHOLE_R = f"""ratios <- intermediate(d)
+{in_r(PINHOLE, "ratios", "crossed")}"""
+SLOPE_R = f"""slopes <- each_fixation(d, function(e) table_of(e, d, slope(sort(unique(e$aperture_mm)), "log_rating")))
+{in_r(SLOPE, "slopes", "crossed")}"""
 
 
 def _changed(fixation: str, effect: Effect) -> str:

@@ -24,6 +24,7 @@ from focalgradient.statistics.questions import (
     Test,
     Tested,
     corrections,
+    in_r,
     less,
     tested,
 )
@@ -54,13 +55,6 @@ SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
 LARGEST = "largest aperture against identical pictures"
 CONFIDENCE_SLOPE = "slope of confidence on aperture"
 """Names of the questions."""
-
-SLOPE_R = """show("slopes, over subjects and scenes:", slopes, crossed)
-show("slopes, over subjects:", slopes, here)
-"""
-LARGEST_R = """show("largest aperture, over subjects and scenes:", largest, crossed)
-show("largest aperture, over subjects:", largest, here)
-"""
 
 Tests = dict[str, Tested | NotComputed]
 Values = pd.DataFrame | NotComputed
@@ -94,8 +88,10 @@ def slope_questions(
     what = f"the {analysis.mean}"
     # Choices are tested over subjects, as the test over subjects and scenes finds fewer effects of few of both.
     deciding, other, end = crossed_effect, over_subjects, HERE
+    decides, beside_it = "crossed", "over_subjects"
     if analysis.binary:
         deciding, other, end = over_subjects, crossed_effect, RANDOM
+        decides, beside_it = beside_it, decides
 
     def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
         return {name: _slope_table(own) for name, own in of.items()}
@@ -180,7 +176,7 @@ def slope_questions(
             sentence=changed,
             hypothesis=(expected_rise(fixations, changes),),
             method=f"{line} tested {method}.",
-            r_code=SLOPE_R,
+            r_code=in_r(SLOPE, "slopes", decides),
         ),
         Question(
             DIFFERENCE,
@@ -191,6 +187,7 @@ def slope_questions(
             "difference of the slopes, {level}",
             sentence=differed,
             hypothesis=expected_differences(fixations) if compared else (),
+            r_code=f"differing <- differences(slopes)\n{in_r(DIFFERENCE, 'differing', decides)}" * bool(compared),
         ),
         Question(
             LARGEST,
@@ -203,11 +200,25 @@ def slope_questions(
             if analysis.alike is None
             else f"The {analysis.mean.removesuffix(' of choices')}s of subjects and scenes at the largest aperture "
             f"were compared with those of identical pictures {test}.",
-            r_code="" if analysis.alike is None else LARGEST_R,
+            r_code=""
+            if analysis.alike is None
+            else f"against <- lapply(largest, function(y) y - {analysis.alike!r})\n{in_r(LARGEST, 'against', decides)}",
         ),
-        Question(SLOPE + end, asked_of(slopes, other), "check", unit),
-        Question(DIFFERENCE + end, asked_of(differences, other), "check", unit),
-        Question(LARGEST + end, asked_of(largest, other), "check", analysis.unit),
+        Question(SLOPE + end, asked_of(slopes, other), "check", unit, r_code=in_r(SLOPE + end, "slopes", beside_it)),
+        Question(
+            DIFFERENCE + end,
+            asked_of(differences, other),
+            "check",
+            unit,
+            r_code=in_r(DIFFERENCE + end, "differing", beside_it) * bool(compared),
+        ),
+        Question(
+            LARGEST + end,
+            asked_of(largest, other),
+            "check",
+            analysis.unit,
+            r_code=in_r(LARGEST + end, "against", beside_it) * (analysis.alike is not None),
+        ),
     ]
     return Analysis(
         [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],

@@ -6,6 +6,7 @@ lapse rate on a grid. The function is a Weibull function of the level that start
 
 from __future__ import annotations
 
+import json
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -451,6 +452,7 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
             "lapse rate beta (1, 66) up to 10 %, no overdispersion. Given are the median of the posterior and its "
             f"central 95 %. At threshold {guess + (1 - guess) / 2:.3g} of the answers are right, without lapses. The "
             "mean is geometric, its interval by Student’s t over people.",
+            r_code=f'for (k in unique(d$condition)) show("{MEAN}", k, exp(interval(of(k))))\n',
         ),
         Question(
             RATIO,
@@ -460,6 +462,10 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
             RATIO * (len(pairs) > 1),
             sentence=ratio,
             method=f"{compared[0].upper()}{compared[1:]}, several by Holm’s method." if pairs else "",
+            r_code="".join(
+                f"show({_quoted(RATIO)}, {_quoted(level)}, ratio(of({_quoted(one)}), of({_quoted(other)})))\n"
+                for level, (one, other) in pairs.items()
+            ),
         ),
         Question(THRESHOLD, _sessions, "description", unit),
     ]
@@ -469,6 +475,11 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
 
 Results = Mapping[str, ThresholdResult]
 """Thresholds by condition."""
+
+
+def _quoted(text: str) -> str:
+    """Quote a text for R."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def attending(results: Results) -> tuple[Results, Quality]:

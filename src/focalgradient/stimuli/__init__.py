@@ -6,7 +6,7 @@ A drawing function returns a `Stimulus` (picture, true depth and true blur); ``m
 from focalgradient.stimuli.blurred_scene import blurred_scene
 from focalgradient.stimuli.borders import blurred_edge, texture_border
 from focalgradient.stimuli.cube_loops import GRADIENTS, make_necker, read_necker
-from focalgradient.stimuli.depth_rating import APERTURES, FIXATIONS, make_depth_rating
+from focalgradient.stimuli.depth_rating import APERTURES, make_depth_rating
 from focalgradient.stimuli.drawn_files import read_stimuli, read_stimulus
 from focalgradient.stimuli.drawn_set import make_from_stimuli
 from focalgradient.stimuli.films import frames
@@ -16,7 +16,7 @@ from focalgradient.stimuli.leaves import dead_leaves
 from focalgradient.stimuli.manifest import Fixation, Picture, Target
 from focalgradient.stimuli.papers import PAPERS, Paper, replica
 from focalgradient.stimuli.photograph import make_from_photographs
-from focalgradient.stimuli.sets import ShownScene, StimulusSet, read_set
+from focalgradient.stimuli.sets import FIXATIONS, ShownScene, StimulusSet, read_set
 from focalgradient.stimuli.sharpness import sharpness
 from focalgradient.stimuli.stimulus import Stimulus, depth_of_blur
 from focalgradient.stimuli.surfaces import corrugated_plane, miniature, slanted_plane

@@ -7,7 +7,7 @@ independent of the renderer's lens samples.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
@@ -216,23 +216,21 @@ def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
                 )
 
 
+SIZES: Mapping[str, tuple[str, Callable[[Any], float]]] = {
+    "mean_luminance_percent": ("mean_luminance_percent", abs),
+    "shift_px": ("shift_px", lambda shift: math.hypot(*shift)),
+    "spectrum_percent": ("spectrum", lambda ratios: max(100 * abs(ratio - 1) for ratio in ratios)),
+    "noise_steps": ("noise_steps", float),
+    "sharpest": ("sharpest", float),
+}
+"""Measure of a picture that each of `LIMITS` bounds, and its size."""
+
+
 def judged(pictures: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Return the worst value of each measure over the pictures that have it, its limit, and whether it is met."""
-    found = {
-        "mean_luminance_percent": [
-            abs(one["mean_luminance_percent"]) for one in _with(pictures, "mean_luminance_percent")
-        ],
-        "shift_px": [math.hypot(*one["shift_px"]) for one in _with(pictures, "shift_px")],
-        "spectrum_percent": [100 * abs(ratio - 1) for one in _with(pictures, "spectrum") for ratio in one["spectrum"]],
-        "noise_steps": [one["noise_steps"] for one in _with(pictures, "noise_steps")],
-        "sharpest": [one["sharpest"] for one in _with(pictures, "sharpest")],
-    }
-    return {
-        name: {"worst": max(values), "limit": LIMITS[name], "met": max(values) <= LIMITS[name]}
-        for name, values in found.items()
-        if values
-    }
-
-
-def _with(pictures: Sequence[Mapping[str, Any]], key: str) -> list[Mapping[str, Any]]:
-    return [one for one in pictures if key in one]
+    found = {}
+    for name, (measure, size) in SIZES.items():
+        values = [size(picture[measure]) for picture in pictures if measure in picture]
+        if values:
+            found[name] = {"worst": max(values), "limit": LIMITS[name], "met": max(values) <= LIMITS[name]}
+    return found

@@ -31,6 +31,7 @@ from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
 from focalgradient.stimuli.controls import Sharp, against_prediction
 from focalgradient.stimuli.folder import Folder, versions_of
 from focalgradient.stimuli.sets import (
+    FIXATIONS,
     Fixation,
     StimulusSet,
     add_picture,
@@ -38,16 +39,17 @@ from focalgradient.stimuli.sets import (
     disc_ends,
     finish_set,
     npy,
-    png_of,
+    picture_files,
+    scene_entry,
+    stem_of,
 )
 from focalgradient.stimuli.sharpness import sharpest
 
-__all__ = ["APERTURES", "FIXATIONS", "make_depth_rating"]
+__all__ = ["APERTURES", "make_depth_rating"]
 
 FOCAL_LENGTH = 0.050  # focal length (m)
 F_NUMBERS = (22.0, 11.0, 5.6)
 APERTURES: dict[str, float] = {"pinhole": math.inf} | {f"f/{number:g}": number for number in F_NUMBERS}
-FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
 FIELD = 0.35  # width of the picture as a tangent
 REFERENCE = PRIMARIES_NM[1]  # wavelength in focus (nm): green contributes most of the luminance
 LEAST_DEPTH = 1.15  # minimum difference between nearest and farthest object over all seeds (D)
@@ -270,8 +272,8 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
         )
     progress(0.0, f"{name} modelling")
     world = recipe.world()
-    entry: dict[str, Any] = {"seed": recipe.seed, "depth": f"{name}/depth.npy"}
-    entry |= {end: _target(world.mark(end), recipe) for end in FIXATIONS}
+    targets = {end: _target(world.mark(end), recipe) for end in FIXATIONS}
+    entry = scene_entry(targets, f"{name}/depth.npy", recipe.seed)
     white = scene.white
     sharp: Sharp | None = None
     conditions = _conditions(recipe)
@@ -292,10 +294,9 @@ def _pictures(scene: _Scene, progress: Progress) -> Iterator[_Made]:
             "noise_steps": noise / display.step(mean),
             "clipped": float(np.mean(light > 1)),
         }
-        png_file, light_file, *depth_file = _files(name, stem)
-        files = {png_file: png_of(display.encode(light, recipe.seed)), light_file: npy(light)}
+        files = picture_files(f"{name}/{stem}", light, display, recipe.seed)
         if aperture == "pinhole":
-            files[depth_file[0]] = npy(depth.astype(np.float32))
+            files[f"{name}/depth.npy"] = npy(depth.astype(np.float32))
         else:
             if sharp is None:
                 # At a finer resolution, because a pixel at an edge has one depth but the radiance of two surfaces.
@@ -377,14 +378,9 @@ def _blur_ends(recipe: Recipe, aperture: str, focus: float, depth: NDArray[np.fl
     return [min(discs), max(discs)]
 
 
-def _target(mark: Mark, recipe: Recipe) -> dict[str, Any]:
+def _target(mark: Mark, recipe: Recipe) -> tuple[tuple[float, float], float]:
     row, column = mark.pixel(recipe.shape, recipe.pixel_angle)  # from the middle of the first pixel
-    return {"name": mark.name, "distance_m": mark.distance, "position_px": [column + 0.5, row + 0.5]}
-
-
-def stem_of(aperture: str, end: Fixation) -> str:
-    """Return the stem of a picture's files; the pinhole picture serves both fixations."""
-    return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
+    return (column + 0.5, row + 0.5), mark.distance
 
 
 def _plain(seed: int) -> Scene:

@@ -14,17 +14,18 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
 from focalgradient.progress import Progress, silent
-from focalgradient.stimuli.depth_rating import FOCAL_LENGTH, stem_of
+from focalgradient.stimuli.depth_rating import FOCAL_LENGTH
 from focalgradient.stimuli.fixated import innermost
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
     StimulusSet,
     add_picture,
+    add_scene,
     begin_set,
     check_size,
     finish_set,
-    npy,
-    png_of,
+    picture_files,
+    stem_of,
     stored_distance,
 )
 from focalgradient.stimuli.stimulus import (
@@ -152,29 +153,19 @@ def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: fl
     region = known & (one.blur_arcmin <= least + 0.02 * (float(one.blur_arcmin[known].max()) - least))
     place = innermost(region)
     focus_m = float(depth[int(place[1]), int(place[0])])
-    folder.put({f"{name}/depth.npy": npy(stored_distance(depth, name))})
+    add_scene(folder, name, {FOCUS: (place, focus_m)}, stored_distance(depth, name))
     blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
     per_px = np.degrees(one.pixel_angle) * 60
-    pictures: dict[str, dict[str, Any]] = {}
+    sharpest = {key: one.controlled[key] for key in ("sharpest", "sharpest_px")}
     for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
-        stem = stem_of(shown, FOCUS)
-        colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
-        folder.put({f"{name}/{stem}.png": png_of(display.encode(colours)), f"{name}/{stem}.npy": npy(colours)})
-        pictures[stem] = {"mean_luminance": float(light.mean()), "clipped": 0.0}
+        stem, is_pinhole = stem_of(shown, FOCUS), shown == "pinhole"
+        folder.put(picture_files(f"{name}/{stem}", np.repeat(light.astype(np.float32)[..., None], 3, axis=2), display))
+        measured = {"mean_luminance": float(light.mean()), "clipped": 0.0} | ({} if is_pinhole else sharpest)
+        folder.content["controls"]["scenes"][name]["pictures"][stem] = measured
         add_picture(
             *(folder, f"{name}/{stem}", shown, FOCUS),
             focus_m=focus_m,
-            aperture_mm=0.0 if shown == "pinhole" else pupil_mm,
+            aperture_mm=0.0 if is_pinhole else pupil_mm,
             blur_px=[diameter / per_px for diameter in diameters],
             blur_arcmin=diameters,
         )
-    pictures[stem_of(aperture, FOCUS)] |= {
-        "sharpest": float(one.controlled["sharpest"]),
-        "sharpest_px": one.controlled["sharpest_px"],
-    }
-    folder.content["controls"]["scenes"][name] = {"pictures": pictures}
-    folder.content["scenes"][name] = {
-        "seed": None,
-        "depth": f"{name}/depth.npy",
-        "targets": {FOCUS: {"name": FOCUS, "distance_m": focus_m, "position_px": list(place)}},
-    }

@@ -31,9 +31,11 @@ from focalgradient.stimuli.controls import against_discs
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import (
+    FIXATIONS,
     Fixation,
     StimulusSet,
     add_picture,
+    add_scene,
     begin_set,
     check_size,
     finish_set,
@@ -47,7 +49,6 @@ __all__ = ["import_pictures"]
 
 REQUIRED = ("file", "scene", "aperture", "fixation")
 OPTIONAL = ("x_px", "y_px", "depth", "focus_m")
-FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 APERTURE = re.compile(r"(?:f/)?(\d+(?:\.\d+)?)")
 MODES = ("1", "L", "LA", "P", "RGB", "RGBA")
@@ -320,8 +321,7 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
                 f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: "
                 "scale or crop it."
             )
-        made.put({f"{name}/depth.npy": npy(depth)})
-    entry: dict[str, Any] = {"seed": None, "depth": None if depth is None else f"{name}/depth.npy"}
+    targets: dict[Fixation, tuple[tuple[float, float], float | None]] = {}
     middle = False
     for end in ends:
         own = [row for row in rows if row.fixations == (end,)]
@@ -343,12 +343,8 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
                 raise InputError(f"{with_depth[0].where}, column depth: {error}") from error
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
-        target = {"name": end, "distance_m": distance, "position_px": list(position)}
-        if end in FIXATIONS:
-            entry[end] = target
-        else:
-            entry.setdefault("targets", {})[end] = target
-    made.content["scenes"][name] = entry
+        targets[end] = position, distance
+    add_scene(made, name, targets, depth)
     return middle
 
 
@@ -365,13 +361,11 @@ def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_lengt
             *(made, row.stem, row.aperture, end),
             focus_m=focus,
             aperture_mm=0.0 if row.aperture == "pinhole" else 1e3 * focal_length / float(row.aperture[2:]),
-            blur_px=[None, None],
-            blur_arcmin=[None, None],
             source=row.file,
             further=dict(row.further),
         )
-    known = made.content["controls"]["scenes"].setdefault(row.scene, {"pictures": {}})
-    known["pictures"][row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
+    known = made.content["controls"]["scenes"][row.scene]["pictures"]
+    known[row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
 
 
 def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:

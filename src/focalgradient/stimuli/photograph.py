@@ -21,19 +21,21 @@ from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import against_discs
-from focalgradient.stimuli.depth_rating import F_NUMBERS, FIXATIONS, FOCAL_LENGTH, named_apertures, stem_of
+from focalgradient.stimuli.depth_rating import F_NUMBERS, FOCAL_LENGTH, named_apertures
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
 from focalgradient.stimuli.sets import (
+    FIXATIONS,
     Fixation,
     StimulusSet,
     add_picture,
+    add_scene,
     begin_set,
     check_size,
     disc_ends,
     finish_set,
-    npy,
-    png_of,
+    picture_files,
+    stem_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -163,20 +165,18 @@ def _scene(
     sharp, distance = photograph
     sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
     sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
-    folder.put({f"{name}/depth.npy": npy(stored_distance(distance, name))})
-    shown: dict[tuple[Fixation, str], tuple[str, Aperture]] = {}
-    for end in FIXATIONS:
-        for aperture in lenses:
-            shown[end, aperture] = (
-                stem_of(aperture, end),
-                Aperture(FOCAL_LENGTH / lenses[aperture], 1 / targets[end][1]),
-            )
+    add_scene(folder, name, targets, stored_distance(distance, name))
+    shown = {
+        (end, aperture): (stem_of(aperture, end), Aperture(FOCAL_LENGTH / f_number, 1 / targets[end][1]))
+        for end in FIXATIONS
+        for aperture, f_number in lenses.items()
+    }
     optics_of = dict(shown.values())  # pinhole first
     blurred = partial(_blurred, sharp, distance, pixel_angle)
-    known: dict[str, Any] = {}
+    known = folder.content["controls"]["scenes"][name]["pictures"]
     for stem, (light, measured) in zip(optics_of, in_order(executor, blurred, [*optics_of.values()]), strict=True):
         known[stem] = measured
-        folder.put({f"{name}/{stem}.png": png_of(display.encode(light)), f"{name}/{stem}.npy": npy(light)})
+        folder.put(picture_files(f"{name}/{stem}", light, display))
         say(len(known) / len(optics_of), f"{name} {stem}")
     for (end, aperture), (stem, optics) in shown.items():
         blur = disc_ends(optics, distance, pixel_angle)
@@ -187,11 +187,6 @@ def _scene(
             blur_px=blur,
             blur_arcmin=[display.arcmin(diameter) for diameter in blur],
         )
-    folder.content["controls"]["scenes"][name] = {"pictures": known}
-    folder.content["scenes"][name] = {"seed": None, "depth": f"{name}/depth.npy"} | {
-        end: {"name": end, "distance_m": metres, "position_px": list(position)}
-        for end, (position, metres) in targets.items()
-    }
 
 
 def _sha256(array: NDArray[Any]) -> str:

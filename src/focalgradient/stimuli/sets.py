@@ -28,23 +28,31 @@ from focalgradient.stimuli.sheet import sheet_note, sheet_png
 from focalgradient.tables import check_table
 
 __all__ = [
+    "FIXATIONS",
     "Fixation",
     "Picture",
     "ShownScene",
     "StimulusSet",
     "Target",
     "add_picture",
+    "add_scene",
     "begin_set",
     "check_size",
     "disc_ends",
     "display_json",
     "finish_set",
     "npy",
+    "picture_files",
     "png_of",
     "read_set",
+    "scene_entry",
+    "stem_of",
     "stored_display",
     "stored_distance",
 ]
+
+FIXATIONS: tuple[Fixation, ...] = ("nearest", "farthest")
+"""Fixated objects that every scene with depth has."""
 
 LARGEST_PICTURE = 256 << 20
 """Maximum size of a picture file in bytes: an 8-bit PNG of the largest display has some 100 MB."""
@@ -300,6 +308,37 @@ def disc_ends(optics: Optics, distance: NDArray[np.floating], pixel_angle: float
     return [float(diameters.min()), float(diameters.max())]
 
 
+def stem_of(aperture: str, end: Fixation) -> str:
+    """Return the stem of a picture's files; the pinhole picture serves all fixations."""
+    return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
+
+
+def picture_files(stem: str, light: NDArray[np.float32], display: Display, seed: int = 0) -> dict[str, bytes]:
+    """Return the files of a picture, from its linear radiance (white = 1), H x W x 3."""
+    return {f"{stem}.png": png_of(display.encode(light, seed)), f"{stem}.npy": npy(light)}
+
+
+Targets = Mapping[Fixation, tuple[Sequence[float], float | None]]
+"""Position (px) and distance (m, None if unknown) of each fixated object."""
+
+
+def scene_entry(targets: Targets, depth: str | None, seed: int | None = None) -> dict[str, Any]:
+    """Return the manifest's entry of a scene with a `depth` file."""
+    entry: dict[str, Any] = {"seed": seed, "depth": depth}
+    for end, (position, metres) in targets.items():
+        place = entry if end in FIXATIONS else entry.setdefault("targets", {})
+        place[end] = {"name": end, "distance_m": metres, "position_px": list(position)}
+    return entry
+
+
+def add_scene(folder: Folder, name: str, targets: Targets, depth: NDArray[np.float32] | None) -> None:
+    """Add the manifest's entry of a scene without pictures yet, and write its depth (m)."""
+    if depth is not None:
+        folder.put({f"{name}/depth.npy": npy(depth)})
+    folder.content["scenes"][name] = scene_entry(targets, None if depth is None else f"{name}/depth.npy")
+    folder.content["controls"]["scenes"][name] = {"pictures": {}}
+
+
 def add_picture(
     folder: Folder,
     stem: str,
@@ -308,8 +347,8 @@ def add_picture(
     *,
     focus_m: float | None,
     aperture_mm: float,
-    blur_px: Sequence[float | None],
-    blur_arcmin: Sequence[float | None],
+    blur_px: Sequence[float | None] = (None, None),
+    blur_arcmin: Sequence[float | None] = (None, None),
     **others: Any,
 ) -> None:
     """Add the manifest's entry of a picture, whose files are `stem`.png and `stem`.npy in the folder of its scene."""

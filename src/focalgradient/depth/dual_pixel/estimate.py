@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
 
-from focalgradient.depth.dual_pixel.halves import POOL, half_radius, halves_of
+from focalgradient.depth.dual_pixel.halves import POOL, half_radius
 from focalgradient.depth.numerics import interpolate_nodes
+from focalgradient.depth.recover import halves_of
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.optics import DualPixel
@@ -39,7 +41,7 @@ def estimate(problem: Problem) -> Estimate:
     slope = optics.aperture_diameter / 2 / problem.views[0].pixel_angle  # pixels of radius for a dioptre
     focus = optics.focus_vergence
     limits = (slope * (search.lowest - focus), slope * (search.highest - focus))
-    found = half_radius(
+    radius, noise_sd, clear, noise = half_radius(
         registered.images[pair[0]],
         registered.images[pair[1]],
         optics.asymmetry * optics.over(registered.shape),
@@ -47,26 +49,24 @@ def estimate(problem: Problem) -> Estimate:
         settings.window,
         registered.usable,
     )
-    model = np.maximum(MODEL_ERROR * np.abs(found.radius), LEAST_ERROR)
+    model = np.maximum(MODEL_ERROR * np.abs(radius), LEAST_ERROR)
     # Where a window reaches over an outline its depth is that of either side.
-    varies = _local_spread(found.radius, VARIES * settings.window / POOL)
-    sd = np.hypot(np.hypot(found.sd, varies), model)
-    valid = found.clear & blur_is_known(np.hypot(found.sd, varies), found.radius, STEADY)
+    varies = _local_spread(radius, VARIES * settings.window / POOL)
+    sd = np.hypot(np.hypot(noise_sd, varies), model)
+    valid = clear & blur_is_known(np.hypot(noise_sd, varies), radius, STEADY)
     shape = registered.shape
-    vergence = focus + interpolate_nodes(found.radius.astype(float), None, POOL, shape) / slope
+    vergence = focus + interpolate_nodes(radius.astype(float), None, POOL, shape) / slope
     return Estimate(
         np.clip(vergence, search.lowest, search.highest).astype(np.float32),
         (interpolate_nodes(sd, None, POOL, shape) / slope).astype(np.float32),
         (interpolate_nodes(valid.astype(float), None, POOL, shape) > 0.5) & registered.usable,
-        noise=[found.noise * float(image.mean()) for image in registered.images],
+        noise=[noise * float(image.mean()) for image in registered.images],
         details={"halves": {"asymmetry": optics.asymmetry, "field": list(optics.field), "model_error": MODEL_ERROR}},
     )
 
 
 def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.float64]:
     """Return the standard deviation of values within a Gaussian window, in blocks."""
-    from scipy.ndimage import gaussian_filter
-
     middle = np.asarray(values, float) - float(np.median(values))
     square = gaussian_filter(middle**2, window) - gaussian_filter(middle, window) ** 2
     return np.asarray(np.sqrt(np.maximum(square, 0.0)), float)

@@ -8,17 +8,17 @@ of the defocus.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import irfft2, rfft2
+from scipy.ndimage import gaussian_filter
 
-from focalgradient.optics import DualPixel
+from focalgradient.depth.read import parabola_minimum
 from focalgradient.optics.dual_pixel import half_transfer
-from focalgradient.view import View
 
-__all__ = ["HalfRadius", "half_asymmetry", "half_radius", "halves_of"]
+__all__ = ["half_asymmetry", "half_radius"]
 
 FloatArray = NDArray[np.floating]
 
@@ -51,42 +51,6 @@ PADDED = 16
 """Width in pixels by which the halves are extended beyond their borders. Chosen by hand."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class HalfRadius:
-    """Signed blur radius at blocks of pixels: positive nearer than focus.
-
-    Parameters
-    ----------
-    radius, sd
-        In pixels, h x w blocks; `sd` is that of noise and of what the model leaves.
-    clear
-        Whether the likelihood has one minimum, away from the ends of the search.
-    noise
-        Standard deviation of the halves' noise.
-    """
-
-    radius: FloatArray
-    sd: FloatArray
-    clear: NDArray[np.bool_]
-    noise: float
-
-
-def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
-    """Return the numbers of the left and the right half of one lens among views; None without such a pair.
-
-    A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
-    """
-    optics = [view.optics for view in views]
-    if not optics or not all(isinstance(one, DualPixel) for one in optics):
-        return None
-    halves = [one for one in optics if isinstance(one, DualPixel)]
-    signs = [float(np.sign(one.asymmetry)) for one in halves]
-    alike = {(one.lens, abs(one.asymmetry), one.field) for one in halves if one.asymmetry}
-    if signs.count(1.0) != 1 or signs.count(-1.0) != 1 or len(alike) != 1:
-        return None
-    return signs.index(1.0), signs.index(-1.0)
-
-
 def half_radius(
     left: NDArray[np.floating],
     right: NDArray[np.floating],
@@ -94,8 +58,8 @@ def half_radius(
     limits: tuple[float, float],
     window: float,
     usable: NDArray[np.bool_] | None = None,
-) -> HalfRadius:
-    """Estimate the signed blur radius of two halves.
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], float]:
+    """Estimate the signed blur radius of two halves, positive nearer than focus.
 
     Parameters
     ----------
@@ -109,9 +73,16 @@ def half_radius(
         Standard deviation of the narrowest window, in pixels.
     usable
         H x W; None: all.
-    """
-    from scipy.ndimage import gaussian_filter
 
+    Returns
+    -------
+    radius, sd
+        In pixels, h x w blocks; `sd` is that of noise and of what the model leaves.
+    clear
+        Whether the likelihood has one minimum, away from the ends of the search.
+    noise
+        Standard deviation of the halves' noise.
+    """
     compared = _Compared.of(left, right, usable)
     radii = np.arange(np.floor(limits[0] / RADIUS_STEP), np.ceil(limits[1] / RADIUS_STEP) + 1) * RADIUS_STEP
     blocks = _blocks(asymmetry.astype(np.float32))
@@ -139,7 +110,7 @@ def half_radius(
             take = (found[1] > RADIUS_KNOWN) | (found[2] < 1)
             found = [*(np.where(take, new, old) for new, old in zip(now[:3], found, strict=False)), found[3]]
     noise = float(np.sqrt(np.median(found[3]) / compared.power))
-    return HalfRadius(found[0], found[1], found[2] > 0, noise)
+    return found[0], found[1], found[2] > 0, noise
 
 
 def half_asymmetry(
@@ -158,8 +129,6 @@ def half_asymmetry(
         The asymmetry and its standard deviation at h x w blocks, and whether the likelihood has one clear minimum among
         the evenly spaced `candidates`.
     """
-    from scipy.ndimage import gaussian_filter
-
     compared = _Compared.of(left, right, usable)
     energies = compared.energies(radius, candidates)
     smooth = np.stack([gaussian_filter(one * compared.count, window / POOL) for one in energies])
@@ -182,8 +151,6 @@ class _Compared:
 
     @classmethod
     def of(cls, left: NDArray[np.floating], right: NDArray[np.floating], usable: NDArray[np.bool_] | None) -> _Compared:
-        from scipy.fft import rfft2
-
         weight = np.ones(left.shape, np.float32) if usable is None else usable.astype(np.float32)
         padded = [
             np.pad(_flattened(np.asarray(half, np.float32), weight), PADDED, mode="reflect") for half in (left, right)
@@ -207,8 +174,6 @@ class _Compared:
 
     def energies(self, radius: float, asymmetries: FloatArray) -> NDArray[np.float32]:
         """Return the mean energy of the halves' difference in each block, at one radius and several asymmetries."""
-        from scipy.fft import irfft2
-
         height, width = self.shape
         even, odd = (part.astype(np.float32) for part in half_transfer(*self.frequencies, radius))
         each = []
@@ -227,8 +192,6 @@ def _minimum(
     cost: NDArray[np.floating], radii: FloatArray, independent: float
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Locate the minimum of the mean energy: return radius, sd, whether it is unambiguous (1 or 0), and value."""
-    from focalgradient.depth.read import parabola_minimum  # deferred: imports Numba
-
     step = radii[1] - radii[0]
     place, least, bend = parabola_minimum(cost)
     least = np.maximum(least, 1e-30)
@@ -248,8 +211,6 @@ SECOND = 4.5
 
 def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
     """Divide an image by its local mean, and with it the smooth ratio of the halves' brightness."""
-    from scipy.ndimage import gaussian_filter
-
     mean = gaussian_filter(image * weight, EVEN) / np.maximum(gaussian_filter(weight, EVEN), 1e-3)
     return np.where(weight > 0, image / np.maximum(mean, 1e-12), 1.0).astype(np.float32)
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from typing import Any
 
@@ -28,7 +28,7 @@ from focalgradient.depth.validity import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAS
 from focalgradient.psf import Annulus, Blend, Disc, Psf
 from focalgradient.psf.disc import disc_transfer
 
-__all__ = ["Alternative", "ModelChecks", "check_model", "error_with", "judge_alternatives"]
+__all__ = ["Alternative", "check_model", "error_with", "judge_alternatives"]
 
 OBSTRUCTED = (0.35, 0.5)
 """Ratio of hole to rim diameter of an annulus, from weak to strong: typical of mirror lenses."""
@@ -175,14 +175,6 @@ _SHAPES = (
 """Shapes of blur that a disc is compared with: form, what makes it, and its transfers from weak to strong."""
 
 
-@dataclass(frozen=True, slots=True)
-class ModelChecks:
-    """Details and warnings from alternative models of the views."""
-
-    details: dict[str, Any] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-
-
 def error_with(split: SplitBand, alternative: Alternative | None) -> float:
     """Return the model error over the blur radius: by the split-band test, or by an alternative's change."""
     return split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
@@ -197,8 +189,8 @@ def check_model(
     misfit: float,
     explained: float,
     any_valid: bool,
-) -> ModelChecks:
-    """Compare the stated optics, and the shape of blur, with others, for views in one waveband.
+) -> tuple[dict[str, Any], list[str]]:
+    """Compare the stated optics, and the shape of blur, with others, for views in one waveband: details and warnings.
 
     `first_noise` is the noise (sd of each view) that the stated optics leave in a part of the frame, `noise_sd` that of
     the whole; `misfit` is the frame's median misfit, `explained` the share of its texture that the model explains.
@@ -222,4 +214,4 @@ def check_model(
     details = {"fit_by_shape": shapes, "fit_by_optics": slips}
     if alternative is not None:
         details["likelier"] = asdict(alternative)
-    return ModelChecks({name: found for name, found in details.items() if found}, texts)
+    return {name: found for name, found in details.items() if found}, texts

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.equalise.alternatives import ModelChecks, check_model, error_with, judge_alternatives
+from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import curves, find_outlines
 from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refine, reject_outliers
@@ -73,46 +74,51 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
-    depth = depth_at_nodes(frame, grid, blurs, search.levels_per_pixel, noise.gains, settings.outlines)
+    nodes, split, jump_variance = depth_at_nodes(
+        frame, grid, blurs, search.levels_per_pixel, noise.gains, settings.outlines
+    )
     alternative = judge_alternatives(problem, blurs, noise_sd) if one_waveband else None
-    tau = error_with(depth.split, alternative)
-    signal = Signal.of(problem, depth.nodes, noise.gains, grid.step)
-    pixels = depth_at_pixels(problem, grid, frame, depth, signal, tau, whitening.law)
-    checks = ModelChecks()
+    tau = error_with(split, alternative)
+    signal = Signal.of(problem, nodes, noise.gains, grid.step)
+    vergence, sd, is_valid, beside_sd = depth_at_pixels(
+        problem, grid, frame, nodes, jump_variance, signal, tau, whitening.law
+    )
+    model_details: dict[str, Any] = {}
+    texts: list[str] = []
     if one_waveband:
-        misfit, any_valid = signal.misfit(depth.nodes), bool(pixels.is_valid.any())
-        found = depth.split, alternative, misfit, signal.explained, any_valid
-        checks = check_model(problem, noise.sd, noise_sd, *found)
+        misfit, any_valid = signal.misfit(nodes), bool(is_valid.any())
+        found = split, alternative, misfit, signal.explained, any_valid
+        model_details, texts = check_model(problem, noise.sd, noise_sd, *found)
     outlines = frame.outlines if signal.is_trusted else None
     details = {
         **({} if noise.gains is None else noise.gains.stated(search.wavebands)),
         "noise_by_brightness": None if whitening.law is None else asdict(whitening.law),
-        "misfit": float(np.median(depth.nodes.misfit)),
-        "split_band": depth.split.stated(),
-        **checks.details,
+        "misfit": float(np.median(nodes.misfit)),
+        "split_band": split.stated(),
+        **model_details,
         "share_of_texture_explained": signal.explained,
         **({"outlines": [] if outlines is None else curves(outlines.side)} if settings.outlines else {}),
         "share_disagreeing": float(1 - frame.is_consistent.mean()),
-        **signal.rejection(depth.nodes, depth.split.tau, (search.lowest, search.highest), pixels.is_valid),
+        **signal.rejection(nodes, split.tau, (search.lowest, search.highest), is_valid),
     }
-    beyond = frame.beyond * (views.usable & ~pixels.is_valid & (one_waveband and signal.is_trusted))
+    beyond = frame.beyond * (views.usable & ~is_valid & (one_waveband and signal.is_trusted))
     details["share_at_or_beyond"] = {"farthest": float(np.mean(beyond < 0)), "nearest": float(np.mean(beyond > 0))}
     farther = details["share_at_or_beyond"]["farthest"]
     impossible = [] if search.lowest > 0 or views.warnings else beyond_infinity(farther, signal.explained)
     in_own_unit = [sd * gain for sd, gain in zip(noise_sd, views.gains, strict=True)]
     result = Estimate(
         *(
-            pixels.vergence,
-            pixels.vergence_sd,
-            pixels.is_valid,
+            vergence,
+            sd,
+            is_valid,
             in_own_unit,
             True,
             details,
-            [*checks.warnings, *impossible],
+            [*texts, *impossible],
         ),
         beyond=beyond,
     )
-    return result, pixels.beside_sd if whitening.is_compressed and pixels.is_valid.any() else None
+    return result, beside_sd if whitening.is_compressed and is_valid.any() else None
 
 
 FACTOR = 2

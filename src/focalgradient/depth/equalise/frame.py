@@ -29,7 +29,7 @@ from focalgradient.depth.search import Blurs, Problem, Search
 from focalgradient.depth.validity import LARGEST_TAU, LEAST_BLUR, blur_is_known
 from focalgradient.optics import capabilities
 
-__all__ = ["Frame", "NodeDepth", "PixelDepth", "depth_at_nodes", "depth_at_pixels"]
+__all__ = ["Frame", "depth_at_nodes", "depth_at_pixels"]
 
 FILTER_REACH = 2.0
 """Spatial support of the filters for different wavebands, in blur radii, over which surfaces mix. Chosen by hand."""
@@ -98,19 +98,12 @@ class Frame:
             self.outlines.fill(tile, outlines)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NodeDepth:
-    """Depth of a whole frame at nodes."""
-
-    nodes: Nodes
-    split: SplitBand
-    jump_variance: FloatArray  # h x w, levels squared: of depth where it is not plane, or near jumps
-
-
 def depth_at_nodes(
     frame: Frame, equalised: Equalised, blurs: Blurs, levels_per_pixel: float, gains: BandGains | None, outlines: bool
-) -> NodeDepth:
+) -> tuple[Nodes, SplitBand, FloatArray]:
     """Join the tiles' depth at nodes, and raise its uncertainty near jumps of depth.
+
+    Also return the variance of depth (h x w, levels squared) where it is not plane, or near jumps.
 
     Parameters
     ----------
@@ -139,52 +132,48 @@ def depth_at_nodes(
             # An error of the model bends depth, too, and is part of the sd already.
             by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
-        return NodeDepth(equalised.beside_jumps(nodes, SCATTER_WINDOWS, is_seen), split, variance)
+        return equalised.beside_jumps(nodes, SCATTER_WINDOWS, is_seen), split, variance
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
     variance = equalised.farther_from_jumps(nodes, FILTER_REACH * float(np.median(given.blur(nodes.level))))
     nodes = equalised.beside_jumps(nodes)
     is_between, added = between_surfaces(equalised, nodes, informative_nodes(nodes, one_waveband=False), given)
     frame.is_consistent &= ~equalised.to_blocks(is_between, shape)
     moved = np.interp(nodes.level, np.arange(equalised.levels), common_error(gains, blurs))
-    return NodeDepth(replace(nodes, sd=np.hypot(nodes.sd, moved)), split, variance + added)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PixelDepth:
-    """Depth at each pixel, H x W each."""
-
-    vergence: NDArray[np.float32]  # D
-    vergence_sd: NDArray[np.float32]  # D
-    is_valid: NDArray[np.bool_]
-    beside_sd: NDArray[np.float32]  # D: that due to a surface without texture, where this is the likelier one; else 0
+    return replace(nodes, sd=np.hypot(nodes.sd, moved)), split, variance + added
 
 
 def depth_at_pixels(
     problem: Problem,
     equalised: Equalised,
     frame: Frame,
-    depth: NodeDepth,
+    nodes: Nodes,
+    jump_variance: FloatArray,
     signal: Signal,
     tau: float,
     law: NoiseLaw | None,
-) -> PixelDepth:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32]]:
     """Interpolate depth from nodes to pixels, replace it near outlines, and decide which pixels are valid.
+
+    Returns vergence and its sd in dioptres, which pixels are valid, and the part of the sd that is due to a surface
+    without texture, where this is the likelier one (else 0); H x W each.
 
     `tau` is the model error as a share of the blur radius, `law` that by which noise rises.
     """
     search, registered, step = problem.search, problem.registered, equalised.step
     shape, is_informative = registered.shape, signal.is_informative
-    coherent = np.zeros(depth.nodes.level.shape)
+    coherent = np.zeros(nodes.level.shape)
     if signal.one_waveband:
-        coherent = _coherent_error(equalised, depth.nodes, is_informative, _by_contrast(law, registered, step))
-    vergence, sd, is_known = _interpolated(equalised, depth, coherent, search, tau, shape, signal.one_waveband)
+        coherent = _coherent_error(equalised, nodes, is_informative, _by_contrast(law, registered, step))
+    vergence, sd, is_known = _interpolated(
+        equalised, nodes, jump_variance, coherent, search, tau, shape, signal.one_waveband
+    )
     is_valid = signal.is_trusted & is_known & frame.is_consistent & equalised.to_blocks(is_informative, shape)
     if frame.outlines is not None and signal.is_trusted:
         at = frame.outlines.is_replaced
         vergence[at], sd[at], is_near_valid = _near_outlines(frame.outlines, coherent, step, search, tau)
         # Both sides of an outline are continued from places about it: some must rest on signal.
         reach = 2 * math.ceil(AROUND * problem.settings.window / step) + 1
-        is_about = ndimage.maximum_filter(is_informative & depth.nodes.has_texture, reach)
+        is_about = ndimage.maximum_filter(is_informative & nodes.has_texture, reach)
         is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
     beside_sd = np.zeros(shape, np.float32)
     if signal.one_waveband:
@@ -197,7 +186,7 @@ def depth_at_pixels(
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))
-    return PixelDepth(vergence, sd, is_valid, beside_sd)
+    return vergence, sd, is_valid, beside_sd
 
 
 def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -> FloatArray:
@@ -245,7 +234,8 @@ def _model_holds(radius: FloatArray, tau: float) -> NDArray[np.bool_]:
 
 def _interpolated(
     equalised: Equalised,
-    depth: NodeDepth,
+    nodes: Nodes,
+    jump_variance: FloatArray,
     coherent: FloatArray,
     search: Search,
     tau: float,
@@ -257,7 +247,7 @@ def _interpolated(
     The model's error (`coherent`: h x w, levels), and the variance near jumps, are part of the sd, but make no pixel
     invalid.
     """
-    nodes, step = depth.nodes, equalised.step
+    step = equalised.step
     height, width = shape
     vergence, vergence_sd = np.empty(shape, np.float32), np.empty(shape, np.float32)
     is_known = np.empty(shape, np.bool_)
@@ -269,7 +259,7 @@ def _interpolated(
         cut = slice(top - first * step, min(height, top + rows) - first * step)
         level, sd, more, error = (
             equalised.to_pixels(v[part], nodes.sd[part], size)[cut]
-            for v in (nodes.level, nodes.sd, depth.jump_variance, coherent)
+            for v in (nodes.level, nodes.sd, jump_variance, coherent)
         )
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing

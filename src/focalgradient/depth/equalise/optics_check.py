@@ -18,7 +18,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,7 +31,7 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Aperture, Optics
 from focalgradient.psf import Blend, Disc, Gaussian, Psf
 
-__all__ = ["Fit", "fit_models", "judge_optics", "judge_shape", "likelier_slip", "misfits", "others_than"]
+__all__ = ["fit_models", "judge_optics", "judge_shape", "likelier_slip", "misfits", "others_than"]
 
 SIDE = 384
 """Side in pixels of the part of the views in which shapes are compared; limits the time. Chosen by hand."""
@@ -51,14 +50,6 @@ def others_than(shape: Psf) -> list[Psf]:
     return [one for one in CANDIDATES if type(one) is not type(shape)]
 
 
-@dataclass(frozen=True, slots=True)
-class Fit:
-    """Goodness of fit of a blur shape to the views."""
-
-    misfit: float  # mean squared residual over what noise explains: the median over the places compared
-    tau: float  # model error by the split-band test
-
-
 def misfits(
     models: Sequence[tuple[Search, Psf]], views: RegisteredViews, noise_sd: Sequence[float], window: float
 ) -> list[float]:
@@ -75,8 +66,12 @@ def _misfits(read: Sequence[Nodes]) -> list[float]:
 
 def fit_models(
     models: Sequence[tuple[Search, Psf]], views: RegisteredViews, noise_sd: Sequence[float], window: float
-) -> list[Fit]:
-    """Return how well each model (a search and a shape of blur) explains `views`, at the same places."""
+) -> list[dict[str, float]]:
+    """Return how well each model (a search and a shape of blur) explains `views`, at the same places.
+
+    "misfit" is the median of the mean squared residual over what noise explains, "tau" the model error by the
+    split-band test.
+    """
     weight = views.usable.astype(np.float32)
     read, taus = [], []
     for search, shape in models:
@@ -88,7 +83,7 @@ def fit_models(
         split = DetailHalves.of(equalised, nodes, images, weight, search, 1.0, nodes.is_textured).test()
         read.append(nodes)
         taus.append(split.tau)
-    return [Fit(misfit, tau) for misfit, tau in zip(_misfits(read), taus, strict=True)]
+    return [{"misfit": misfit, "tau": tau} for misfit, tau in zip(_misfits(read), taus, strict=True)]
 
 
 def judge_shape(
@@ -103,15 +98,16 @@ def judge_shape(
     shapes = [shape, *others_than(shape)]
     models, part = [(problem.search, one) for one in shapes], problem.registered.most_textured_crop(SIDE)
     fits = fit_models(models, part, noise_sd, problem.settings.window)
-    best = min(range(len(shapes)), key=lambda number: fits[number].misfit)
+    best = min(range(len(shapes)), key=lambda number: fits[number]["misfit"])
     # The shape that leaves least may yet err more in depth: then neither is right.
-    is_better = fits[best].misfit < LIKELIER_SHAPE * fits[0].misfit and fits[best].tau < fits[0].tau
+    asked, other = fits[0], fits[best]
+    is_better = other["misfit"] < LIKELIER_SHAPE * asked["misfit"] and other["tau"] < asked["tau"]
     if is_better:
         better = shapes[best]
         more = "".join(f", {name}={value:g}" for name, value in better.stated().items())
         advice = (
-            f"{better} is likelier (its residual is {fits[best].misfit:.2f} times the noise's, {shape}'s "
-            f"{fits[0].misfit:.2f}): compare psf={better.name!r}{more}, or calibrate the camera"
+            f"{better} is likelier (its residual is {other['misfit']:.2f} times the noise's, {shape}'s "
+            f"{asked['misfit']:.2f}): compare psf={better.name!r}{more}, or calibrate the camera"
         )
     else:
         advice = "no other shape explains the views better: calibrate the camera, and check its focus and apertures"
@@ -119,8 +115,7 @@ def judge_shape(
         f"the blur is not quite {shape}: depth from coarse detail and depth from fine detail differ by {split.tau:.0%} "
         f"of the blur, which is part of the standard deviations; {advice}."
     )
-    stated = {str(one): {"misfit": fit.misfit, "tau": fit.tau} for one, fit in zip(shapes, fits, strict=True)}
-    return stated, [text], is_better
+    return dict(zip(map(str, shapes), fits, strict=True)), [text], is_better
 
 
 LIKELIER = 0.85

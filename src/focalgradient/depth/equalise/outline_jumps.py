@@ -13,7 +13,6 @@ focused before and behind everything), and on the scenes `MADE_WITH` and `CONTRO
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
@@ -27,7 +26,7 @@ from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.planes import NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows
 
-__all__ = ["SmallJumps", "between_surfaces", "find_small_jumps"]
+__all__ = ["between_surfaces", "find_small_jumps"]
 
 DIRECTIONS = 8
 """Number of directions, 22.5 degrees apart, in which depth discontinuities are searched. Chosen by hand."""
@@ -80,21 +79,13 @@ SURFACE_SMOOTHING = 1.5
 `MADE_WITH`."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SmallJumps:
-    """Surfaces on either side of small depth discontinuities, H x W each."""
-
-    is_inside: NDArray[np.bool_]  # in reach of one
-    is_near: NDArray[np.bool_]  # whether a pixel lies on the near side
-    distance: FloatArray  # pixels from the nearest outline
-    level: FloatArray  # of the surface on each pixel's side
-    rise: FloatArray  # levels from the far surface to the near one
-
-
 def find_small_jumps(
     equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions, images: Sequence[Image]
-) -> SmallJumps | None:
-    """Return the small jumps among reliable nodes; None where there are none.
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray, FloatArray, FloatArray] | None:
+    """Return the surfaces on either side of small jumps among reliable nodes; None where there are none.
+
+    H x W each: whether a pixel is in reach of a jump; whether it lies on the near side; its distance from the nearest
+    outline, in pixels; the level of the surface on its side; and the levels from the far surface to the near one.
 
     Parameters
     ----------
@@ -144,9 +135,8 @@ def find_small_jumps(
     inward = np.where(is_near, distance, -distance) - moved
     is_near, distance = inward > 0, np.abs(inward)
     is_inside &= distance <= equalised.step * equalised.to_pixels(reach, nodes.sd, shape)
-    return SmallJumps(
-        is_inside, is_near, distance, np.where(is_near, np.maximum(level, high), np.minimum(level, low)), high - low
-    )
+    own = np.where(is_near, np.maximum(level, high), np.minimum(level, low))
+    return is_inside, is_near, distance, own, high - low
 
 
 def between_surfaces(

@@ -333,14 +333,15 @@ def _small(
     jumps = find_small_jumps(equalised, replace(nodes, sd=jump_sd), is_reliable, given, images)
     if jumps is None:
         return None
+    is_inside, is_near, distance, own, rise = jumps
     level, sd = (equalised.to_pixels(values, nodes.sd, is_valid.shape) for values in (nodes.level, nodes.sd))
     return Outlines(
-        _sides(jumps.is_inside & (jumps.distance < 1), jumps.is_near),
-        jumps.is_inside,
-        jumps.is_inside & is_valid & (jumps.distance >= REJECTED),
-        jumps.level.astype(np.float32),
-        np.hypot(sd, CHANGE_SD * (jumps.level - level)).astype(np.float32),
-        _side_sd(jumps.distance, SMALL_OUTLINE_SD, jumps.rise),
+        _sides(is_inside & (distance < 1), is_near),
+        is_inside,
+        is_inside & is_valid & (distance >= REJECTED),
+        own.astype(np.float32),
+        np.hypot(sd, CHANGE_SD * (own - level)).astype(np.float32),
+        _side_sd(distance, SMALL_OUTLINE_SD, rise),
     )
 
 

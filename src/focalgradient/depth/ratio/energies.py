@@ -7,8 +7,10 @@ happens on the grid of 4 x 4 pixels, a sixteenth of the data.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -201,50 +203,8 @@ def _four_rows(r0, r1, r2, r3, r4, r5, square, light):  # type: ignore[no-untype
 
 def smoothed(planes: Plane, sd: float) -> Plane:
     """Return the Gaussian means, of `sd` grid steps, of planes (n x h x w); the frame is mirrored around."""
-    reach = int(np.ceil(3.5 * sd))
-    fall = np.exp(-(np.arange(reach + 1) ** 2) / (2 * sd**2))
-    fall = (fall / (2 * fall.sum() - 1)).astype(np.float32)
-    means = np.empty_like(planes)
-
-    def work(first: int, last: int) -> None:
-        for plane, mean in zip(planes, means, strict=True):
-            _smooth_rows(plane, fall, first, last, mean)
-
-    share_rows(planes.shape[1], work)
-    return means
-
-
-@_compiled
-def _smooth_rows(plane, fall, first, last, mean):  # type: ignore[no-untyped-def]
-    height, width = plane.shape
-    reach = fall.size - 1
-    line = np.empty(width + 2 * reach, np.float32)
-    middle = line[reach : reach + width]
-    for row in range(first, last):
-        here = plane[row]
-        for x in range(width):
-            middle[x] = fall[0] * here[x]
-        for d in range(1, reach + 1):
-            above, below, weight = plane[_mirror(row - d, height)], plane[_mirror(row + d, height)], fall[d]
-            for x in range(width):
-                middle[x] += weight * (above[x] + below[x])
-        for d in range(reach):
-            line[reach - 1 - d] = middle[_mirror(-1 - d, width)]
-            line[reach + width + d] = middle[_mirror(width + d, width)]
-        out = mean[row]
-        for x in range(width):
-            out[x] = fall[0] * middle[x]
-        for d in range(1, reach + 1):
-            before, after, weight = line[reach - d : reach - d + width], line[reach + d : reach + d + width], fall[d]
-            for x in range(width):
-                out[x] += weight * (before[x] + after[x])
-
-
-@_compiled
-def _mirror(index, count):  # type: ignore[no-untyped-def]
-    """Return the place within 0 .. count - 1 that mirrors at the frame's edges put at `index`."""
-    index %= 2 * count
-    return min(index, 2 * count - 1 - index)
+    side = 2 * math.ceil(3.5 * sd) + 1
+    return np.stack([cv2.GaussianBlur(plane, (side, side), sd, borderType=cv2.BORDER_REFLECT) for plane in planes])
 
 
 def compared(

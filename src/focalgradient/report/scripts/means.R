@@ -1,7 +1,4 @@
-student <- function(mean, error, df) {
-  half <- qt(.975, df) * error
-  c(mean = mean, low = mean - half, high = mean + half, t = mean / error, df = df, p = 2 * pt(-abs(mean / error), df))
-}
+# include tests
 cells_of <- function(y) {  # a row for each cell that has a value
   cells <- expand.grid(participant_id = rownames(y), scene = colnames(y), stringsAsFactors = FALSE)
   na.omit(cbind(cells, value = as.vector(y)))
@@ -60,11 +57,6 @@ pooled <- function(e) {  # without scenes where no subject has a scene at two ap
   e
 }
 scenes_of <- function(e, d) if ("all scenes" %in% e$scene) "all scenes" else unique(d$scene)
-no_test <- function(y) {  # why there is no test over subjects
-  if (sum(rowSums(!is.na(y)) > 0) < 2) return("Fewer than two subjects have a value: no test.")
-  own <- own_means(y)
-  if (sd(own) <= 1e-12 * max(1, abs(own))) "All subjects have the same value: no test."
-}
 own_means <- function(y) {  # of subjects; empty cells are filled by subject + scene where that is possible
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
   if (!anyNA(y)) return(rowMeans(y))
@@ -74,17 +66,36 @@ own_means <- function(y) {  # of subjects; empty cells are filled by subject + s
   y[is.na(y)] <- predict(line, of)[is.na(y)]
   rowMeans(y)
 }
+over_subjects <- function(y) over_people(own_means(y))
 crossed <- function(y) {  # the mean of a table of subjects by scenes, both random where there are FEWEST_SCENES scenes
   y <- y[rowSums(!is.na(y)) > 0, colSums(!is.na(y)) > 0, drop = FALSE]
-  s <- nrow(y); n <- ncol(y); reason <- no_test(y)
-  if (!is.null(reason)) return(reason)
+  s <- nrow(y); n <- ncol(y); fixed <- over_subjects(y)
+  if (is.character(fixed)) return(fixed)
   if (n >= FEWEST_SCENES && anyNA(y) && !(sum(!is.na(y)) == s && s == n))
     return(if (requireNamespace("lmerTest", quietly = TRUE)) by_lmertest(y) else by_reml(y))
-  r <- own_means(y); over_subjects <- student(mean(r), sd(r) / sqrt(s), s - 1)
-  if (n < FEWEST_SCENES || anyNA(y)) return(over_subjects)
-  k <- colMeans(y); free <- (s - 1) * (n - 1)
+  if (n < FEWEST_SCENES || anyNA(y)) return(fixed)
+  r <- rowMeans(y); k <- colMeans(y); free <- (s - 1) * (n - 1)
   ms <- c(subjects = n * var(r), scenes = s * var(k), residual = sum((y - outer(r, k, "+") + mean(y))^2) / free)
-  if (ms[["scenes"]] <= ms[["residual"]]) return(over_subjects)
+  if (ms[["scenes"]] <= ms[["residual"]]) return(fixed)
   v <- sum(ms * c(1, 1, -1)); df <- max(v^2 / sum(ms^2 / c(s - 1, n - 1, free)), min(s, n) - 1)
   student(mean(y), sqrt(v / (s * n)), df)
+}
+fixations <- function(d) {
+  known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
+  c(intersect(known, names), sort(setdiff(names, known)))
+}
+each_fixation <- function(d, what) sapply(fixations(d), function(f) what(pooled(d[d$fixation == f, ])), simplify = FALSE)
+table_of <- function(e, d, what) {  # a row a subject, a column a scene
+  of <- list(factor(e$participant_id, unique(d$participant_id)), factor(e$scene, scenes_of(e, d)))
+  y <- sapply(levels(of[[2]]), function(k) sapply(levels(of[[1]]), function(s) what(e[of[[1]] == s & of[[2]] == k, ])))
+  matrix(y, nlevels(of[[1]]), dimnames = lapply(of, levels))
+}
+slope <- function(all, answer) function(o) {  # on the apertures
+  m <- tapply(o[[answer]], factor(o$aperture_mm, all), mean); w <- all - mean(all); used <- w != 0
+  if (!any(used) || anyNA(m[used])) NA else sum(w[used] * m[used]) / sum(w^2)
+}
+differences <- function(of) {  # of each two fixations
+  if (length(of) < 2) return(list())
+  pairs <- combn(names(of), 2, simplify = FALSE)
+  setNames(lapply(pairs, function(pair) less(of[[pair[1]]], of[[pair[2]]])), sapply(pairs, paste, collapse = " less "))
 }

@@ -1,21 +1,24 @@
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
-depth_effect <- function(d, fixation) {  # log ratio of the largest aperture to the pinhole: subjects x scenes
-  e <- pooled(d[d$fixation == fixation, ]); largest <- max(e$aperture_mm)
+# include means
+log_ratio <- function(e, mm) {  # of an aperture to the pinhole: subjects x scenes
   mean_at <- function(mm) {
     o <- e[e$aperture_mm == mm, ]
     of <- list(factor(o$participant_id, unique(d$participant_id)), factor(o$scene, scenes_of(e, d)))
     tapply(o$log_rating, of, mean)
   }
-  if (largest > 0) mean_at(largest) - mean_at(0) else NA * mean_at(0)
+  if (mm > 0) mean_at(mm) - mean_at(0) else NA * mean_at(0)
 }
-depth_effects <- function(d) {  # of each object in focus
-  known <- c("nearest", "farthest"); names <- unique(as.character(d$fixation))
-  names <- c(intersect(known, names), sort(setdiff(names, known)))
-  sapply(names, function(f) depth_effect(d, f), simplify = FALSE)
+intermediate <- function(d) {  # log ratios of the apertures between the pinhole and the largest one
+  of <- list()
+  for (f in fixations(d)) {
+    e <- pooled(d[d$fixation == f, ]); all <- sort(unique(e$aperture_mm))
+    if (all[1] == 0 && length(all) > 2) for (mm in all[2:(length(all) - 1)])
+      of[[paste0(f, ", ", e$aperture[e$aperture_mm == mm][1])]] <- log_ratio(e, mm)
+  }
+  of
 }
-# include means
-headline <- function(y) {
-  found <- crossed(y)
+equivalence <- function(found, bound) {  # two one-sided tests, 90 % interval
   if (is.character(found)) return(found)
-  c(found, ratio = exp(found[["mean"]]))
+  m <- found[["estimate"]]; error <- found[["standard_error"]]; df <- found[["df"]]; half <- qt(.95, df) * error
+  c(estimate = m, low = m - half, high = m + half, p = max(pt(-(m + bound) / error, df), pt(-(bound - m) / error, df)))
 }

@@ -1,0 +1,18 @@
+# Geometric mean thresholds and their ratios, as in the report, from the thresholds that psignifit fitted to each person.
+# Base R. Run in the report's folder: Rscript thresholds.R
+design <- file.exists("blur_thresholds.csv")
+d <- read.csv(if (design) "blur_thresholds.csv" else "thresholds.csv", colClasses = c(participant = "character"))
+if (design && !is.null(d$enough.of.them)) d <- d[d$enough.of.them == "yes", ]  # with exclusions
+d$log <- log(d[[grep("^threshold", names(d))[1]]]); d <- d[!is.na(d$log), ]
+d$condition <- if (is.null(d$condition)) rep("", nrow(d)) else ifelse(is.na(d$condition), "", as.character(d$condition))
+# include tests
+of <- function(condition) {  # of each person, averaged over sessions
+  own <- d[d$condition == condition, ]; tapply(own$log, own$participant, mean)
+}
+ratio <- function(one, other) {
+  both <- intersect(names(one), names(other))
+  if (length(both)) return(over_people(one[both] - other[both]))
+  if (min(length(one), length(other)) < 2) return("Fewer than two subjects in a group: no test.")
+  v <- c(var(one) / length(one), var(other) / length(other)); n <- c(length(one), length(other)) - 1  # Welch
+  student(mean(one) - mean(other), sqrt(sum(v)), sum(v)^2 / sum(v^2 / n))
+}
