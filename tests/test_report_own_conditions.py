@@ -13,8 +13,9 @@ from scipy import stats
 from focalgradient import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import Effect
-from focalgradient.statistics.own_conditions import rating_tests, read_conditions
-from focalgradient.statistics.own_files import text_table
+from focalgradient.statistics.rating_conditions import rating_tests
+from focalgradient.user_tables.conditions import read_conditions
+from focalgradient.user_tables.files import text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 

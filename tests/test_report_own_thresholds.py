@@ -26,8 +26,9 @@ from focalgradient.statistics import (
     read_ratings,
     read_thresholds,
 )
-from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.thresholds import MEAN, RATIO, SubjectThreshold
+from focalgradient.user_tables.schema import THRESHOLDS
+from focalgradient.user_tables.source import holds
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -188,7 +189,7 @@ def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
 def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "own.csv"
     path.write_text(text)
-    assert holds_thresholds(path)
+    assert holds(THRESHOLDS, path)
     with pytest.raises(InputError) as error:
         make_report(path)
     assert said in str(error.value)
@@ -206,7 +207,7 @@ def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
         ("subject,aperture,fixation,correct", {"aperture": "aperture"}, False),
     ):
         path.write_text(f"{header}\n")
-        assert holds_thresholds(path, columns) is expected, header
+        assert holds(THRESHOLDS, path, columns) is expected, header
     path.write_text("subject,level,correct\nA,1,1\n")
     with pytest.raises(InputError, match=r"bound is for depth ratings, but .* contains answers at levels"):
         make_report(path, bound=1.2)

@@ -21,7 +21,7 @@ from test_report_scripts import three_fixations
 from focalgradient import InputError
 from focalgradient.report.export import trial_files
 from focalgradient.statistics import depth_rating, read_ratings
-from focalgradient.statistics.own_conditions import read_conditions
+from focalgradient.user_tables.conditions import read_conditions
 
 RATINGS = [float(row[-1]) for row in ROWS]
 

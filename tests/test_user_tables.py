@@ -20,7 +20,7 @@ from focalgradient.files.tables import TextTable, parse_table, read_cells
 from focalgradient.luminance import parse_luminance
 from focalgradient.report.reading import explained_table
 from focalgradient.statistics import read_ratings, read_thresholds
-from focalgradient.statistics.own_tables import of_one_data_set
+from focalgradient.user_tables.source import of_one_data_set
 
 HEAD = "participant,aperture,fixation,scene,rating"
 BODY = [
@@ -136,6 +136,7 @@ def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str) -> None:
     rows = [f"S1,{level},{int(level > -0.8)}" for level in (-1.0, -0.5, -1.0, -0.5)]
     own = read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
     assert sorted(own.table["level"].unique()) == pytest.approx([0.1, 10**-0.5])
+    assert f"  {heading} -> level: -1.0, -0.5" in explained_table(tmp_path / "own.csv")
 
 
 @pytest.mark.parametrize("heading", ["level (dB)", "log level", "log_contrast"])

@@ -2,8 +2,11 @@
 
 import pytest
 
+from focalgradient.design import NeckerDesign
+from focalgradient.design.cube_pages import CubePages
 from focalgradient.design.words import LANGUAGES, load_words, words_text
 from focalgradient.errors import InputError
+from focalgradient.web.lists import Lists
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -43,3 +46,19 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
     with pytest.raises(InputError, match=sentence) as caught:
         load_words("mine.toml", tmp_path)
     assert str(caught.value).count("\n") == 0
+
+
+@pytest.mark.parametrize(("language", "space"), [("en", "SPACE"), ("de", "LEERTASTE")])
+def test_keys_are_named_in_the_participants_language(language, space, tmp_path):
+    design = NeckerDesign(gradients=("none",), keys=("left", "space"), language=language)
+    first = CubePages(design, load_words(language), "01").opening()
+    text = "\n".join(page.text for page in first)
+    assert f"  {space}  " in text
+    assert "  ←  " in text
+    assert "LEFT" not in text
+    listed = Lists(design)
+    assert listed.session("01")["key_names"] == {"left": "←", "space": space}
+    older = words_text(language).replace("[keys]", "[removed]")
+    start, end = older.index("[removed]"), older.index("[form]")
+    (tmp_path / "older.toml").write_text(older[:start] + older[end:])
+    assert load_words("older.toml", tmp_path).key("space") == "SPACE"

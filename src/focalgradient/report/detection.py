@@ -26,8 +26,8 @@ from focalgradient.statistics.detection import (
     roc_area,
     type2_area,
 )
-from focalgradient.statistics.own_detection import OwnDetection
 from focalgradient.statistics.wording import many
+from focalgradient.user_tables.detection import OwnDetection
 
 __all__ = ["detection_part"]
 

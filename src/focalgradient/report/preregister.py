@@ -42,9 +42,9 @@ from focalgradient.statistics.exclusions import (
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
-from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.tasks import Task, task_named
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Planned", "Preregistered", "preregistration"]
 

@@ -42,9 +42,9 @@ from focalgradient.statistics.rating_questions import ENOUGH_SUBJECTS
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.robustness import ALL_RULES, Variant, robustness
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD, CONFIDENCE_SLOPE, confidence_answers
-from focalgradient.statistics.tables import FIXATIONS
 from focalgradient.statistics.wording import SPACE, decimals, in_focus, many, number, p_is
 from focalgradient.statistics.wording import listed as in_words
+from focalgradient.user_tables.tidy import FIXATIONS
 
 __all__ = ["POSTERIOR", "gaze_blocks", "rating_part", "rating_plan", "ratings_of_dataset"]
 

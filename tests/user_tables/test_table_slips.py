@@ -14,7 +14,7 @@ import pytest
 from focalgradient import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
-from focalgradient.statistics.own_names import same_name
+from focalgradient.user_tables.names import same_name
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 

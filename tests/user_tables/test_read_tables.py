@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from focalgradient import InputError
 from focalgradient.statistics import quality, read_ratings, read_reports
-from focalgradient.statistics.own_reports import holds_reports
+from focalgradient.user_tables.reports import holds_reports
 
 LONG = "subject,fstop,focus,resp\nA,pinhole,near,1.0\nA,f5.6,near,1.4\nB ,0,far,0.9\nB,5.6,farthest,1.2\n"
 
