@@ -74,11 +74,13 @@ TESTS: dict[str, Sequence[str]] = {
     "report": (
         *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
         *("tests/test_response_scales.py", "tests/test_blur_threshold.py", "tests/test_tasks.py"),
-        "tests/test_kept_reports.py",
+        *("tests/test_meta.py", "tests/test_scales.py", "tests/test_foreign_tables.py", "tests/test_kept_reports.py"),
     ),
     "statistics": (
         "tests/statistics/test_*.py",
         *("tests/test_scales.py", "tests/test_power.py", "tests/test_report_own_*.py", "tests/test_kept_reports.py"),
+        *("tests/test_meta.py", "tests/test_foreign_tables.py", "tests/test_user_tables.py"),
+        *("tests/test_blur_threshold.py", "tests/test_task_file.py"),
     ),
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""

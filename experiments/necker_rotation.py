@@ -50,7 +50,7 @@ def reminder(sitting: Sitting) -> list[Any]:
     of_key = {key: percept for percept, key in design.keys_of(sitting.participant).items()}
     return [
         sitting.screen.text(
-            f"{key.upper()}   {sitting.words(f'necker.{of_key[key]}')}", height=0.028, x=side * 0.3, y=-0.46
+            f"{sitting.words.key(key)}   {sitting.words(f'necker.{of_key[key]}')}", height=0.028, x=side * 0.3, y=-0.46
         )
         for key, side in zip(design.keys, (-1, 1), strict=True)
     ]

@@ -95,8 +95,12 @@ ROOMS = {
     "web": {
         *("dataset", "design", "display", "errors", "files", "live", "psf", "render", "scales", "stimuli", "tasks"),
     },
-    "statistics": {"errors", "files", "parallel", "progress", "quantities", "scales"},
-    "power": {"design", "errors", "files", "parallel", "progress", "quantities", "scales", "statistics", "tasks"},
+    "user_tables": {"errors", "files", "scales"},
+    "statistics": {"errors", "files", "parallel", "progress", "quantities", "scales", "user_tables"},
+    "power": {
+        *("design", "errors", "files", "parallel", "progress", "quantities", "scales", "statistics", "tasks"),
+        "user_tables",
+    },
     "report": {
         "dataset",
         "design",
@@ -109,6 +113,7 @@ ROOMS = {
         "scales",
         "statistics",
         "tasks",
+        "user_tables",
     },
     "plotting": {"depth", "errors", "eye", "luminance", "optics", "power", "scenes", "statistics", "view"},
     "cli": {
@@ -117,7 +122,18 @@ ROOMS = {
         *("memory", "optics", "options"),
         *("parallel", "photographs", "plausibility"),
         *("plotting", "psf", "design", "observers", "power", "render", "report", "scenes", "statistics", "stimuli"),
-        *("display", "luminance", "progress", "quantities", "tasks", "termination", "video", "view", "web"),
+        *(
+            "display",
+            "luminance",
+            "progress",
+            "quantities",
+            "tasks",
+            "termination",
+            "user_tables",
+            "video",
+            "view",
+            "web",
+        ),
     },
     "termination": set(),
 }

@@ -15,10 +15,10 @@ from click.testing import CliRunner
 from damaging import forged
 
 from focalgradient.cli import main
-from focalgradient.dataset import Apparatus, Chosen, Session, export, read_dataset, read_journal, validate
-from focalgradient.design import BlurThresholdDesign, Procedure, check_design, design_text
+from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, validate
+from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, choose, known_threshold, right_share
+from focalgradient.observers import OBSERVERS, choose
 from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
@@ -33,15 +33,6 @@ def ran(*words: object) -> str:
     return result.output
 
 
-def test_the_file_of_the_design_is_what_is_usual_and_says_every_setting():
-    import tomllib
-
-    found = tomllib.loads(design_text("blur-threshold"))
-    design = check_design("file", found)
-    assert design == BlurThresholdDesign()
-    assert set(design.model_dump()) <= set(found) <= {"task", *BlurThresholdDesign.model_fields}
-
-
 def test_both_intervals_come_equally_often_and_no_one_too_often_in_a_row():
     trials = [trial for trial in BlurThresholdDesign().trials("07") if trial.phase == "main"]
     counted = [trial.interval for trial in trials if not trial.catch]
@@ -54,22 +45,6 @@ def test_scenes_do_not_tell_the_interval_in_practice_and_catch_trials():
     trials = design.trials("01")
     shown = [(trial.scene, trial.interval) for trial in trials if trial.catch or trial.phase == "practice"]
     assert {*((shown.count(one), one) for one in shown)} == {(3, (scene, n)) for scene in design.scenes for n in (1, 2)}
-
-
-@pytest.mark.parametrize(
-    ("given", "sentence"),
-    [
-        ({"judged": "colour"}, "judged is 'colour', but must be 'blur' or 'depth'"),
-        ({"most_level": 0.03}, "most_level is 0.03, but must be at least twice least_level, which is 0.02"),
-        ({"least_level": 0.0}, "least_level is 0.0, but must be a number above 0"),
-        ({"level_steps": 4}, "level_steps is 4, but must be a whole number from 5 to 100"),
-        ({"scenes": ["a", "a"]}, "scenes names 'a' more than once"),
-    ],
-)
-def test_impossible_designs_are_refused_in_one_sentence(given, sentence):
-    with pytest.raises(InputError) as caught:
-        check_design("mine", {"task": "blurthreshold", **given})
-    assert sentence in str(caught.value)
 
 
 def test_the_procedure_depends_on_nothing_but_its_answers():
@@ -151,10 +126,7 @@ DAMAGES = {
     "a right answer": (_flipped("correct"), "correct is .*, which contradicts the answer"),
     "a third answer": (lambda event: {"answer": 3}, "answer is 3, but must be 1 or 2"),
     "no time": (lambda event: {"response_time": 0.0}, "response_time is 0 s"),
-    "the other interval": (
-        _flipped("interval"),
-        "interval is [12], but [12] by the design",
-    ),
+    "the other interval": (_flipped("interval"), "interval is [12], but [12] by the design"),
 }
 
 
@@ -172,32 +144,6 @@ def test_damages_to_a_session_are_named(damage, simulated, tmp_path):
     forged(spoil, "blurthreshold")(root)
     (problem,) = validate(root).problems
     assert re.search(sentence, problem)
-
-
-def test_a_table_is_made_anew_of_its_journal(simulated, tmp_path):
-    shutil.copytree(simulated, tmp_path / "data")
-    path = next((tmp_path / "data").glob("sub-01/beh/*.tsv"))
-    text = path.read_text()
-    path.unlink()
-    export(next((tmp_path / "data").rglob("sub-01*.jsonl")))
-    assert path.read_text() == text
-    assert read_journal(next((tmp_path / "data").rglob("sub-01*.jsonl"))).head["about"]["threshold"] > 0
-
-
-@pytest.mark.slow
-def test_the_report_gives_each_threshold_with_its_interval(simulated, tmp_path):
-    ran("report", simulated, "--out", tmp_path / "report")
-    lines = (tmp_path / "report" / "blur_thresholds.csv").read_text().splitlines()
-    assert lines[0].startswith("participant,session,threshold (D),low,high,slope,lapses,trials,catch trials right")
-    for line in lines[1:]:
-        cells = line.split(",")
-        threshold, low, high, known = (float(cells[place]) for place in (2, 3, 4, -1))
-        assert low < threshold < high
-        assert known == pytest.approx(known_threshold(BlurThresholdDesign(), cells[0][4:], 3), rel=1e-3)
-    page = (tmp_path / "report" / "report.md").read_text()
-    for words in ("Geometric mean threshold: ", "QUEST+", "psignifit", "Simulated observers"):
-        assert words in page
-    assert (tmp_path / "report" / "blur_thresholds.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_the_fit_finds_a_threshold_from_many_trials_by_a_formula_of_its_own():
@@ -277,9 +223,3 @@ def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulat
     sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
         ThresholdPart.of_dataset(root)
-
-
-def test_the_share_of_right_answers_goes_from_half_to_all_but_lapses():
-    assert right_share(1e-6, 0.2, lapses=0.02) == pytest.approx(0.5)
-    assert right_share(0.2, 0.2, lapses=0.02) == pytest.approx(0.74)
-    assert right_share(9.0, 0.2, lapses=0.02) == pytest.approx(0.98)

@@ -10,11 +10,9 @@ from collections.abc import Iterator
 
 import click
 import pytest
-from click.testing import CliRunner
 from command_line import run
 
 from focalgradient.cli import main
-from focalgradient.cli.program import announce
 
 
 def commands(group: click.Group = main, words: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], click.Command]]:
@@ -52,28 +50,6 @@ def test_help_has_an_example_that_the_command_understands(words):
             known = {option for parameter in command.params for option in parameter.opts}
             assert {word for word in given if word.startswith("--")} <= known
             assert context is not None
-
-
-def test_the_shell_completes_commands_options_and_choices():
-    for words, expected in (("dep", "depth"), ("depth --calib", "--calibration"), ("depth --method eq", "equalise")):
-        line = f"focalgradient {words}"
-        environment = {
-            "_FOCALGRADIENT_COMPLETE": "bash_complete",
-            "COMP_WORDS": line,
-            "COMP_CWORD": str(len(line.split()) - 1),
-        }
-        runner = CliRunner()
-        result = runner.invoke(main, [], env=environment, prog_name="focalgradient")
-        assert f"plain,{expected}" in result.stdout
-
-
-@pytest.mark.parametrize(
-    ("seconds", "said"),
-    [(9, ""), (34, "work: about 30 s on two cores.\n"), (600, "work: about 10 min on two cores.\n"), (9000, "2.5 h")],
-)
-def test_long_work_is_announced(seconds, said, capsys):
-    announce(seconds, "work")
-    assert said in capsys.readouterr().err
 
 
 def test_the_package_runs_as_a_module() -> None:

@@ -1,9 +1,7 @@
 """`focalgradient power`: rates that are right where they are known, runs that go on where they were cut off."""
 
-import errno
 import json
 import math
-import os
 import re
 
 import numpy as np
@@ -16,7 +14,6 @@ from focalgradient import InputError, power
 from focalgradient.cli.power import power as command
 from focalgradient.cli.program import Program
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
-from focalgradient.parallel import processes
 from focalgradient.power import (
     CubeModel,
     LatentModel,
@@ -91,15 +88,6 @@ def test_who_sees_blur_is_told_from_who_does_not():
     assert found["blind"].interaction.p > 0.05
 
 
-@pytest.mark.slow
-def test_numbers_do_not_depend_on_workers_or_order(tmp_path):
-    study = Study(Model(), SMALL)
-    one = run(study, [3, 4], 3, tmp_path / "one.jsonl")
-    with processes(2) as pool:
-        two = run(study, [4, 3], 3, tmp_path / "two.jsonl", executor=pool)
-    pd.testing.assert_frame_equal(one, two)
-
-
 def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
     """Ctrl-C in the midst, and a line cut short: the same as a run in one go, and nothing is done twice."""
     study, calls, experiment = Study(Model(), SMALL), [], Study.experiment
@@ -141,44 +129,6 @@ def test_the_command_writes_table_and_figure(tmp_path, small):
     assert "Simulated subjects" in result.stdout
     assert re.search(r"\d% \[\d+\.\d%, \d+\.\d%\] \(N = 4\); by interpolation N [=<>]+ \d+ for \.80", result.stdout)
     assert "±" not in result.stdout
-
-
-def test_ctrl_c_keeps_what_is_done(tmp_path, small, monkeypatch):
-    def interrupted(*args):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(Study, "experiment", interrupted)
-    result = call("--subjects", "3", "--experiments", 2, "--out", tmp_path / "power", *small)
-    assert result.exit_code == 130
-    assert "is kept; the same command continues" in result.stderr
-    assert (tmp_path / "power" / "experiments.jsonl").exists()
-
-
-@pytest.mark.parametrize(
-    ("args", "sentence"),
-    [
-        (["--subjects", "6,x"], "--subjects is 6,x, but must be whole numbers from 2 to 1000"),
-        (["--bound", "0.5"], "bound is 0.5, but must be a ratio above 1"),
-    ],
-)
-def test_bad_options_are_said_in_one_sentence(tmp_path, args, sentence):
-    result = call("--out", tmp_path / "power", *args)
-    assert result.exit_code == 2
-    assert sentence in result.stderr
-    assert result.stderr.count("\n") == 1
-
-
-def test_on_a_full_disk_the_experiments_are_kept_and_nothing_else_is_said(tmp_path, monkeypatch):
-    def full(path):
-        if path.name != "experiments.jsonl":
-            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr("focalgradient.files.writing._flush_file", full)
-    args = ["power", "necker", "--subjects", "3", "--experiments", "1", "--workers", "1", "--out", str(tmp_path)]
-    result = CliRunner().invoke(Program("focalgradient", commands=[command]), args)
-    assert result.exit_code == 2
-    assert "(No space left on device): none of these results was written" in result.stderr
-    assert [path.name for path in tmp_path.iterdir()] == ["experiments.jsonl"]
 
 
 def test_shares_of_time_are_those_of_the_model():

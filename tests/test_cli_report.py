@@ -1,12 +1,11 @@
 """`focalgradient report`: the files that it writes, what it says, and its exit codes."""
 
-import json
 import os
 from functools import partial
 
 import command_line
 import pytest
-from recorded import edit, rating_file, record_necker, record_ratings
+from recorded import record_ratings
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -27,50 +26,6 @@ def test_the_report_is_written(data, tmp_path):
     assert not any(name.startswith("necker") for name in names)
     assert "factor of 1.3" in (tmp_path / "new" / "report" / "report.md").read_text(encoding="utf-8")
     assert result.stdout.splitlines()[-1].startswith("Done: open ")
-
-
-def test_what_cannot_be_analysed_is_said_and_the_rest_is_written(tmp_path):
-    root = record_necker(record_ratings(tmp_path / "data", 2), 2)
-    edit(rating_file(root), 4, "fixation", "middle")
-    result = run(root, "--out", tmp_path / "report")
-    assert result.exit_code == 0
-    assert "row 4: fixation is 'middle', but must be one of nearest, farthest" in result.stderr
-    assert (tmp_path / "report" / "necker.png").exists()
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(
-    ("design", "sentence"),
-    [
-        ({"../X": 1}, "task is missing"),
-        ({"task": "necker", "../X": 1}, "../X is not a known key"),
-        ({"task": "necker"}, ""),
-    ],
-)
-def test_a_session_whose_sidecar_has_no_design_is_left_out_and_named(tmp_path, design, sentence):
-    root = record_necker(record_ratings(tmp_path / "data", 2), 2)
-    for path in root.glob("sub-*/beh/*necker*.json"):
-        path.write_text(json.dumps(json.loads(path.read_text()) | {"Design": design}))
-    result = run(root, "--out", tmp_path / "report", "--workers", "1")
-    assert result.exit_code == 0, result.output
-    assert sentence in result.stderr
-    assert (tmp_path / "report" / "necker.png").exists() == (not sentence)
-    assert (tmp_path / "report" / "depth_rating.png").exists()
-
-
-@pytest.mark.parametrize(
-    ("args", "sentence"),
-    [
-        (["--bound", "0.9"], "--bound is 0.9, but must be a ratio above 1 and at most 10"),
-        (["--ordinal"], "ratings must be whole numbers"),
-    ],
-)
-def test_bad_options_are_said_in_one_sentence_and_nothing_is_written(data, tmp_path, args, sentence):
-    result = run(data, "--out", tmp_path / "report", *args)
-    assert result.exit_code == 2
-    assert sentence in result.stderr
-    assert result.stderr.count("\n") == 1
-    assert not (tmp_path / "report").exists()
 
 
 def test_a_table_of_ones_own(tmp_path):

@@ -10,8 +10,7 @@ import command_line
 import pytest
 from interrupts import interruptible
 
-from focalgradient.dataset import Apparatus, Session, validate
-from focalgradient.design import NeckerDesign
+from focalgradient.dataset import validate
 from focalgradient.display import Display
 from focalgradient.observers import pictures
 from focalgradient.stimuli import make_depth_rating
@@ -61,33 +60,6 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     result = run("depth-rating", "--observers", 3, *common[2:], "--design", rating)
     assert result.exit_code == 0, result.output
     assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 existed already."
-
-
-@pytest.mark.parametrize(
-    ("args", "sentence"),
-    [
-        (("necker", "--observer", "ghost"), "observer is 'ghost', but must be one of default, blur-blind, opposite"),
-        (("necker", "--stimuli", "nowhere"), "--stimuli cannot go with necker"),
-        (("depth-rating", "--design", "{necker}"), "is a design of necker, but must be one of depth-rating"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_sentence(tmp_path, necker, args, sentence):
-    given = [str(one).format(necker=necker) for one in args]
-    result = run("--observers", 1, "--seed", 1, "--out", tmp_path / "data", *given)
-    assert result.exit_code == 2
-    assert result.stderr.startswith("Error: ")
-    assert len(result.stderr.strip().splitlines()) == 1
-    assert sentence in result.stderr
-    assert not (tmp_path / "data").exists()
-
-
-def test_a_data_set_of_people_is_left_alone(tmp_path, necker):
-    out = tmp_path / "data"
-    with Session.begin(out, NeckerDesign(), "09", apparatus=Apparatus("s")):
-        pass
-    result = run("necker", "--observers", 1, "--seed", 1, "--out", out, "--design", necker, "--workers", 1)
-    assert result.exit_code == 2
-    assert "is a data set of people" in result.stderr
 
 
 @pytest.mark.slow

@@ -132,10 +132,7 @@ DAMAGES = {
     "line changed": (text(b'"rating": 1.25', b'"rating": 1.75'), "line 6 was changed after it was written"),
     "line lost": (lines(lambda found: found.pop(5)), "lines before line 6 are missing, or were changed or moved"),
     "lines exchanged": (lines(swapped), "lines before line 5 are missing, or were changed or moved"),
-    "line doubled": (
-        lines(lambda found: found.insert(5, found[5])),
-        "line 7, main trial 3: it occurs more than once: use 'focalgradient repair'",
-    ),
+    "line doubled": (lines(lambda found: found.insert(5, found[5])), "line 7, main trial 3: it occurs more than once"),
     "line torn": (text(b'"rating"', b"\n"), "line 6 is damaged, which a crash of the program does not explain"),
     "line without chain": (
         lines(lambda found: found.append(b'{"event": "note", "kind": "break"}\n')),
@@ -149,10 +146,7 @@ DAMAGES = {
         "line 1 was added or changed after the session: it has no chain",
     ),
     "end lost": (lines(lambda found: found.pop()), "differs from its journal"),
-    "half a character": (
-        text(b'"scene": "', b'"scene": "\\ud800'),
-        "line 6 is damaged, which a crash of the program does not explain",
-    ),
+    "half a character": (text(b'"scene": "', b'"scene": "\\ud800'), "line 6 is damaged, which a crash of the program"),
     "phase lost": (text(b'"phase": "main", ', b""), "line 6: phase is missing, but must be practice or main"),
     "onset lost": (text(b'"onset"', b'"offset"'), "line 6: onset is missing, but must be a number of 0 or more"),
     "rating no more a number": (text(b'"rating": 1.25', b'"rating": "x"'), "line 6: rating is 'x', but must be"),
@@ -162,30 +156,21 @@ DAMAGES = {
         text(b'"rating"', b'"presses": [[1]], "rating"'),
         "line 6: presses is .*, but must be absent in a trial in which no keys are held",
     ),
-    "press damaged": (
-        text(b"[1.0, ", b"[null, ", task="necker"),
-        "line 6: presses has .None, .*, but must be a list in order",
-    ),
-    "presses not in order": (
-        text(b"[1.0, ", b"[8.0, ", task="necker"),
-        "line 6: presses is .*, but must be a list in order",
-    ),
+    "press damaged": (text(b"[1.0, ", b"[null, ", task="necker"), "line 6: presses has .None, .*, but must be a list"),
+    "presses not in order": (text(b"[1.0, ", b"[8.0, ", task="necker"), "line 6: presses is .*, but must be a list"),
     "head of another": (text(b'"participant": "01"', b'"participant": "04"', 0), "belongs to a participant, session"),
     "head without design": (text(b'"design"', b'"plan"', 0), "line 1: design is missing"),
     "head lost": (lines(lambda found: found.pop(0)), "does not start with the first line of a journal"),
     "journal lost": (lambda root: journal(root).unlink(), "has no journal to compare it with: restore sourcedata"),
     "journal emptied": (lambda root: journal(root).write_bytes(b""), "does not start with the first line of a journal"),
-    "journal of zeros": (
-        lambda root: journal(root).write_bytes(bytes(900)),
-        "does not start with the first line of a journal",
-    ),
+    "journal of zeros": (lambda root: journal(root).write_bytes(bytes(900)), "does not start with the first line of"),
     "journal nested": (
         lines(lambda found: found.insert(3, b'{"event": ' + b"[" * 200_000 + b"\n")),
         "line 4 is damaged, which a crash",
     ),
     "journal copied": (
         lambda root: shutil.copy(journal(root), journal(root).with_name(f"{journal(root).stem} (1).jsonl")),
-        "does not have the name of a journal: move it out of the data set",
+        "does not have the name of a journal: move it out of",
     ),
     "journal moved": (
         lambda root: journal(root).rename(root / "sourcedata" / journal(root).name),
@@ -194,10 +179,7 @@ DAMAGES = {
     # Sidecars alone.
     "another seed told": (told("Seed", 3), "Seed differs from the journal"),
     "other sittings told": (told("Sittings", []), "Sittings differs from the journal"),
-    "another design told": (
-        told("Design", RATING.model_dump(mode="json") | {"picture_s": 9.0}),
-        "Design differs from the journal",
-    ),
+    "another design told": (told("Design", RATING.model_dump(mode="json") | {"picture_s": 9.0}), "Design differs from"),
     "other pictures told": (told("StimuliSHA256", "0" * 64), "StimuliSHA256 differs from the journal"),
     "a column's words": (told("rating", {"Description": "How bright."}), "rating differs from the journal"),
     "simulated or not": (told("Simulated", True), r"Simulated disagrees with dataset_description\.json: restore"),
@@ -222,10 +204,7 @@ DAMAGES = {
         retold(lambda told: told["Design"].update(repetitions=True)),
         "repetitions is true, but must be a whole number",
     ),
-    "a key of the design removed": (
-        retold(lambda told: told["Design"].pop("picture_s")),
-        "Design differs from the journal",
-    ),
+    "a key of the design removed": (retold(lambda told: told["Design"].pop("picture_s")), "Design differs from"),
     "a key that stands twice": (
         lambda root: sidecar(root).write_text(sidecar(root).read_text().replace("{", '{"Seed": 3,', 1)),
         "the key 'Seed' occurs twice",
@@ -240,21 +219,12 @@ DAMAGES = {
     "all: off the scale": (forged(put(3, rating=40.0)), "trial 3: rating is 40, but the scale of the design goes"),
     "all: times in ms": (forged(each("response_time", lambda event: 1500.0)), "whose picture and answer took 1503.5 s"),
     "all: time 0": (forged(put(3, response_time=0.0)), "trial 3: response_time is 0 s"),
-    "all: too close": (
-        forged(each("onset", lambda event: event["onset"] / 10)),
-        "it begins 2 s after the previous one",
-    ),
+    "all: too close": (forged(each("onset", lambda event: event["onset"] / 10)), "it begins 2 s after the previous"),
     "all: another picture": (forged(put(3, stimulus="a/pinhole-farthest.png")), "trial 3: its picture is a/pinhole-"),
     "all: another condition": (forged(put(3, scene="c")), "main trial 3: scene is 'c', but"),
-    "all: no practice": (
-        forged(lambda events: events.__delitem__(slice(1, 3))),
-        "2 of 2 practice trials of the design are missing",
-    ),
+    "all: no practice": (forged(lambda events: events.__delitem__(slice(1, 3))), "2 of 2 practice trials of"),
     "all: doubled": (forged(lambda events: events.insert(7, dict(events[6]))), "occurs more than once"),
-    "all: to come": (
-        forged(head(time="2999-01-01T00:00:00+00:00")),
-        "a sitting is dated 2999-01-01, which is in the future",
-    ),
+    "all: to come": (forged(head(time="2999-01-01T00:00:00+00:00")), "a sitting is dated 2999-01-01, which is"),
     "all: a clock that was not set": (
         forged(head(time="1970-01-01T00:00:00+00:00")),
         "a sitting is dated 1970-01-01, which is before the first version of this program: check the clock",
@@ -263,49 +233,28 @@ DAMAGES = {
         forged(
             lambda events: events.insert(5, {"event": "resumed", **sitting_of(events[0], "2026-01-02T00:00:00+00:00")})
         ),
-        "a sitting is dated 2026-01-02, which is before the previous sitting: check the clock",
+        "a sitting is dated 2026-01-02, which is before",
     ),
-    "all: another seed": (
-        forged(head(design=RATING.model_dump(mode="json") | {"seed": 2})),
-        "seed differ from those of sub-02",
-    ),
+    "all: another seed": (forged(head(design=RATING.model_dump(mode="json") | {"seed": 2})), "seed differ from those"),
     "all: another scale": (
         forged(head(design=RATING.model_dump(mode="json") | {"most_rating": 100.0})),
         "most_rating differ from those of sub-02",
     ),
     "all: other pictures": (forged(head(stimuli=None)), "it names pictures, but not their manifest"),
-    "all: simulated": (
-        forged(head(kind="simulated")),
-        "its kind is simulated, but dataset_description.json says human",
-    ),
+    "all: simulated": (forged(head(kind="simulated")), "its kind is simulated, but dataset_description.json says"),
     "all: other keys": (
         forged(head(keys={"rigid": "j", "nonrigid": "f"}), "necker"),
         "the keys are .*, but the design gives this participant",
     ),
-    "all: unknown key": (
-        forged(put(3, presses=[[1.0, "q", True]]), "necker"),
-        "trial 3: the key 'q' is not one of the design's",
-    ),
-    "all: cube in ms": (
-        forged(put(3, trial_duration=10016.0), "necker"),
-        "trial 3: trial_duration is 10016 s, but the design shows it for 10 s",
-    ),
-    "all: presses in ms": (
-        forged(put(3, presses=[[1000.0, "f", True]]), "necker"),
-        "a key was pressed 1000 s after its start, when it was over",
-    ),
+    "all: unknown key": (forged(put(3, presses=[[1.0, "q", True]]), "necker"), "trial 3: the key 'q' is not one"),
+    "all: cube in ms": (forged(put(3, trial_duration=10016.0), "necker"), "trial 3: trial_duration is 10016 s"),
+    "all: presses in ms": (forged(put(3, presses=[[1000.0, "f", True]]), "necker"), "a key was pressed 1000 s after"),
     "all: cubes too close": (
         forged(each("onset", lambda event: event["onset"] / 10), "necker"),
         "it begins 6 s after the previous one, whose picture and answer took 10.016 s",
     ),
-    "all: looks too close": (
-        forged(each("onset", lambda event: event["onset"] / 5), "pinhole"),
-        "it begins 6 s after the previous one",
-    ),
-    "all: no pictures stated": (
-        forged(lambda events: events[0].pop("stimuli")),
-        "line 1: stimuli is missing",
-    ),
+    "all: looks too close": (forged(each("onset", lambda event: event["onset"] / 5), "pinhole"), "it begins 6 s after"),
+    "all: no pictures stated": (forged(lambda events: events[0].pop("stimuli")), "line 1: stimuli is missing"),
     "all: age in a list": (forged(head(about=[30])), r"line 1: about is \[30\], but must be a table"),
     "all: triggers without codes": (forged(noted(3, "triggers", ports=[])), "line 4: markers is missing, but must be"),
     "all: a round in words": (forged(noted(3, "practice", round="last", passed=False)), "line 4: round is 'last', but"),
@@ -313,10 +262,7 @@ DAMAGES = {
         text(b'"rating"', b'"extra": {"clear": {"value": 1e999}}, "rating"'),
         "line 6: extra is .*, but must be a table of values",
     ),
-    "all: a value beyond its scale": (
-        forged(put(3, start=40.0)),
-        "line 6, main trial 3: start is 40, but the scale of",
-    ),
+    "all: a value beyond its scale": (forged(put(3, start=40.0)), "line 6, main trial 3: start is 40, but the scale"),
     "all: gaze that no tracker recorded": (
         forged(put(3, gaze_left=True, gaze_away=2.0)),
         "line 6, main trial 3: gaze_left is True, but gaze is 'none' in the design: restore the journal",
@@ -327,7 +273,7 @@ DAMAGES = {
     ),
     "all: one exposure twice": (
         forged(lambda events: [noted(3, "exposure", phase="main", trial=1, exposure="a1")(events) for _ in range(2)]),
-        "line 5, main trial 1: the exposure 'a1' occurs more than once: restore the journal",
+        "line 5, main trial 1: the exposure 'a1' occurs more",
     ),
     "all: a value named as a key of sidecars": (
         forged(put(3, extra={"Seed": {"value": 1.0}})),
@@ -339,7 +285,7 @@ DAMAGES = {
     ),
     "all: one value in two kinds": (
         forged(lambda events: [put(n, extra={"clear": {"value": one}})(events) for n, one in ((3, 1.0), (4, "high"))]),
-        "line 7, main trial 4: clear was noted as a number and as a text: restore the journal",
+        "line 7, main trial 4: clear was noted as a number",
     ),
     "all: an event of no kind": (
         forged(lambda events: events.insert(3, {"event": "party"})),
@@ -367,14 +313,11 @@ DAMAGES = {
     "row doubled": (people("sub-02\t", "sub-01\thuman\t30\tn/a\tn/a\nsub-02\t"), "sub-01 occurs 2 times"),
     "row lost, too": (people("sub-02\thuman\t30\tn/a\tn/a\n", ""), "sub-02 is missing: add a row, with its kind"),
     "kind unknown": (people("human", "robot"), "row 2: kind is 'robot', but must be one of human, simulated"),
-    "kind changed": (
-        people("human", "simulated"),
-        r"sub-01 is simulated, but dataset_description\.json says human",
-    ),
+    "kind changed": (people("human", "simulated"), r"sub-01 is simulated, but dataset_description\.json says human"),
     "one number twice": (renamed, "sub-01 and sub-1 are the same number, and had the same trial order"),
     "people not UTF-8": (
         lambda root: (root / "participants.tsv").write_bytes(b"participant_id\tkind\nsub-01\t\xff\n"),
-        "participants.tsv is not text in UTF-8",
+        "participants.tsv is not text",
     ),
     "manifest changed": (
         lambda root: manifest(root).write_text(manifest(root).read_text() + " "),

@@ -2,13 +2,11 @@
 
 import gzip
 from pathlib import Path
-from typing import Any
 
 import pytest
 
 from focalgradient.dataset import Files, Journal, begin_dataset, repair, validate
 from focalgradient.dataset.bids import add_participant
-from focalgradient.dataset.events import event_error
 from focalgradient.dataset.focus import Change, export_focus
 
 
@@ -40,19 +38,6 @@ def session(tmp_path: Path) -> tuple[Path, Path]:
 
 def problems(place: Path) -> str:
     return " ".join(validate(next(one.parent for one in place.parents if one.name == "sourcedata")).problems)
-
-
-def test_a_number_changed_in_the_journal_is_found(session: tuple[Path, Path]) -> None:
-    place, _ = session
-    place.write_bytes(place.read_bytes().replace(b"20.123456", b"10.123456", 1))
-    assert "was changed after it was written" in problems(place)
-
-
-def test_a_line_taken_away_is_found(session: tuple[Path, Path]) -> None:
-    place, _ = session
-    lines = place.read_bytes().splitlines(keepends=True)
-    place.write_bytes(b"".join([*lines[:3], *lines[5:]]))
-    assert "lines before line 4 are missing" in problems(place)
 
 
 def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path]) -> None:
@@ -133,31 +118,3 @@ def test_a_damaged_journal_is_repaired(session: tuple[Path, Path]) -> None:
     assert any("Line 5" in one for one in made.done)
     assert any("Line 7" in one for one in made.done)
     assert validate(root).problems == ()
-
-
-TRACKER = {"name": "mouse", "pixels_per_degree": 40.0, "window_px": [1024, 768], "picture_px": [300, 201]}
-CHANGE = {"onset": 1.0, "focus_dioptre": 0.5, "gaze_x": 10.0, "gaze_y": 20.0, "gaze_dioptre": 0.5} | {
-    "latency_ms": 20,
-    "latency_frames": 1.2,
-}
-
-
-@pytest.mark.parametrize(
-    ("event", "why"),
-    [
-        ({"kind": "gaze", "samples": []}, None),
-        ({"kind": "gaze", "samples": [[0.1, 1, 2.0]]}, None),
-        ({"kind": "gaze"}, "samples is missing, but must be a list, each a time, x and y"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0]]}, "samples has [0.1, 1.0], but must be a list, each a time, x and y"),
-        ({"kind": "gaze", "samples": [[0.1, 1.0, None]]}, "samples has [0.1, 1.0, None], but must be a list"),
-        ({"kind": "eye tracker", **TRACKER}, None),
-        ({"kind": "focus", "time": 1.0}, None),  # when it was asked for
-        ({"kind": "focus", **CHANGE}, None),
-        ({"kind": "focus", **CHANGE, "gaze_x": "10"}, "gaze_x is '10', but must be a number"),
-        ({"kind": "focus", **CHANGE, "latency_ms": True}, "latency_ms is True, but must be a number"),
-        ({"kind": "ready", "latency_ms": "soon"}, None),  # of no change of focus
-    ],
-)
-def test_notes_of_a_session_are_checked_by_their_kind(event: dict[str, Any], why: str | None) -> None:
-    found = event_error({"event": "note", **event}, {"event": "begun", "task": "gazefocus"})
-    assert found is None if why is None else str(found).startswith(why)

@@ -16,7 +16,7 @@ from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.luminance import parse_luminance
 from focalgradient.report import make_report
 from focalgradient.statistics import read_detection, read_ratings, read_reports
-from focalgradient.statistics.own_conditions import read_conditions
+from focalgradient.user_tables.conditions import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 

@@ -115,10 +115,7 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
     ("change", "sentence"),
     [
         (lambda rows: [{**row, "colour": "red"} for row in rows], "colour is not a field of a trial"),
-        (
-            lambda rows: [{**row, "catch": "perhaps"} for row in rows],
-            "row 2: catch is 'perhaps', but must be a valid boo",
-        ),
+        (lambda rows: [{**row, "catch": "perhaps"} for row in rows], "row 2: catch is 'perhaps', but must be a valid"),
         (lambda rows: [{**row, "scene": "moon"} for row in rows], "scene is 'moon', but the design has room"),
         (lambda rows: [*rows, {**rows[0], "phase": "practice"}], "practice trials first, then main trials"),
         (lambda rows: [{**row, "participant": "0/1"} for row in rows], "participant label is '0/1'"),

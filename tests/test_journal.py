@@ -213,26 +213,6 @@ def test_only_the_next_trial_with_its_kind_of_answer_is_recorded(tmp_path):
     assert read_journal(session.files.journal).of("note")[0]["seconds"] == 3.0
 
 
-@pytest.mark.parametrize(
-    ("make", "sentence"),
-    [
-        (
-            lambda: Rated(onset=0.0, rating=float("nan"), response_time=1.0),
-            "rating is nan, but must be a finite number",
-        ),
-        (lambda: Rated(onset=float("nan"), rating=1.0, response_time=1.0), "onset is nan"),
-        (lambda: Watched(onset=0.0, presses=[], trial_duration=0.0), r"trial_duration is 0\.0, but must be a positive"),
-        (
-            lambda: Watched(onset=0.0, presses=[Press(2.0, "f", True), Press(1.0, "f", False)], trial_duration=5.0),
-            "presses are not in order of time",
-        ),
-    ],
-)
-def test_answers_that_cannot_be(make, sentence):
-    with pytest.raises(InputError, match=sentence):
-        make()
-
-
 def test_what_begin_and_resume_would_refuse_can_be_checked_before_and_nothing_is_written(tmp_path):
     root = tmp_path / "data"
     assert Session.check(root, SHORT, "01") == SHORT
@@ -276,14 +256,6 @@ for again in range(2):
 FULL_AT_ONCE = FULL.replace("session = ", "resource.setrlimit(resource.RLIMIT_FSIZE, (300, 300))\nsession = ")
 
 
-@posix
-def test_a_disk_that_is_full_at_the_start_is_said(tmp_path):
-    run = subprocess.run([sys.executable, "-c", FULL_AT_ONCE, str(tmp_path / "data")], capture_output=True, text=True)
-    assert run.stderr.splitlines()[-1].startswith("focalgradient.errors.InputError: ")
-    assert "data cannot be written (File too large): make room on the disk" in run.stderr.splitlines()[-1]
-    partly(tmp_path / "data", 1)  # with room again, it begins
-
-
 FULL_BEFORE = FULL_AT_ONCE.replace("begin(", "check(").replace(', apparatus=Apparatus("seconds")', "")
 
 
@@ -304,19 +276,6 @@ def test_a_full_disk_is_said_and_costs_no_finished_trial(tmp_path):
     assert "can be resumed" in said[-2]
     session = Session.resume(tmp_path / "data", "pinhole", "01", apparatus=APPARATUS)
     assert session.remaining()[0].trial == finished[-1] + 1
-
-
-def test_folders_that_cannot_be_written_are_said(tmp_path):
-    (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match="file is a file, but must be the folder of a data set"):
-        partly(tmp_path / "file")
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "thesis.doc").write_text("")
-    with pytest.raises(InputError, match="contains files but is not a data set: give a new or an empty folder"):
-        partly(tmp_path / "other")
-    partly(tmp_path / "data", 1, kind="simulated")
-    with pytest.raises(InputError, match="is a data set of simulated observers, which a person cannot join"):
-        Session.begin(tmp_path / "data", SHORT, "02", apparatus=APPARATUS)
 
 
 def test_a_cube_is_resumed_with_the_same_keys(tmp_path):

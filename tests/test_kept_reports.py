@@ -119,10 +119,7 @@ def pooled(root: Path) -> Report:
     return combined_report({name: make_report(data) for name, data in made.items()})
 
 
-PLANS = {
-    "plan_of_ratings": 'task = "depthrating"\n',
-    "plan_of_the_cube": 'task = "necker"\n',
-}
+PLANS = {"plan_of_ratings": 'task = "depthrating"\n', "plan_of_the_cube": 'task = "necker"\n'}
 """Designs that are preregistered."""
 
 

@@ -61,7 +61,7 @@ def test_every_block_of_the_page_works(tmp_path: Path, monkeypatch: pytest.Monke
     for shown in EXPERIMENTS["depth-rating"].pictures(design):  # all that the laboratory's program looks for
         assert own.pixels(own.picture(*shown)).shape == (128, 128, 3)
     assert json.loads(Path("wide", "manifest.json").read_text())["parameters"]["apertures"] == [
-        *("pinhole", "f/8", "f/4", "f/2"),
+        *("pinhole", "f/8", "f/4", "f/2")
     ]
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import io
 import json
-import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -237,23 +236,6 @@ def test_no_request_leaves_and_nothing_is_stored_when_eight_pictures_are_rated(c
     assert {url.split(":")[0] for url in asked} <= {"file", "data", "blob"}
     failed = [e for e in chromium.events if e["method"] in ("Runtime.exceptionThrown", "Log.entryAdded")]
     assert not failed
-
-
-def test_every_text_is_in_both_languages_and_the_page_is_small(chromium: browser.Browser) -> None:
-    drawn(chromium, {"tiles": [0]})
-    assert (
-        chromium.js("Object.entries(WORDS).filter(([k, v]) => v.length !== 2 || v.some(text => !text)).map(([k]) => k)")
-        == []
-    )
-    files = [path for path in PLAY.iterdir() if path.is_file()]
-    assert sum(path.stat().st_size for path in files) < 1_000_000
-    assert (PLAY.parent / "play.webp").stat().st_size < 1_000_000
-    own = [path for path in PLAY.glob("*.js") if path.name not in ("data.js", "play.js")]
-    shared = [ROOT / "src" / "focalgradient" / name for name in ("live/gl.js", "web/page/numbers.js")]
-    source = "".join(path.read_text("utf-8") for path in (*own, *shared))
-    bare = re.sub(r"/\*.*?\*/|^\s*//.*?$", "", source, flags=re.DOTALL | re.MULTILINE)
-    assert sum(bool(line.strip()) for line in bare.splitlines()) <= 1200
-    assert not re.findall(r"https?://(?!www\.w3\.org/2000/svg)", source + PAGE.read_text("utf-8"))
 
 
 def test_the_bundle_is_of_the_present_sources() -> None:

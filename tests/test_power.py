@@ -8,16 +8,14 @@ import pytest
 from scipy import stats
 from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
-from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
-from focalgradient.errors import InputError
-from focalgradient.power import Model, Study, cube, latent, rise_power, study_of
+from focalgradient.design import DepthRatingDesign, NeckerDesign
+from focalgradient.power import Model, Study, cube, latent, rise_power
 from focalgradient.power.cube import CubeModel, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, _by_size
 from focalgradient.power.running import power, subjects_needed
 from focalgradient.statistics import Effect, analyse
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.meta_analysis import random_effects
-from focalgradient.tasks import task_named
 
 
 @pytest.mark.parametrize(("noise", "repetitions", "subjects"), [(0.3, 1, 8), (0.3, 4, 8), (0.9, 2, 20)])
@@ -68,12 +66,6 @@ def test_simulated_durations_have_the_stated_correlation_and_first_percept() -> 
     rng = np.random.default_rng(3)
     first = [np.log(_reports(50.0, 0.0, 2.0, model, rng)[0][1]) for _ in range(400)]
     assert np.exp(np.mean(first) - logs.mean()) == pytest.approx(2.0, abs=0.3)
-
-
-def test_a_study_of_thresholds_takes_the_bound_that_is_stated() -> None:
-    task = task_named("blurthreshold")
-    assert study_of(task, BlurThresholdDesign(), {"bound": 1.5}).bound == 1.5
-    assert study_of(task, BlurThresholdDesign(), {}).bound == 1.2
 
 
 def test_pooling_is_the_t_test_where_data_sets_are_alike_in_error_and_differ() -> None:
@@ -266,22 +258,3 @@ def test_shares_of_experiments_have_binomial_errors() -> None:
         assert error == pytest.approx(math.sqrt(0.3 * 0.7 / 20))  # 4 of 16, and two more of either outcome
     assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 20))
     assert (one.experiments, one.left_out) == (16, 0.5)
-
-
-@pytest.mark.parametrize(
-    ("name", "least", "most"),
-    [
-        ("effect", 0.01, 100.0),
-        ("nonrigid", 0.001, 0.999),
-        ("dominance", 0.5, 100.0),
-        ("duration_spread", 0.05, 3.0),
-        ("serial", -0.9, 0.9),
-        ("first_ratio", 0.1, 10.0),
-    ],
-)
-def test_what_is_assumed_of_people_at_the_cube_has_a_range(name, least, most) -> None:
-    for value in (least, most):
-        assert getattr(CubeModel(**{name: value}), name) == value
-    for value in (np.nextafter(least, -np.inf), np.nextafter(most, np.inf), math.nan):
-        with pytest.raises(InputError, match=f"{name} is"):
-            CubeModel(**{name: float(value)})

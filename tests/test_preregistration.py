@@ -10,13 +10,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 from recorded import record_necker
 from test_scales import record
 
-from focalgradient.cli import main
 from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
-from focalgradient.power import LatentModel, Study, latent_power
+from focalgradient.power import Model
 from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
 from focalgradient.statistics import Rules
@@ -110,22 +108,6 @@ def test_the_cube_s_sentences_are_those_of_the_report(tmp_path: Path) -> None:
         assert absent not in section(before, "Exclusions")[0]
 
 
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("scale", WORDS)
-def test_a_study_of_ratings_has_no_rules_of_the_cube(tmp_path: Path, scale: str) -> None:
-    files = preregistration(design_of(tmp_path, scale, 1, BOTH), stated=Stated(Rules()))
-    for text in (files["preregistration.md"].decode(), files["rules.toml"].decode()):
-        for word in ("shortest_both", "catch_share", "cube", "Necker", "nonrigid"):
-            assert word not in text
-    text = files["preregistration.md"].decode()
-    assert "1 scene," in text
-    assert "with the first object in focus and of 1 with the other objects in focus" in text
-    assert not re.search(r"\b1 (scenes|repetitions|trials|subjects)\b", text)
-    assert ("logarithm and are reported as ratios" in text) == (scale == "ratio")
-    assert ("bound = " in files["rules.toml"].decode()) == (scale == "ratio")
-    assert "deciding_test" not in files["rules.toml"].decode()
-
-
 @pytest.mark.parametrize(("fixations", "judged"), [(NEAR, False), (BOTH, True)])
 def test_where_markers_stood_is_judged_from_eight_trials(
     tmp_path: Path, fixations: tuple[str, ...], judged: bool
@@ -138,37 +120,14 @@ def test_where_markers_stood_is_judged_from_eight_trials(
     assert ("| first_press |" in text) == judged
 
 
-@pytest.mark.slow
-def test_power_of_steps_is_of_their_model(tmp_path: Path) -> None:
-    design = load_design(design_of(tmp_path, "steps", 6, NEAR))
-    weak, strong = (latent_power(Study(LatentModel(effect=one), design), (8, 24)) for one in (1.0, 6.0))
-    assert weak[24]["near_rise"] < 0.06
-    assert strong[8]["near_rise"] < strong[24]["near_rise"]
-    assert strong[24]["near_rise"] > 0.8
+def test_a_model_of_subjects_states_the_effect_and_a_given_one_goes_before(tmp_path: Path) -> None:
+    path = design_of(tmp_path, "ratio", 1, NEAR, 1)
+    path.write_text(path.read_text() + "catch_trials = 3\n")
 
+    def stated(**given: object) -> bytes:
+        return preregistration(path, stated=Stated(Rules()), **given)["preregistration.md"]
 
-def test_options_that_do_not_concern_a_design_are_refused(tmp_path: Path) -> None:
-    def ran(*words: object) -> str:
-        result = CliRunner().invoke(main, ["report", *map(str, words), "--out", str(tmp_path / "out")])
-        assert result.exit_code == 2, result.output
-        return result.output
-
-    path = design_of(tmp_path, "ratio", 2)
-    said = ran(path, "--preregister", "--ordinal")
-    assert "--ordinal is for answers in steps, but the design has scale = 'ratio': set scale = 'steps'" in said
-    assert "--bayes belongs to an analysis" in ran(path, "--preregister", "--bayes")
-    (tmp_path / "cube.toml").write_text('task = "necker"\n')
-    assert "--bound is for depth ratings" in ran(tmp_path / "cube.toml", "--preregister", "--bound", 1.3)
-    assert "--effect and --far-effect belong to a preregistration" in ran(path, "--effect", 2)
-
-
-@pytest.mark.slow
-def test_the_option_ordinal_goes_with_steps(tmp_path: Path) -> None:
-    path = design_of(tmp_path, "steps", 1, NEAR, 3)
-    texts = [
-        preregistration(path, stated=Stated(Rules()), ordinal=given)["preregistration.md"] for given in (False, True)
-    ]
-    assert texts[0] == texts[1]
+    assert stated(model=Model(effect=1.5)) == stated(effect=1.5) == stated(model=Model(effect=1.1), effect=1.5)
 
 
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:

@@ -15,7 +15,6 @@ import pytest
 from matplotlib.text import Text
 from recorded import rating_file, record_necker, record_ratings
 
-from focalgradient.design import DepthRatingDesign
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
@@ -24,12 +23,7 @@ from focalgradient.report.document import Paragraph
 from focalgradient.report.export import trial_files
 from focalgradient.report.gaze import gaze_part
 from focalgradient.report.tables import EFFECTS, Sheet
-from focalgradient.report.words import methods_ratings
-from focalgradient.statistics import (
-    DepthRatingResult,
-    compare_pictures,
-    depth_rating,
-)
+from focalgradient.statistics import DepthRatingResult, compare_pictures, depth_rating
 from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -152,30 +146,6 @@ def test_every_subject_and_the_mean_are_drawn(ratings):
     assert min(heights) > low > min(heights) - 0.05 * span
 
 
-def test_one_subject_is_described_and_drawn_but_not_tested(tmp_path):
-    result = analyse_ratings(record_ratings(tmp_path / "data", 1)).result
-    assert "two or more" in result.fixations[0].rise.reason
-    depth_rating_figure(result, simulated=True)
-
-
-def test_without_pinhole_answers_are_drawn_as_they_are(tmp_path):
-    design = DepthRatingDesign(scenes=["spheres-01"], apertures=["f/22", "f/5.6"], catch_trials=0, practice_trials=0)
-    result = analyse_ratings(record_ratings(tmp_path / "data", 3, design=design)).result
-    assert "fixated in no pinhole trial" in result.means[0].ratio.reason
-    (ax,) = depth_rating_figure(result, simulated=True).axes
-    assert ax.get_ylabel() == "rating (geometric mean)"
-    means = [mean.rating.estimate for mean in result.means if mean.fixation == "nearest"]
-    assert tuple(means) in [tuple(line.get_ydata()) for line in ax.lines]
-
-
-def test_equal_answers_are_said_to_be_so(tmp_path):
-    same = Model(effect=1.0, between=0, scenes=0, noise=0, lapses=0)
-    result = analyse_ratings(record_ratings(tmp_path / "data", 3, same)).result
-    told = " ".join(result.answers.sentences(*EFFECTS))
-    assert told.count("the depth effect was not tested: All 3 subjects have the same value") == 2
-    depth_rating_figure(result, simulated=True)
-
-
 def rated(near: float, far: float) -> DepthRatingResult:
     """Twelve people whose log rating grows to `near` or `far` with the aperture, alike to a few per cent."""
     rng = np.random.default_rng(4)
@@ -243,17 +213,6 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
     assert sensitivity["method"].tolist() == ["bootstrap-t over subjects"]
     assert (sensitivity["low"] < sensitivity["estimate"]).all()
     assert (sensitivity["p"] < 0.05).all()
-
-
-@pytest.mark.usefixtures("unrendered")
-def test_a_report_on_the_cube_folds_all_tables_but_the_first(tmp_path: Path) -> None:
-    """With four gradients its six tables were 2,171 words, and each gradient had a sentence."""
-    report = make_report(record_necker(tmp_path / "data", 6))
-    shown = visible(report.files["report.html"].decode())
-    assert len(shown.split()) <= 800
-    assert "odds ratio" in shown
-    assert "Percept durations (right" not in shown
-    assert "Percept durations (right" in report.files["report.html"].decode()
 
 
 def test_findings_without_trials_that_left_are_beside_how_many_there_were(ratings) -> None:
@@ -328,16 +287,6 @@ def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) 
     pairs = [f"{one} less {other}" for one, other in itertools.combinations(fixations, 2)]
     assert list(found.to("difference of the slopes, these scenes")) == pairs
     assert list(found.to("slope on aperture, these scenes")) == list(fixations)
-
-
-def test_a_table_of_ones_own_is_described_without_its_catch_trials(ratings) -> None:
-    part = ratings
-    main = part.table[~part.table["catch"]]
-    catch = main.head(2).assign(catch=True, scene=["flat", "deep"], aperture="f/32", aperture_mm=99.0)
-    own = dataclasses.replace(part, table=pd.concat([main, catch]), data=None)
-    said = methods_ratings(own, 1.2)[0].replace("\N{NO-BREAK SPACE}", " ")
-    assert f"rated {main['scene'].nunique()} scenes at the apertures pinhole" in said
-    assert "f/32" not in said
 
 
 def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):

@@ -1,5 +1,6 @@
 """The table of screens in a report: angles of pixels, distances and gamma, with their errors."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -7,7 +8,7 @@ import pandas as pd
 import pytest
 
 from focalgradient.dataset import DataSet, Files
-from focalgradient.report.displays import screens, screens_sheet
+from focalgradient.report.displays import blur_seen, screens, screens_sheet
 
 
 def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() -> None:
@@ -44,3 +45,21 @@ def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() 
     assert shown["sub-04"] == ["–"] * 4
     assert found.loc["sub-04", ["distance_cm", "pixel_arcmin", "gamma"]].isna().all()
     assert screens_sheet(seen[2:], "own") is None
+
+
+def test_blur_is_that_of_the_pictures_largest_by_the_angles_of_the_screens(tmp_path: Path) -> None:
+    """Pictures of two scenes whose largest blur is 2 and 4 px; screens of pixels of 1 and 2 arcmin, without errors."""
+    sidecars = {}
+    for who, arcmin in (("01", 1), ("02", 2)):
+        apparatus = {"screen_px": [1000, 1], "screen_m": [1000 * np.tan(np.radians(arcmin / 60)), 1]}
+        sitting = {"Versions": {}, "Apparatus": apparatus | {"viewing_distance_m": 1.0}}
+        sidecars[Files(tmp_path, "depthrating", who)] = {"Sittings": [sitting], "StimuliSHA256": "0" * 64}
+    data = DataSet(tmp_path, pd.DataFrame(), {}, sidecars, ())
+    seen, people = screens(data), ["sub-01", "sub-02"]
+    assert blur_seen(data, seen, people) == {}  # the manifest is not there
+    manifest = next(iter(sidecars)).manifest("0" * 64)
+    manifest.parent.mkdir()
+    pictures = [{"aperture": "f/4", "blur_px": [1.0, 2.0]}, {"aperture": "f/4", "blur_px": [4.0, 3.0]}]
+    manifest.write_text(json.dumps({"pictures": pictures}))
+    assert blur_seen(data, seen, people)["f/4"] == pytest.approx((3 * 1.5, 3 * 0.5))
+    assert blur_seen(data, seen, ["sub-02"])["f/4"] == pytest.approx((3 * 2, 0), abs=1e-9)

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
 from focalgradient.cli import main
+from focalgradient.observers import ObserverComparison, ObserverFit
 from focalgradient.report import make_report
+from focalgradient.report.document import Paragraph
 from focalgradient.report.observed import Observed, observed_ratings, observed_thresholds
+from focalgradient.report.observers import FittedObservers
+from focalgradient.report.parts import Output
 from focalgradient.scales import analysis_named
 from focalgradient.statistics import NotComputed
 
@@ -48,6 +53,17 @@ def test_the_command_writes_the_comparison_and_repeats_it_in_the_page(tmp_path):
     page = (tmp_path / "out" / "report.html").read_text("utf-8")
     assert "predicts the answers of people held out best" in page
     assert "Observers were fitted by maximum likelihood" in page
+
+
+def test_the_next_observer_is_behind_by_the_sum_over_people_with_its_standard_error():
+    fit = ObserverFit({"d": 1.0}, {"d": 0.1}, -10.0, {}, 1, 30)
+    held_out = {"best": [-1.0, -2.0, -3.0], "next": [-2.0, -4.0, -6.0], "last": [-9.0, -9.0, -9.0]}
+    compared = [
+        ObserverComparison(name, fit, dict(zip("abc", people, strict=True)), 0.9) for name, people in held_out.items()
+    ]
+    section = FittedObservers(SimpleNamespace(name="threshold"), Observed(None, {}, ""), compared)
+    [said] = [block.text for block in section.findings(Output()) if isinstance(block, Paragraph)]
+    assert "The next, “next”, is 6.0 ± 1.7 behind" in said  # differences 1, 2, 3: sum 6, SD 1 times the root of 3
 
 
 def test_a_task_without_an_observer_is_stated_in_one_sentence(tmp_path):

@@ -12,9 +12,10 @@ from scipy import stats
 
 from focalgradient import InputError
 from focalgradient.report import make_report
-from focalgradient.statistics import Effect, read_thresholds
-from focalgradient.statistics.own_conditions import rating_tests, read_conditions
-from focalgradient.statistics.own_files import text_table
+from focalgradient.statistics import Effect
+from focalgradient.statistics.rating_conditions import rating_tests
+from focalgradient.user_tables.conditions import read_conditions
+from focalgradient.user_tables.files import text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -67,15 +68,6 @@ def test_a_condition_that_is_not_there_or_does_not_vary_is_refused(table: Path) 
     one.to_csv(table, index=False)
     with pytest.raises(InputError, match="light has the one level dim"):
         read_conditions(table, by=["light"])
-
-
-def test_the_number_of_alternatives_is_asked_for_where_the_lowest_level_is_below_two(tmp_path: Path) -> None:
-    rows = [f"A,{level},{int(trial < right)}" for level, right in ((0.1, 7), (0.4, 18)) for trial in range(20)]
-    path = tmp_path / "four.csv"
-    path.write_text("\n".join(["subject,level,correct", *rows]))
-    with pytest.raises(InputError, match=r"up to level 0\.1 7 of 20 answers are right"):
-        read_thresholds(path)
-    assert read_thresholds(path, guess=0.25).guess == 0.25
 
 
 @pytest.fixture
@@ -171,19 +163,6 @@ def test_rules_on_trials_apply_to_ratings_by_condition(people: Path) -> None:
     assert isinstance(expected.effect, Effect)
     assert kept["estimate"] == pytest.approx(expected.effect.estimate)
     assert everyone["estimate"] != kept["estimate"]
-
-
-def test_codes_and_copies_are_found_in_ratings_by_condition(people: Path) -> None:
-    frame = pd.read_csv(people)
-    frame.loc[5, "rating"] = 999
-    pd.concat([frame, frame[frame["subject"] == "S4"]]).to_csv(people, index=False)
-    own = read_conditions(people, by=["blur_D"])
-    assert len(own.table) == 63
-    assert [notice.split(":")[0].split(";")[0] for notice in own.notices] == [
-        "999 in the column of ratings was taken for a missing value",
-        "1 row was left out, without a rating (participants S1).",
-        "Participant S4 appears twice with identical answers",
-    ]
 
 
 def test_a_column_of_repetitions_is_no_part_of_a_trial():

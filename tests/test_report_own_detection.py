@@ -84,12 +84,6 @@ def test_one_without_noise_is_left_out_and_named(tmp_path: Path) -> None:
     assert report.results[0]["subjects"] == 2
 
 
-def test_nobody_with_both_signal_and_noise_is_refused(tmp_path: Path) -> None:
-    table = pd.DataFrame({"subject": ["A", "A", "B", "B"], "signal": [1, 1, 0, 0], "response": [1, 0, 1, 0]})
-    with pytest.raises(InputError, match="Nobody was shown both signal and noise"):
-        make_report(write(tmp_path, table))
-
-
 def test_a_person_whose_ratings_hardly_overlap_has_an_area_and_no_ratio_of_deviations(tmp_path: Path) -> None:
     """Noise: 6 sure "no", 2 unsure and 2 sure "yes". Signal: 5 unsure "yes", above .6 of the noise and equal to .2 of
     it, and 5 sure "yes", above .8 and equal to .2.

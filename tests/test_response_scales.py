@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.design import DepthRatingDesign, load_design
-from focalgradient.design.words import load_words, words_text
+from focalgradient.design.words import load_words
 from focalgradient.errors import InputError
 from focalgradient.scales import (
     AnswerColumn,
@@ -121,21 +121,6 @@ def test_a_scale_of_another_kind_or_of_a_taken_name_is_not_registered() -> None:
 def test_a_place_on_the_line_is_an_answer_within_its_ends_only(value: float) -> None:
     design = DepthRatingDesign(scale="visual-analogue")
     assert design.is_answer(value) == (-1e-6 <= value <= 100 + 1e-6)
-
-
-def test_words_of_ones_own_may_have_the_texts_of_a_scale(tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text(words_text("en"), encoding="utf-8")
-    scale = VisualAnalogue()
-    with pytest.raises(
-        InputError, match=r"no text 'instructions' in 'own.toml': write it into the section \[visual-ana"
-    ):
-        scale.instructions(load_words("own.toml", tmp_path))
-    own = '[visual-analogue]\ninstructions = "How deep?\\nFrom {least} to {most}."\nexample = "So"\n'
-    (tmp_path / "own.toml").write_text(words_text("en") + own, encoding="utf-8")
-    assert scale.instructions(load_words("own.toml", tmp_path)) == "How deep?\nFrom 0 to 100."
-    (tmp_path / "own.toml").write_text(words_text("en") + own.replace("example", "sample"), encoding="utf-8")
-    with pytest.raises(InputError, match=r"visual-analogue\.sample is not an entry"):
-        load_words("own.toml", tmp_path)
 
 
 @pytest.fixture(scope="module")

@@ -9,7 +9,6 @@ import csv
 import io
 import json
 import pickle
-import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,7 @@ from test_report_scripts import three_fixations
 from focalgradient import InputError
 from focalgradient.report.export import trial_files
 from focalgradient.statistics import depth_rating, read_ratings
-from focalgradient.statistics.own_conditions import read_conditions
+from focalgradient.user_tables.conditions import read_conditions
 
 RATINGS = [float(row[-1]) for row in ROWS]
 
@@ -88,24 +87,6 @@ def test_the_trials_of_a_report_come_back_from_jasp(tmp_path: Path) -> None:
     trials = pd.read_csv(io.BytesIO(trial_files(own, own, None)["depth_rating_trials.csv"]))
     trials.to_csv(tmp_path / "jasp.csv", index=False, quoting=csv.QUOTE_NONNUMERIC, encoding="utf-8-sig")
     assert by_cell(read_ratings(tmp_path / "jasp.csv").table) == by_cell(own)
-
-
-@pytest.mark.parametrize(
-    ("name", "parts", "way"),
-    [
-        ("a.jasp", ("META-INF/MANIFEST.MF", "manifest.json", "internal.sqlite"), "a JASP file, whose menu Export Data"),
-        ("a.jasp", ("metadata.json", "data.bin", "xdata.json", "analyses.json"), "a JASP file, whose menu Export Data"),
-        ("a.omv", ("meta", "metadata.json", "xdata.json", "data.bin"), "a jamovi file, whose menu Export"),
-    ],
-)
-def test_files_of_jasp_and_jamovi_are_named_with_the_way_out(
-    tmp_path: Path, name: str, parts: tuple[str, ...], way: str
-) -> None:
-    with zipfile.ZipFile(tmp_path / name, "w") as archive:
-        for part in parts:
-            archive.writestr(part, "x")
-    with pytest.raises(InputError, match=f"is {way} writes a CSV file"):
-        read_ratings(tmp_path / name)
 
 
 def test_psychopys_files_of_a_folder_are_read(tmp_path: Path) -> None:

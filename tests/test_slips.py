@@ -8,11 +8,7 @@ import pytest
 
 from focalgradient import DepthMap, Eye, InputError, Lens, cast, render_bands
 from focalgradient.errors import check_list
-from focalgradient.eye import (
-    band_views,
-    chromatic_difference,
-    eye_views,
-)
+from focalgradient.eye import band_views, chromatic_difference, eye_views
 from focalgradient.plotting import depth_figure
 from focalgradient.psf import transfer
 from focalgradient.scenes import plane
@@ -33,10 +29,7 @@ SLIPS: dict[str, tuple[Callable[[], object], str]] = {
     "one side": (lambda: cast(WALL, LENS, 8, 3e-4), "shape is 8, but must be a positive height and width"),
     "distance": (lambda: plane(math.nan), "distance is nan"),
     "frequency": (lambda: transfer(math.nan, 1.0, "disc"), "frequency contains NaN"),
-    "k": (
-        lambda: transfer(0.1, 1.0, "gaussian", k=math.nan),
-        "k is nan, but must be a positive number, sigma / disc radius",
-    ),
+    "k": (lambda: transfer(0.1, 1.0, "gaussian", k=math.nan), "k is nan, but must be a positive number, sigma / disc"),
     "wall": (lambda: band_views(math.nan, EYE, *FRAME), "scene is nan"),
 }
 

@@ -118,15 +118,9 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
         r"the text 'instructions' of the task 'sides' has a brace that is not a value's name \(none\): correct it",
     ),
     "floats": ({"shown": picture(BLACK / 255)}, r"picture of shown is float64 of shape \(8, 16, 3\), but must be an"),
-    "no duration": (
-        {"shown": picture(BLACK, 0)},
-        "the duration of shown is 0, but must be a number of seconds above 0",
-    ),
+    "no duration": ({"shown": picture(BLACK, 0)}, "the duration of shown is 0, but must be a number of seconds above"),
     "an exit": ({"shown": ending}, r"fails: shown raises SystemExit\(0\)"),
-    "an unseeded picture": (
-        {"shown": unseeded},
-        "draws another picture the second time: draw from the parameter seed",
-    ),
+    "an unseeded picture": ({"shown": unseeded}, "draws another picture the second time: draw from the parameter seed"),
     "no observer": ({"simulated": raising}, r"fails: simulated raises KeyError\('side'\)"),
     "three ways": ({"control": control(Ways("?", ("a", "b", "c")))}, "control has 3 ways, but must have 2"),
     "no ratios": ({"control": control(Scale("?", "", 0, 9))}, "goes from 0 to 9, which has no ratios: give ratios=Fal"),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import subprocess
 import sys
 from pathlib import Path
@@ -12,7 +11,6 @@ import pandas as pd
 import pytest
 
 from focalgradient.errors import InputError
-from focalgradient.report import make_report
 from focalgradient.statistics import fit_threshold, read_thresholds
 from focalgradient.tasks.registry import FILES
 
@@ -89,18 +87,3 @@ def test_a_guess_rate_that_the_answers_contradict_is_asked_for(tmp_path: Path) -
     found = read_thresholds(written(tmp_path, of_alternatives(0.5)))
     assert found.guess == 0.5
     assert any("one half" in note for note in found.notes)
-
-
-@pytest.mark.slow
-def test_the_report_takes_the_guess_rate(tmp_path: Path) -> None:
-    pytest.importorskip("psignifit")
-    own = written(tmp_path, of_alternatives(0.25))
-    made = make_report(own, guess_rate=0.25)
-    (row,) = json.loads(made.files["results.json"])["results"]
-    assert row["low"] < 0.2 < row["high"]
-    assert "0.25 upwards" in made.files["report.md"].decode()
-    assert "0.625 of the answers" in made.files["report.md"].decode()
-    ratings = tmp_path / "ratings.csv"
-    ratings.write_text("participant,aperture,fixation,rating\n")
-    with pytest.raises(InputError, match="guess_rate"):
-        make_report(ratings, guess_rate=0.25)

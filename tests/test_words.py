@@ -2,9 +2,11 @@
 
 import pytest
 
+from focalgradient.design import NeckerDesign
+from focalgradient.design.cube_pages import CubePages
 from focalgradient.design.words import LANGUAGES, load_words, words_text
 from focalgradient.errors import InputError
-from focalgradient.lab import EXPERIMENTS, run
+from focalgradient.web.lists import Lists
 
 
 @pytest.mark.parametrize("language", LANGUAGES)
@@ -46,10 +48,17 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
     assert str(caught.value).count("\n") == 0
 
 
-def test_words_are_printed_and_a_wrong_file_is_refused_before_the_window(tmp_path, capsys, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(SystemExit):
-        run(EXPERIMENTS["depth-rating"], ["--print-words", "de"])
-    assert capsys.readouterr().out == words_text("de")
-    assert run(EXPERIMENTS["depth-rating"], ["--print-words", "fr"]) == 2
-    assert "there are no texts in 'fr': give one of en, de" in capsys.readouterr().err
+@pytest.mark.parametrize(("language", "space"), [("en", "SPACE"), ("de", "LEERTASTE")])
+def test_keys_are_named_in_the_participants_language(language, space, tmp_path):
+    design = NeckerDesign(gradients=("none",), keys=("left", "space"), language=language)
+    first = CubePages(design, load_words(language), "01").opening()
+    text = "\n".join(page.text for page in first)
+    assert f"  {space}  " in text
+    assert "  ←  " in text
+    assert "LEFT" not in text
+    listed = Lists(design)
+    assert listed.session("01")["key_names"] == {"left": "←", "space": space}
+    older = words_text(language).replace("[keys]", "[removed]")
+    start, end = older.index("[removed]"), older.index("[form]")
+    (tmp_path / "older.toml").write_text(older[:start] + older[end:])
+    assert load_words("older.toml", tmp_path).key("space") == "SPACE"

@@ -27,6 +27,7 @@ from focalgradient.tasks.registry import FILES
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
 from chromium import Server, chromium, take_part
+from damaging import forged
 
 INK = 0.9  # of the screen's text, from -1 to 1
 
@@ -72,6 +73,21 @@ def test_a_staircase_has_its_trace_drawn_and_its_level_not_tested(tmp_path: Path
     tests = [row["name"] for row in csv.DictReader(files["results.csv"].decode().splitlines())]
     assert any(test.startswith("correct, pedestal") for test in tests)
     assert not any("level" in test for test in tests)
+
+
+def test_a_level_that_its_staircase_did_not_set_is_seen(tmp_path: Path) -> None:
+    simulate(task_of("blur_discrimination").design(repetitions=4), tmp_path / "data", observers=1, seed=2)
+    assert validate(tmp_path / "data").problems == ()
+
+    def raised(events: list[dict[str, Any]]) -> None:
+        (last,) = [event for event in events if event["event"] == "trial"][-1:]
+        last["level"] *= 1.5
+
+    forged(raised, "blurdiscrimination")(tmp_path / "data")
+    (problem,) = validate(tmp_path / "data").problems
+    assert re.search(r"level is [\d.]+, but [\d.]+ by the design and the lines before: restore the journal", problem)
+    forged(lambda events: events[0]["versions"].update(focalgradient="0.0.1"), "blurdiscrimination")(tmp_path / "data")
+    assert validate(tmp_path / "data").problems == ()
 
 
 @pytest.mark.slow
@@ -129,10 +145,7 @@ def turn_knob(screen: Headless, trial: int) -> None:
 
 @psychopy_here
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "language"),
-    [("blur_matching", "de"), ("slant_from_blur", "en")],
-)
+@pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("slant_from_blur", "en")])
 def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path: Path) -> None:
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01"]
     given += ["--design", written(tmp_path, name, language)]
@@ -177,10 +190,7 @@ steps = true
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "language"),
-    [("blur_matching", "de"), ("blur_discrimination", "en")],
-)
+@pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("blur_discrimination", "en")])
 def test_each_runs_in_a_browser(name: str, language: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = written(tmp_path, name, language)
     path.write_text(path.read_text() + ALSO)

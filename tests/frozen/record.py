@@ -24,13 +24,7 @@ DESIGNS: dict[str, Any] = {
         repetitions=1,
         **SHORT,
     ),
-    "necker": NeckerDesign(
-        strengths_mm=[4.0],
-        trial_s=10.0,
-        catch_trials=0,
-        repetitions=1,
-        **SHORT,
-    ),
+    "necker": NeckerDesign(strengths_mm=[4.0], trial_s=10.0, catch_trials=0, repetitions=1, **SHORT),
     "pinhole": Pinhole(forms=["picture"], scenes=["spheres-01"], repetitions=2, **SHORT),
     "blurthreshold": BlurThresholdDesign(scenes=["spheres-01"], catch_trials=1, repetitions=6, **SHORT),
 }

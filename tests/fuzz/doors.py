@@ -33,10 +33,7 @@ SIDE = 48
 """Width and height of the pictures."""
 
 CAMERA = {"focal_length_mm": 25.0, "pixel_pitch_um": 8.0}
-VIEWS = {
-    "camera": CAMERA,
-    "view": [{"image": f"{n}.png", "f_number": n, "focus_distance_m": 0.85} for n in (16, 5.6)],
-}
+VIEWS = {"camera": CAMERA, "view": [{"image": f"{n}.png", "f_number": n, "focus_distance_m": 0.85} for n in (16, 5.6)]}
 TARGETS = {
     "camera": CAMERA | {"offset_m": 0.0, "offset_sd_m": 0.1},
     "view": [{"image": "16.png", "distance_m": d, "f_number": 16.0} for d in (0.5, 1.0)],

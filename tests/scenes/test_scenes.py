@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, Lens, cast
+from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.scenes import (
     Plane,
     Scene,
@@ -18,6 +19,7 @@ from focalgradient.scenes import (
     slant,
     spheres,
 )
+from focalgradient.scenes.texture import NATURAL_SLOPE
 
 
 def test_texture_is_a_reflectance_of_the_stated_contrast() -> None:
@@ -35,6 +37,7 @@ def test_texture_is_natural() -> None:
     frequency = np.hypot(np.fft.fftfreq(1024)[:, None], np.fft.fftfreq(1024))
     octaves = [power[(frequency >= 0.5 / 2**k) & (frequency < 1 / 2**k)].sum() for k in range(2, 6)]
     assert np.array(octaves) / np.mean(octaves) == pytest.approx(1, abs=0.1)
+    assert 2 * NATURAL_SLOPE == SCENE_SLOPE  # what scenes are made by is what depth assumes
     assert power[frequency > 0.5].sum() < 0.003 * power.sum()
 
 

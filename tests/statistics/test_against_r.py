@@ -160,11 +160,6 @@ def test_correction_of_many_tests(ratings: DepthRatingResult) -> None:
     assert holm(single) == pytest.approx(BY_R["holm"], rel=1e-8)
 
 
-def test_one_hypothesis_has_one_p(ratings: DepthRatingResult) -> None:
-    largest = [mean.against_pinhole for mean in ratings.means if mean.aperture == "f/5.6"]
-    assert largest == [each.rise for each in ratings.fixations]
-
-
 def test_within_subject_intervals(ratings: DepthRatingResult) -> None:
     assert [mean.rating.estimate for mean in ratings.means] == pytest.approx(BY_R["cell_means"], rel=1e-8)
     widths = [np.log(mean.rating.high / mean.rating.low) / 2 for mean in ratings.means]

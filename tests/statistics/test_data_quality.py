@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from focalgradient import InputError
-from focalgradient.statistics import Rules, depth_rating, quality
+from focalgradient.statistics import Rules, quality
 
 APERTURES = {"pinhole": 0.0, "f/22": 2.0, "f/11": 4.0, "f/5.6": 8.0}
 
@@ -91,13 +91,6 @@ def test_lapses_are_judged_from_three_answers_of_a_condition_on() -> None:
         table = ratings({"01": 0.1, "02": 0.1})
         table = table[table["catch"] | (table.groupby(["participant_id", "fixation", "aperture"]).cumcount() < count)]
         assert [each.lapses is not None for each in quality(table)[1].subjects] == [judged, judged]
-
-
-def test_answers_that_do_not_follow_the_blur_are_kept() -> None:
-    """To leave such people out would make an effect."""
-    kept, found = quality(ratings({"blind": 0.15, "also": 0.15}))
-    assert found.subjects_after == 2
-    assert depth_rating(kept, equivalence_bound=1.2).fixations[0].slope.p > 0.05
 
 
 def test_the_cube() -> None:

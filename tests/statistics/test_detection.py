@@ -5,14 +5,7 @@ import pytest
 from scipy import stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import (
-    NotComputed,
-    RatingRoc,
-    detection_by_person,
-    rating_roc,
-    sensitivity,
-    type2_area,
-)
+from focalgradient.statistics import NotComputed, RatingRoc, detection_by_person, rating_roc, sensitivity, type2_area
 from focalgradient.statistics.detection import roc_area
 
 

@@ -42,14 +42,6 @@ def test_what_was_simulated_is_recovered_within_its_standard_errors():
     assert (scores.std(0) < 1.6).all()
 
 
-@pytest.mark.slow
-def test_leaving_out_what_was_cut_off_would_favour_short_durations():
-    durations, censored, who = simulated(1, end=6.0)
-    kept = ~censored
-    assert fit_durations_of_people(durations[kept], censored[kept], who[kept]).geometric_mean < 4.0
-    assert fit_durations_of_people(durations, censored, who).geometric_mean == pytest.approx(5.4, rel=0.3)
-
-
 def test_the_likelihood_is_that_of_the_integral_over_people():
     durations, censored, who = simulated(2, people=4, each=8)
     fit = fit_durations_of_people(durations, censored, who)
@@ -133,21 +125,6 @@ def test_published_people_give_the_constants_of_the_simulated_observers():
     assert fit.geometric_mean == pytest.approx(5.46, abs=0.01)
     assert fit.shape == pytest.approx(1.71, abs=0.01)
     assert fit.log_sd == pytest.approx(0.63, abs=0.01)
-
-
-def test_people_who_do_not_differ_have_the_distribution_of_all_and_no_standard_deviation():
-    """Each person's percepts are the same quantiles of one gamma distribution."""
-    durations = np.tile(stats.gamma.ppf((np.arange(10) + 0.5) / 10, 3), 6)
-    uncensored, who = np.zeros(60, bool), np.repeat([str(n) for n in range(6)], 10)
-    found = fit_durations_of_people(durations, uncensored, who)
-    assert isinstance(found, DurationsOfPeople)
-    assert (found.log_sd, found.log_sd_se) == (0.0, None)
-    together = fit_durations(durations, uncensored, "gamma")
-    assert not isinstance(together, NotComputed)
-    assert found.shape == pytest.approx(together.shape, rel=1e-3)
-    assert found.geometric_mean == pytest.approx(together.mean, rel=1e-3)
-    # of the mean of 60 durations: 1 / root of number times shape
-    assert found.geometric_mean_log_se == pytest.approx(1 / math.sqrt(60 * found.shape), rel=0.01)
 
 
 def test_the_order_of_rows_does_not_change_a_fit():

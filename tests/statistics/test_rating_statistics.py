@@ -12,14 +12,8 @@ from scipy import optimize, special, stats
 from statsmodels.stats.multitest import multipletests
 
 from focalgradient import InputError
-from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, as_table, depth_rating
-from focalgradient.statistics.crossed import (
-    components,
-    crossed_effect,
-    moments,
-    over_subjects,
-    own_means,
-)
+from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, depth_rating
+from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects, own_means
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal, cumulative_fit
 from focalgradient.statistics.means import holm, paired_effect, t_interval, welch, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
@@ -72,41 +66,6 @@ def test_few_subjects_leave_equivalence_open() -> None:
     far = analyse(ratings(4, 0.5, 0.0, differ=0.3)).fixations[1]
     assert far.slope.p > 0.05
     assert not far.equivalence.equivalent
-
-
-def test_equivalence_is_a_matter_of_the_bound() -> None:
-    table = ratings(12, 0.5, 0.05)
-    p = [analyse(table, equivalence_bound=bound).fixations[1].equivalence.p for bound in (1.05, 1.1, 1.2, 1.5)]
-    assert p == sorted(p, reverse=True)
-    test = analyse(table, equivalence_bound=1.2).fixations[1].equivalence
-    assert test.equivalent == (-test.bound < test.low and test.high < test.bound)
-
-
-@pytest.mark.slow
-def test_ordinal_answers() -> None:
-    table = ratings(12, np.log(2.5), 0.0)
-    table["rating"] = np.digitize(table["rating"], [0.8, 1.0, 1.4, 2.0]) + 1
-    result = analyse(table, scale="ordinal")
-    found = result.ordinal
-    near, far = found.rises
-    assert near.low > 0
-    assert near.significant
-    assert far.low < 0 < far.high
-    assert found.slopes[0].estimate == pytest.approx(near.estimate / 8)
-    assert found.interaction.estimate == pytest.approx(near.estimate - far.estimate)
-    assert found.interaction.significant
-    places = [each.place.estimate for each in found.thresholds]
-    assert places == sorted(places)
-    assert all(each.place.low < each.place.estimate < each.place.high for each in found.thresholds)
-    for fixation in ("nearest", "farthest"):
-        total = sum(each.share for each in found.shares if (each.fixation, each.aperture) == (fixation, "f/11"))
-        assert total == pytest.approx(1)
-    assert result.means == ()
-    missing = NotComputed("The scale is ordinal: its steps have no ratios.")
-    first = result.fixations[0]
-    assert {first.slope, first.equivalence, first.rise, result.interaction} == {missing}
-    with pytest.raises(InputError, match="whole numbers"):
-        analyse(table.assign(rating=table["rating"] + 0.5), scale="ordinal")
 
 
 def test_answers_in_one_step_or_perfectly_ordered_have_no_ordinal_slope() -> None:
@@ -277,19 +236,6 @@ def test_equal_answers_have_no_test() -> None:
     assert "same value" in result.interaction.reason
 
 
-def test_one_fixation_has_no_interaction() -> None:
-    result = analyse(ratings(6, 0.5, 0.0).query("fixation == 'nearest'"))
-    assert [each.fixation for each in result.fixations] == ["nearest"]
-    assert "farthest" in result.interaction.reason
-
-
-def test_answers_without_noise_have_a_slope() -> None:
-    """As an observer by rule gives them."""
-    slope = analyse(ratings(6, 0.5, 0.0, noise=0.0).query("fixation == 'nearest'")).fixations[0].slope
-    assert slope.estimate * 8 == pytest.approx(0.5, abs=0.15)
-    assert slope.p < 1e-3
-
-
 def test_lost_trials_cost_only_what_needs_them() -> None:
     table = ratings(8, 0.5, 0.0)
     table = table[~((table["participant_id"] == "03") & (table["aperture"] == "f/11"))]
@@ -322,13 +268,6 @@ def test_neither_order_nor_unit_of_ratings_matters() -> None:
         assert one.rise.p == pytest.approx(two.rise.p, rel=1e-8)
     lows = [mean.ratio.low for mean in other.means]
     assert [mean.ratio.low for mean in result.means] == pytest.approx(lows, rel=1e-9)
-
-
-def test_a_table_of_results() -> None:
-    result = analyse(ratings(4, 0.5, 0.0))
-    means = as_table(result.means)
-    assert list(means["ratio.estimate"]) == [mean.ratio.estimate for mean in result.means]
-    assert as_table(result.subject_means)["trials"].sum() == result.trials
 
 
 BAD = [
@@ -366,21 +305,6 @@ def test_bad_tables() -> None:
         analyse([])
     with pytest.raises(InputError, match=r"equivalence_bound is 0\.9, but must be a ratio above 1"):
         analyse(table, equivalence_bound=0.9)
-
-
-def test_an_index_of_files_names_the_file() -> None:
-    table = ratings(3, 0.5, 0.0)
-    table.index = pd.MultiIndex.from_product([["sub-00_beh.tsv"], range(2, len(table) + 2)])
-    table.loc[("sub-00_beh.tsv", 9), ["rating", "trial"]] = [0.0, 1]
-    with pytest.raises(InputError, match=r"^sub-00_beh.tsv, row 9 \(participant 00"):
-        analyse(table.drop_duplicates("trial", keep="last"))
-
-
-def test_raw_data_are_not_touched() -> None:
-    table = ratings(3, 0.5, 0.0)
-    before = table.copy(deep=True)
-    analyse(table)
-    pd.testing.assert_frame_equal(table, before)
 
 
 @given(st.lists(st.tuples(st.floats(-5, 5), st.floats(-5, 5)), min_size=3, max_size=12), st.floats(-9, 9))
@@ -472,13 +396,6 @@ def test_the_rise_is_measured_where_the_line_misses_it() -> None:
     near = analyse(table).fixations[0]
     assert near.rise.ratio.low < np.exp(0.5) < near.rise.ratio.high
     assert 8 * near.slope.estimate < near.rise.low
-
-
-def test_holms_p_decides() -> None:
-    effect = paired_effect([0.1, 0.3, 0.2, -0.02, 0.3], "")
-    assert effect.p < 0.05
-    assert effect.significant
-    assert not replace(effect, p_holm=3 * effect.p).significant
 
 
 def test_residuals_of_many_subjects_are_checked_by_a_part_of_them() -> None:

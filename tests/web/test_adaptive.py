@@ -14,7 +14,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
 from focalgradient.dataset import read_dataset, read_journal, validate
-from focalgradient.design import Procedure, Quest, answers_of
+from focalgradient.design import Procedure, answers_of
 from focalgradient.tasks import task_named
 
 SHORT = 'task = "blurdiscrimination"\nask = []\nrepetitions = 3\npedestals_arcmin = [1.0]\n'
@@ -82,10 +82,7 @@ steps = true
         ({"rating": 0.0, "chosen": None}, "rating is 0, but must be from 1 to 2: send a value on the scale."),
         ({"also": {"seen": 2.5}}, "seen is 2.5, which lies between two answers: send one of them."),
         ({"also": {"seen": 5}}, "seen is 5, but must be from 1 to 4: send a value on the scale."),
-        (
-            {"also": {"seen": 3, "seen_start": 9}},
-            "seen_start is 9, but must be from 1 to 4: ",
-        ),
+        ({"also": {"seen": 3, "seen_start": 9}}, "seen_start is 9, but must be from 1 to 4: "),
         ({"also": {}}, "seen is missing: send exactly the responses asked for."),
     ],
 )
@@ -147,20 +144,3 @@ def test_blur_thresholds_follow_their_answers_in_the_browser_as_in_the_laborator
     events = pd.read_csv(next((tmp_path / "data").rglob("*_events.tsv")), sep="\t")
     first = [row["trial_type"] for _, row in events.iterrows() if row["trial_type"] in ("picture", "reference")][::2]
     assert first == [{1: "picture", 2: "reference"}[trial.interval] for trial in made.design.trials("001")]
-
-
-def test_quest_goes_on_in_the_browser_as_in_the_laboratory(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    staircase()
-    module = sys.modules["blur_discrimination"]
-    quest = Quest((0.1, 0.2, 0.4, 0.8, 1.6, 3.2))
-    monkeypatch.setattr(module, "STAIRCASE", quest)
-    with client_of(study(tmp_path, SHORT)) as client:
-        someone = Participant(client)
-        someone.begin()
-        for number, right in enumerate((True, False, True, True, True, False)):
-            someone.ask("next", phase="main", trial=number + 1)
-            assert answered(someone, number, right).status_code == 200
-    (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
-    recorded = [{"phase": "main", "catch": False, **one} for one in table.to_dict("records")]
-    expected = [quest.level(answers_of(recorded[:number])) for number in range(6)]
-    assert [one["level"] for one in recorded] == pytest.approx(expected)

@@ -104,15 +104,6 @@ def test_what_no_page_sends_is_refused_in_one_sentence(tmp_path: Path, design: s
         assert answer.json()["error"].count(". ") == 0
 
 
-@pytest.mark.parametrize("rating", [-3.0, 3.0])
-def test_the_ends_of_a_scale_are_places_of_it(tmp_path: Path, rating: float) -> None:
-    scale = 'scale = "bipolar"\ncatch_pictures = ["flatter", "deeper"]\n'
-    with client_of(study(tmp_path, DEPTH + scale)) as client:
-        someone = Participant(client)
-        someone.begin()
-        assert someone.ask("answer", **short(someone, 0, rating=rating, start=rating)).status_code == 200
-
-
 def test_the_form_is_recorded_as_in_the_laboratory(tmp_path: Path) -> None:
     with client_of(study(tmp_path, NECKER)) as client:
         someone = Participant(client)

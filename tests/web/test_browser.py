@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 import signal
 import sys
@@ -27,7 +26,6 @@ from focalgradient.dataset.conduct import exposures
 from focalgradient.design import load_design
 from focalgradient.display import Display
 from focalgradient.stimuli.cube_frames import frames_of
-from focalgradient.web.people import OF_PERSON
 from focalgradient.web.pictures import cube_session, cube_trial
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
@@ -353,13 +351,6 @@ def test_the_browser_that_joined_comes_back_to_its_session_and_no_other_does(bro
     other.close()
     server.end()
     assert len((tmp_path / "data-links.jsonl").read_text().splitlines()) == 5  # and the invitation
-
-
-def test_the_page_keeps_its_secret_by_the_identifiers_that_the_server_knows() -> None:
-    script = (Path(__file__).parents[2] / "src" / "focalgradient" / "web" / "page" / "server.js").read_text()
-    listed = re.search(r"OF_PERSON = (\[.*?\]);", script)
-    assert listed is not None
-    assert tuple(json.loads(listed[1])) == OF_PERSON
 
 
 PINHOLE = """task = "pinhole"

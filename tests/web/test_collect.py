@@ -295,25 +295,6 @@ def test_a_journal_that_was_changed_is_not_written_over(tmp_path: Path) -> None:
     assert journal.read_bytes() == before
 
 
-@pytest.mark.parametrize(
-    ("words", "sentence"),
-    [
-        (("--export", "{}"), "contains files"),
-        (("--export", "{}/new", "--participants", "20-10"), "--participants is '20-10'"),
-        (("--export", "{}/new", "--data", "{}/data"), "--data requires a server"),
-        (("--export", "{}/new", "--datapipe", '"><script>'), "--datapipe is"),
-        (("--export", "{}/new", "--completion", "javascript:alert(1)"), "--completion is"),
-        (("--datapipe", "abc"), "--data is missing"),
-    ],
-)
-def test_options_that_cannot_be_are_refused(tmp_path: Path, words: tuple[str, ...], sentence: str) -> None:
-    (tmp_path / "design.toml").write_text(NECKER)
-    code, said = run("serve", tmp_path / "design.toml", *(word.format(tmp_path) for word in words))
-    assert code == 2
-    assert sentence in said
-    assert [path.name for path in tmp_path.iterdir()] == ["design.toml"]
-
-
 @pytest.mark.parametrize("seed", [1, 2])
 def test_damaged_results_are_refused_or_become_a_valid_data_set(tmp_path: Path, seed: int) -> None:
     right = session(tmp_path)

@@ -76,10 +76,7 @@ OWN = {"platform": IDENTIFIER, "secret": SECRET}
 ACTORS: dict[str, list[dict[str, Any]]] = {
     "nothing (`--no-open-link`)": [{}],
     "the open link": [{}],
-    "the open link and a participant's identifier": [
-        {"platform": IDENTIFIER},
-        {"platform": {"id": "1"}},
-    ],
+    "the open link and a participant's identifier": [{"platform": IDENTIFIER}, {"platform": {"id": "1"}}],
     "the open link, identifier and label": [{"platform": {**IDENTIFIER, "participant": "001", "label": "sub-001"}}],
     "the participant's own link or secret": [OWN],
     "the same, in a second tab meanwhile": [{**OWN, "tab": "tab-2"}],

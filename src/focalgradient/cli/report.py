@@ -18,7 +18,7 @@ from focalgradient.options.messages import entries_as_options
 from focalgradient.quantities import MILLIMETRES, POSITIVE
 
 if TYPE_CHECKING:
-    from focalgradient.statistics.own_files import UserTable
+    from focalgradient.user_tables.files import UserTable
 
 __all__ = ["report"]
 
@@ -49,8 +49,8 @@ def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
 
 def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[Path | UserTable]:
     """Return the data sets: folders, and tables, of which those of one participant each are one."""
-    from focalgradient.statistics.own_files import read_table
-    from focalgradient.statistics.own_tables import of_one_data_set
+    from focalgradient.user_tables.files import read_table
+    from focalgradient.user_tables.source import of_one_data_set
 
     found = [read_table(path) if path.is_file() else path for path in folders]
     if (
@@ -181,7 +181,7 @@ def report(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
     from focalgradient.statistics import Rules
-    from focalgradient.statistics.own_files import UserTable
+    from focalgradient.user_tables.files import UserTable
 
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)

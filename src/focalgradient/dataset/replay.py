@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from focalgradient.dataset.alike import same_json
-from focalgradient.dataset.bids import Files
+from focalgradient.dataset.bids import Files, is_of_this_version
 from focalgradient.dataset.conduct import EXPOSURE
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Journal, Log
@@ -56,6 +56,11 @@ class _Unwritten(Journal):
 class _Replayed(Session):
     """Session that is recorded again from its events."""
 
+    def misplaced(self, trial: Trial, event: Event) -> str | None:
+        """Return how an event differs from what the procedure sets after the answers before, such as its level."""
+        adapted = self.task.adapted(self.design, trial, self.recorded)
+        return _difference(event, {name: getattr(adapted, name) for name in self.task.adapted_fields})
+
     def again(self, trial: Trial, event: Event) -> str | None:
         """Record the next trial again; return why it is refused."""
         try:
@@ -98,6 +103,8 @@ def replay(log: Log, design: Design, planned: Sequence[Trial]) -> Iterator[Contr
     files = Files(Path(), design.task, log.head["participant"], log.head["session"])
     session = _Replayed(files, design, journal, trials=[trials[turn] for turn in turns if turn in trials])
     met = set[tuple[str, int]]()
+    # Levels follow from the answers before, so from the first wrong or missing one on they tell nothing.
+    follows = is_of_this_version(log) and [*turns] == [*trials][: len(turns)]
     for line, event in zip(log.lines, log.events, strict=True):
         exposed = event.get("kind") == EXPOSURE
         if not (exposed or event["event"] == "trial"):
@@ -113,21 +120,23 @@ def replay(log: Log, design: Design, planned: Sequence[Trial]) -> Iterator[Contr
             why, placed = "it occurs more than once", False
         else:
             met.add(turn)
-            why = session.again(trial, event) or _difference(event, journal.event)
+            misplaced = session.misplaced(trial, event) if follows else None
+            why = session.again(trial, event) or _difference(_values(event), _values(journal.event)) or misplaced
+            follows &= why is None
         if why is not None:
             yield Contradiction(line, f"{turn[0]} trial {turn[1]}", why, placed)
 
 
-def _difference(event: Event, again: Event | None) -> str | None:
-    """Return the first value of an event that differs when it is recorded again."""
-    recorded, made = _values(event), _values(again or {})
+def _difference(recorded: Mapping[str, Any], made: Mapping[str, Any]) -> str | None:
+    """Return the first of the values made again that differs from that recorded."""
     for name, value in made.items():
         if recorded.get(name) != value and not same_json(recorded.get(name), value):
             return f"{name} is {recorded.get(name)!r}, but {value!r} by the design and the lines before"
     return None
 
 
-def _values(event: Event) -> dict[str, Any]:
+def _values(event: Event | None) -> dict[str, Any]:
+    event = event or {}
     extra = event.get(EXTRA, {})
     noted = {name: one["value"] for name, one in extra.items()}
     return {**event, AGAIN: None, **noted, EXTRA: None, "presses": None}  # presses are as they were read

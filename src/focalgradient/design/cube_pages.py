@@ -2,40 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import cast
 
-from focalgradient.design.necker import Gradient, NeckerDesign, NeckerTrial
-from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
-from focalgradient.design.words import Words
+from focalgradient.design.necker import Gradient, NeckerTrial
+from focalgradient.design.sequence import Page, Pages
 
 __all__ = ["CubePages"]
 
 
-@dataclass(frozen=True, slots=True)
-class CubePages:
+class CubePages(Pages):
     """Pages for one participant, in the laboratory or in a browser.
 
+    >>> from focalgradient.design import NeckerDesign
     >>> from focalgradient.design.words import load_words
     >>> pages = CubePages(NeckerDesign(gradients=["none"]), load_words("en"), "01")
     >>> "blurred" in pages.closing()[0].text
     False
     """
 
-    design: NeckerDesign
-    words: Words
-    participant: str
-    browser: bool = False
-
     def opening(self) -> tuple[Page, ...]:
         """Return the instructions."""
-        keys = {f"{name}_key": key.upper() for name, key in self.design.keys_of(self.participant).items()}
-        texts = self.words.pages("necker.instructions", escape=escape_text(self.words, browser=self.browser), **keys)
-        return tuple(Page("instructions", text.strip()) for text in texts)
-
-    def reminder(self, first: NeckerTrial) -> tuple[Standard, ...]:
-        """Return no steps: the experiment has no standard."""
-        return ()
+        keys = {f"{name}_key": self.words.key(key) for name, key in self.design.keys_of(self.participant).items()}
+        return self.instructions(*self.words.pages("necker.instructions", escape=self.escape, **keys))
 
     def lead(self, trial: NeckerTrial, previous: NeckerTrial | None) -> tuple[Page, ...]:
         """Return the page that waits until the participant is ready."""
@@ -50,7 +38,7 @@ class CubePages:
         """Return the feedback on practice; ``{share}`` is the percentage of time for which the correct key was held."""
         if trial.phase != "practice" or trial.is_ambiguous:
             return ()
-        key = self.design.keys_of(self.participant)[cast("Gradient", trial.shape)].upper()
+        key = self.words.key(self.design.keys_of(self.participant)[cast("Gradient", trial.shape)])
         shape = self.words(f"necker.{trial.shape}")
         return (Page("feedback", self.words("necker.feedback", shape=shape, key=key, share="{share}")),)
 
@@ -62,8 +50,4 @@ class CubePages:
         """Return the debriefing, which mentions blur only if the design has blur."""
         blurred = self.design.gradients != ("none",)
         question = self.words("necker.about_blur" if blurred else "necker.about_shape")
-        asked = questions_text(self.words, browser=self.browser)
-        return tuple(
-            Page("debriefing", text)
-            for text in self.words.pages("necker.debriefing", question=question, questions=asked)
-        )
+        return self.debriefing("necker.debriefing", question=question)

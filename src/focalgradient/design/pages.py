@@ -22,6 +22,5 @@ def pages_of(design: Any, words: Words, participant: str, *, browser: bool = Fal
     browser
         Whether they are shown in a browser, where a button stops the session and no experimenter is present.
     """
-    task = task_named(design.task)
-    pages: Pages = PlainPages(task, words) if task.pages is None else task.pages(design, words, participant, browser)
-    return pages
+    made: Pages = (task_named(design.task).pages or PlainPages)(design, words, participant, browser)
+    return made

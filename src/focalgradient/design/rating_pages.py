@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from focalgradient.design.depth_rating import DepthRatingDesign, DepthTrial
-from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
+from focalgradient.design.sequence import Page, Pages, Standard
 from focalgradient.design.words import Words
 
 __all__ = ["RatingPages", "instructions", "standard_text"]
 
 
-@dataclass(frozen=True, slots=True)
-class RatingPages:
+class RatingPages(Pages):
     """Pages for one participant, in the laboratory or in a browser.
 
     >>> from focalgradient.design.words import load_words
@@ -20,15 +17,9 @@ class RatingPages:
     2.0
     """
 
-    design: DepthRatingDesign
-    words: Words
-    participant: str
-    browser: bool = False
-
     def opening(self) -> tuple[Page, ...]:
         """Return the instructions, and an example that explains the scale."""
-        texts = instructions(self.design, self.words, escape_text(self.words, browser=self.browser))
-        read = tuple(Page("instructions", text.strip()) for text in texts)
+        read = self.instructions(*instructions(self.design, self.words, self.escape))
         scale = self.design.response_scale
         if scale.example is None:
             return read
@@ -45,10 +36,6 @@ class RatingPages:
     def _standard(self, *, shown: bool) -> tuple[Standard, ...]:
         return (Standard(standard_text(self.design, self.words)),) if shown else ()
 
-    def after(self, trial: DepthTrial) -> tuple[Page, ...]:
-        """Return no pages."""
-        return ()
-
     def again(self) -> Page:
         """Return the page before repeated practice."""
         return Page("feedback", self.words(self.design.response_scale.again))
@@ -56,11 +43,9 @@ class RatingPages:
     def closing(self) -> tuple[Page, ...]:
         """Return the debriefing, which mentions the fixated object and the drawings only if the design has them."""
         words, design = self.words, self.design
-        asked = questions_text(self.words, browser=self.browser)
         drawings = words("depth.about_drawings") if design.shows_drawings else ""
         fixations = words("depth.about_fixation" if len(design.fixations) > 1 else "depth.about_depth")
-        texts = words.pages("depth.debriefing", question=fixations, drawings=drawings, questions=asked)
-        return tuple(Page("debriefing", text.strip()) for text in texts)
+        return self.debriefing("depth.debriefing", question=fixations, drawings=drawings)
 
 
 def instructions(design: DepthRatingDesign, words: Words, escape: str) -> tuple[str, str]:

@@ -1,6 +1,6 @@
 """Sequence of pages and trials of a session, for laboratory and browser.
 
-Each task has one class of pages (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It provides the
+Each task has one class of `Pages` (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It provides the
 steps at the beginning of a sitting, between two trials, and at the end of the session.
 """
 
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 from focalgradient.design.plan import Trial
 from focalgradient.design.words import Words
@@ -21,8 +21,6 @@ __all__ = [
     "Step",
     "Turn",
     "breaks",
-    "escape_text",
-    "questions_text",
     "sequence",
 ]
 
@@ -105,32 +103,61 @@ class Repeat:
 Step = Page | Standard | Turn | Repeat
 
 
-class Pages(Protocol):
-    """Protocol of the pages of one task, for one participant."""
+@dataclass(frozen=True, slots=True)
+class Pages:
+    """Pages of one task, for one participant; by default none.
+
+    Parameters
+    ----------
+    design, words, participant
+        Design, texts and participant of the session.
+    browser
+        Whether they are shown in a browser, where a button stops the session and no experimenter is present.
+    """
+
+    design: Any
+    words: Words
+    participant: str
+    browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
         """Return the pages at the beginning of every sitting."""
-        ...
+        return ()
 
-    def reminder(self, first: Trial) -> tuple[Standard, ...]:
+    def reminder(self, first: Any) -> tuple[Standard, ...]:
         """Return the steps that follow these pages, given the sitting's first trial."""
-        ...
+        return ()
 
-    def lead(self, trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
-        """Return the steps directly before a trial; `previous` is the preceding one in the sitting."""
-        ...
+    def lead(self, trial: Any, previous: Any) -> tuple[Page | Standard, ...]:
+        """Return the steps directly before a trial; `previous` is the preceding one in the sitting, or None."""
+        return ()
 
-    def after(self, trial: Trial) -> tuple[Page, ...]:
+    def after(self, trial: Any) -> tuple[Page, ...]:
         """Return the pages directly after a trial."""
-        ...
+        return ()
 
     def again(self) -> Page | None:
         """Return the page before repeated practice; None for a task without practice."""
-        ...
+        return None
 
     def closing(self) -> tuple[Page, ...]:
         """Return the debriefing."""
-        ...
+        return ()
+
+    def instructions(self, *texts: str) -> tuple[Page, ...]:
+        """Return pages of instructions."""
+        return tuple(Page("instructions", text.strip()) for text in texts)
+
+    def debriefing(self, entry: str, **values: str) -> tuple[Page, ...]:
+        """Return the debriefing of an entry of the texts, which ends with whom participants can ask."""
+        asked = self.words("web.questions" if self.browser else "common.questions")
+        texts = self.words.pages(entry, questions=asked, **values)
+        return tuple(Page("debriefing", text.strip()) for text in texts)
+
+    @property
+    def escape(self) -> str:
+        """Text on the key that stops the session; empty for a browser, which shows a button instead."""
+        return "" if self.browser else self.words("common.escape")
 
 
 @dataclass(frozen=True, slots=True)
@@ -218,13 +245,3 @@ def sequence(design: Any, words: Words, pages: Pages, trials: Sequence[Trial], d
         if turn.trial.phase == "practice":
             practised.append(turn)
     return (*steps, *pages.closing(), Page("thanks", words("session.thanks")))
-
-
-def escape_text(words: Words, *, browser: bool) -> str:
-    """Return the text on the key that stops the session; empty for a browser, which shows a button instead."""
-    return "" if browser else words("common.escape")
-
-
-def questions_text(words: Words, *, browser: bool) -> str:
-    """Return the text on whom a participant can ask."""
-    return words("web.questions" if browser else "common.questions")

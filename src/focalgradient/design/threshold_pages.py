@@ -2,43 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
-from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial
-from focalgradient.design.sequence import Page, Standard, escape_text, questions_text
-from focalgradient.design.words import Words
+from focalgradient.design.sequence import Page, Pages
 
 __all__ = ["ThresholdPages"]
 
 
-@dataclass(frozen=True, slots=True)
-class ThresholdPages:
+class ThresholdPages(Pages):
     """Pages for one participant, in the laboratory or in a browser."""
-
-    design: BlurThresholdDesign
-    words: Words
-    participant: str
-    browser: bool = False
 
     def opening(self) -> tuple[Page, ...]:
         """Return the instructions."""
-        texts = [
-            self.words(f"blur.instructions_{self.design.judged}"),
-            self.words("blur.trial", escape=escape_text(self.words, browser=self.browser)),
-        ]
-        return tuple(Page("instructions", text.strip()) for text in texts)
-
-    def reminder(self, first: BlurTrial) -> tuple[Standard, ...]:
-        """Return no steps: there is no standard."""
-        return ()
-
-    def lead(self, trial: BlurTrial, previous: BlurTrial | None) -> tuple[Page, ...]:
-        """Return no pages."""
-        return ()
-
-    def after(self, trial: BlurTrial) -> tuple[Page, ...]:
-        """Return no pages."""
-        return ()
+        judged = self.words(f"blur.instructions_{self.design.judged}")
+        return self.instructions(judged, self.words("blur.trial", escape=self.escape))
 
     def again(self) -> Page:
         """Return the page before repeated practice."""
@@ -46,5 +21,4 @@ class ThresholdPages:
 
     def closing(self) -> tuple[Page, ...]:
         """Return the debriefing."""
-        asked = questions_text(self.words, browser=self.browser)
-        return tuple(Page("debriefing", text) for text in self.words.pages("blur.debriefing", questions=asked))
+        return self.debriefing("blur.debriefing")

@@ -43,7 +43,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 
-class BlurThreshold(Task):
+class BlurThreshold(Task[BlurThresholdDesign, Any, Chosen]):
     """Adaptive blur threshold: the blur that is just noticed, or that just makes a picture look deeper.
 
     Each trial shows one scene twice, with added blur in one of two intervals (2IFC), and asks in which. QUEST+ chooses

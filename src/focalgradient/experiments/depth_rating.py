@@ -100,7 +100,7 @@ def _depth_columns(
     return tuple(columns)
 
 
-class DepthRating(Task):
+class DepthRating(Task[DepthRatingDesign, DepthTrial, Rated]):
     """Experiment 1: rated depth of pictures, by aperture and fixated object.
 
     Each trial shows a mark on the object to be fixated, then the picture, then asks how three-dimensional it looked: as

@@ -71,7 +71,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 
-class NeckerRotation(Task):
+class NeckerRotation(Task[NeckerDesign, NeckerTrial, Watched]):
     """Experiment 2: a rotating Necker cube; one key is held while it looks rigid, another while it looks nonrigid.
 
     Each press and release is recorded with its time on the display's clock. The table has separate entries for times in

@@ -60,7 +60,7 @@ COLUMNS: tuple[Column, ...] = (
 )
 
 
-class PinholeDemonstration(Task):
+class PinholeDemonstration(Task[Pinhole, PinholeTrial, Rated]):
     """Demonstration of the pinhole effect: monocular depth through a pinhole, without it, and through a tube.
 
     The tube has the same field as the pinhole. In the real world the program names the eye to use, what to hold

@@ -7,7 +7,7 @@ does for a smooth integrand: 8 parts of a band of cones are as accurate as 25 pa
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import lru_cache
 
 import numpy as np
@@ -42,14 +42,14 @@ def parts_of_focus(focus: NDArray[np.float64], ends: tuple[float, float], count:
     return np.clip(np.searchsorted(np.linspace(*ends, count + 1), focus) - 1, 0, count - 1)
 
 
-def fewest(made: Callable[[int], NDArray[np.float64]], counts: Sequence[int] = COUNTS) -> int:
+def fewest(made: Callable[[int], NDArray[np.float64]]) -> int:
     """Return the smallest count for which `made` agrees with that of `FINEST` to `ERROR`, or `FINEST`.
 
     >>> fewest(lambda count: np.array([1 / count**2]))
     11
     """
     wanted = made(FINEST)
-    return next((count for count in counts if np.abs(made(count) - wanted).max() < ERROR), FINEST)
+    return next((count for count in COUNTS if np.abs(made(count) - wanted).max() < ERROR), FINEST)
 
 
 @lru_cache(maxsize=64)

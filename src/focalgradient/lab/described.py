@@ -108,7 +108,7 @@ def _labels(sitting: Sitting, control: Any) -> list[Any]:
         return []
     step = 0.6 / max(len(control.keys) - 1, 1)
     return [
-        sitting.screen.text(f"{key.upper()}   {label}", height=0.028, x=-0.3 + step * number, y=-0.46)
+        sitting.screen.text(f"{sitting.words.key(key)}   {label}", height=0.028, x=-0.3 + step * number, y=-0.46)
         for number, (key, label) in enumerate(zip(control.keys, control.labels, strict=True))
     ]
 

@@ -89,7 +89,30 @@ class MeterOptions(MonitorOptions):
 
 
 @dataclass(kw_only=True)
-class FollowOptions(MonitorOptions, TriggerOptions):
+class RecordingOptions(MonitorOptions, TriggerOptions):
+    """Options of programs that record a participant.
+
+    Parameters
+    ----------
+    participant
+        Label of the participant: letters and digits.
+    session
+        Label of the session, for participants with more than one.
+    tracker
+        Eye tracker: gazepoint, eyelink, pupil-core, tobii, or a JSON file with a tracker's ioHub settings, such as
+        {"eyetracker.hw.tobii.EyeTracker": {...}} (default: ioHub's simulated tracker, which follows the mouse).
+    photodiode
+        Show a square in this lower corner that is white while a stimulus is shown, or inverted when focus changes.
+    """
+
+    participant: Label | None = None
+    session: Label | None = None
+    tracker: Name | None = None
+    photodiode: Literal["left", "right"] | None = None
+
+
+@dataclass(kw_only=True)
+class FollowOptions(RecordingOptions):
     """Options of gaze-contingent focus.
 
     Parameters
@@ -98,47 +121,33 @@ class FollowOptions(MonitorOptions, TriggerOptions):
         Folder written by 'focalgradient focus-series', or by 'focalgradient blur' with at least two foci.
     gaze
         Source of the gaze position.
-    tracker
-        Eye tracker: gazepoint, eyelink, pupil-core, tobii, or a JSON file with a tracker's ioHub settings, such as
-        {"eyetracker.hw.tobii.EyeTracker": {...}} (default: ioHub's simulated tracker, which follows the mouse).
     transition
         How focus changes: with the eye's time constant of 0.3 s, or at once.
     seconds
         Duration in s.
-    participant
-        Label of the participant: letters and digits.
-    session
-        Label of the session, for participants with more than one.
     data
         Folder of the data set.
-    photodiode
-        Show a square in this lower corner that is inverted when focus changes.
     language
         Language of the texts: en, de, or a TOML file.
     """
 
     series: Folder
     gaze: Literal["mouse", "tracker"] = "mouse"
-    tracker: Name | None = None
     transition: Literal["eye", "immediate"] = "eye"
     seconds: Annotated[float, Quantity(words="seconds", most=3600), "S"] = 60.0
     participant: Label = "pilot"
-    session: Label | None = None
     data: Folder = Path("data")
-    photodiode: Literal["left", "right"] | None = None
     language: Name = "en"
 
 
 @dataclass(kw_only=True)
-class SessionOptions(MonitorOptions, TriggerOptions):
+class SessionOptions(RecordingOptions):
     """Options of an experiment's session.
 
     Parameters
     ----------
     participant
         Label of the participant: letters and digits (default: asked for on the screen).
-    session
-        Label of the session, for participants with more than one.
     age
         Age, recorded in the table of participants.
     sex
@@ -167,8 +176,6 @@ class SessionOptions(MonitorOptions, TriggerOptions):
         Make a short test run in a small window.
     uncalibrated
         Run although the screen's size and viewing distance are unknown.
-    photodiode
-        Show a square in this lower corner that is white while a stimulus is shown.
     stereoscope
         Settings of a mirror stereoscope or two screens (TOML).
     box
@@ -180,13 +187,8 @@ class SessionOptions(MonitorOptions, TriggerOptions):
         Keys assigned to the buttons of the box, such as 1=left,2=right,3=space,4=return.
     gaze
         Source of recorded gaze, instead of the design's.
-    tracker
-        Eye tracker: gazepoint, eyelink, pupil-core, tobii, or a JSON file with a tracker's ioHub settings, such as
-        {"eyetracker.hw.tobii.EyeTracker": {...}} (default: ioHub's simulated tracker, which follows the mouse).
     """
 
-    participant: Label | None = None
-    session: Label | None = None
     age: Annotated[str, "YEARS"] | None = None
     sex: Word | None = None
     handedness: Word | None = None
@@ -201,13 +203,11 @@ class SessionOptions(MonitorOptions, TriggerOptions):
     resume: bool = False
     pilot: bool = False
     uncalibrated: bool = False
-    photodiode: Literal["left", "right"] | None = None
     stereoscope: File | None = None
     box: Annotated[tuple[str, ...], "PORT"] = ()
     pointer: bool = False
     box_keys: Annotated[str, "LIST"] | None = None
     gaze: Literal["none", "mouse", "tracker"] | None = None
-    tracker: Name | None = None
 
     @property
     def folder(self) -> Path:

@@ -348,7 +348,7 @@ class Screen:
         if self.pointer is None:
             return
         usual = {"space": "web.go_on", self.words.yes: "web.yes", self.words.no: "web.no"}
-        named = [(key, self.words(usual[key]) if key in usual else key.upper()) for key in keys]
+        named = [(key, self.words(usual[key]) if key in usual else self.words.key(key)) for key in keys]
         self.pointer.buttons([*named, *labels.items()])
 
     def stop_if_asked(self, found: Iterable[Press]) -> None:

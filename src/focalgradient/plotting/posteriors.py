@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
+from focalgradient.plotting.ratio_axis import ratio_ticks
 from focalgradient.statistics.posteriors import BayesResult, Posterior
 
 __all__ = ["draw_posterior_rises", "draw_posterior_spread", "posterior_figure"]
@@ -53,7 +54,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
     ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
     what = "odds ratio" if not result.analysis.ratios else "ratio to the pinhole"
     ax.set(xlabel=f"depth effect at the largest aperture ({what})", ylabel="density (of the log ratio)", yticks=[])
-    ticks = _ratios(min(ends), max(ends))
+    ticks = ratio_ticks(*np.exp([min(ends), max(ends)]).tolist())
     ax.set_xticks([math.log(tick) for tick in ticks], [f"{tick:g}" for tick in ticks])
     ax.set_xlim(at[0], at[-1])
     ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
@@ -84,12 +85,3 @@ def _above_zero(draws: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[
     """Return the kernel density of a non-negative variable, reflected at zero."""
     law = stats.gaussian_kde(draws)
     return np.asarray(law(at) + law(-at))
-
-
-def _ratios(low: float, high: float) -> list[float]:
-    """Return tick ratios for an axis from exp(low) to exp(high)."""
-    fine = [0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0, 2.5, 3.0]
-    coarse = [0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0]
-    middle = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
-    chosen = fine if high - low < 1.5 else middle if high - low < 5 else coarse
-    return [tick for tick in chosen if low <= math.log(tick) <= high]

@@ -28,7 +28,7 @@ from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Analysis, less
 from focalgradient.statistics.records import ALPHA
-from focalgradient.statistics.tables import in_order
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["LatentModel", "latent_power", "simulated_answers"]
 

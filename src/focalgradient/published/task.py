@@ -14,6 +14,7 @@ from pydantic import Field, field_validator
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial
 from focalgradient.design.plain_pages import PlainPages
+from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.published.asked import ASKED, Asked
 from focalgradient.scales import Control
@@ -94,18 +95,15 @@ class PublishedDesign(Counterbalanced):
         return self.ordered(participant, session, shown)
 
 
-@dataclass(frozen=True, slots=True)
 class _AskedPages(PlainPages):
     """Pages with the instructions of the experiment's question."""
 
-    asked: Asked
-
-    def opening(self) -> Any:
+    def opening(self) -> tuple[Page, ...]:
         """Return the instructions."""
-        return self._read(f"{self.asked.name} instructions", "instructions")
+        return self._read(f"{self.design.asked.name} instructions", "instructions")
 
 
-class PublishedTask(Task):
+class PublishedTask(Task[PublishedDesign, PublishedTrial, PublishedAnswer]):
     """Question of a published experiment about replicas of its stimuli."""
 
     name: ClassVar[str] = "published"
@@ -114,11 +112,8 @@ class PublishedTask(Task):
     observer_s: ClassVar[float] = 30.0
     no_pictures: ClassVar[str] = "whose pictures are drawn by its design"
 
+    pages = _AskedPages
     design, trial, answer = PublishedDesign, PublishedTrial, PublishedAnswer
-
-    def pages(self, design: Any, words: Any, participant: str, browser: bool) -> Any:
-        """Return the pages with the instructions of the experiment's question."""
-        return _AskedPages(self, words, design.asked)
 
     def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None) -> Any:
         """Return the replicas of a trial, one per interval, with a new texture in each trial."""

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from focalgradient.parallel import cores
 from focalgradient.psf import Psf
 from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
+from focalgradient.scenes.texture import NATURAL_SLOPE
 
 __all__ = ["shape_kernels", "shape_picture"]
 
@@ -57,7 +58,10 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
         upright[abs(step)][::-1, ::-1] if step > 0 and not psf.symmetric else upright[abs(step)]
         for step in steps.tolist()
     ]
-    return kernels_of(steps, turned, lens_radius(psf.picture(LENS_RADIUS_PX), LENS_RADIUS_PX))
+    lens = lens_radius(psf.picture(LENS_RADIUS_PX), LENS_RADIUS_PX)
+    if psf.gives_edge_response:  # pixels widen a picture, but the lens ends where the shape does
+        lens = min(lens, max(psf.edge_reach, 1.0))
+    return kernels_of(steps, turned, lens)
 
 
 def _radii(largest: float) -> NDArray[np.float64]:
@@ -96,7 +100,7 @@ def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
     _, group, count = np.unique(alike, axis=1, return_inverse=True, return_counts=True)
     group = group.ravel()
     waves = np.exp(-2j * np.pi * (down[:, None] * y + right[:, None] * x)) @ np.eye(len(count))[group]
-    weight = 1 / np.maximum(radial, radial[1])  # amplitude spectrum of natural images
+    weight = np.maximum(radial, radial[1]) ** -NATURAL_SLOPE
     weight[0] = 100 * weight.sum()  # unit gain at frequency 0
     weight[1:] /= np.linalg.norm(weight[1:])
     wanted = psf.optical_transfer(down, right, radius)

@@ -38,11 +38,11 @@ from focalgradient.report.thresholds import ThresholdPart
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import OwnRatings, Rules
 from focalgradient.statistics.bayes import NEEDED
-from focalgradient.statistics.own_files import Paths, UserTable, read_table
-from focalgradient.statistics.own_tables import Where
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import is_task, task_named, task_names, unknown_task
+from focalgradient.user_tables.files import Paths, UserTable, read_table
+from focalgradient.user_tables.source import Where
 
 if TYPE_CHECKING:
     from focalgradient.report.observers import FittedObservers
@@ -107,7 +107,7 @@ def make_report(
     ----------
     root
         Folder of the data set; or a CSV, TSV, XLSX or JSON file (or the files of one data set, one per participant, or
-        what `focalgradient.statistics.own_files.read_table` read of them), which is analysed by its columns by
+        what `focalgradient.user_tables.read_table` read of them), which is analysed by its columns by
         `focalgradient.statistics.read_ratings`, `read_reports` (percepts), `read_thresholds` (levels and correct
         answers) or `read_detection` (signals and answers).
     bound

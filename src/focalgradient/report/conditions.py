@@ -28,11 +28,12 @@ from focalgradient.statistics import ConditionTest, Rules
 from focalgradient.statistics.conditions import condition_method, condition_questions
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
-from focalgradient.statistics.own_conditions import RULES, OwnConditions, rating_tests
 from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.rating_conditions import RULES, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
+from focalgradient.user_tables import OwnConditions
 
 __all__ = ["ConditionPart", "methods_of_task"]
 

@@ -29,9 +29,9 @@ from focalgradient.statistics.detection import (
     roc_area,
     type2_area,
 )
-from focalgradient.statistics.own_detection import OwnDetection
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.wording import many
+from focalgradient.user_tables.detection import OwnDetection
 
 __all__ = ["DetectionPart"]
 

@@ -20,8 +20,8 @@ from focalgradient.statistics import (
 from focalgradient.statistics.crossed import FEWEST_SCENES
 from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
 from focalgradient.statistics.questions import NO_ANSWERS, Answers, less
-from focalgradient.statistics.tables import FIXATIONS, fixations_of
 from focalgradient.tasks import task_named
+from focalgradient.user_tables.tidy import FIXATIONS, fixations_of
 
 __all__ = ["r_script", "reader", "report_files", "safe_csv", "table_files", "trial_files"]
 

@@ -33,8 +33,8 @@ from focalgradient.statistics.exclusions import (
 )
 from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
-from focalgradient.statistics.tables import in_order
 from focalgradient.statistics.wording import in_focus, many
+from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["preregister_ratings"]
 

@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from inspect import signature
 from typing import Any, NamedTuple
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import own_detection, own_ratings, own_reports, own_thresholds
-from focalgradient.statistics.own_conditions import holds_conditions, read_conditions
-from focalgradient.statistics.own_files import Paths
-from focalgradient.statistics.own_names import few
-from focalgradient.statistics.own_numbers import factor_of
-from focalgradient.statistics.own_tables import Source, Where
-from focalgradient.statistics.own_thresholds import holds_thresholds
+from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
+from focalgradient.user_tables.conditions import holds_conditions, read_conditions
+from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.names import few
+from focalgradient.user_tables.numbers import factor_of
+from focalgradient.user_tables.reports import holds_reports
+from focalgradient.user_tables.schema import CUBE as CUBE_TABLE
+from focalgradient.user_tables.schema import DETECTION, THRESHOLDS, Schema
+from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
+from focalgradient.user_tables.source import Source, Where, holds
+from focalgradient.user_tables.wide import long_columns
 
 __all__ = [
     "BY",
@@ -33,11 +38,11 @@ RATINGS, BY = "depth ratings", "ratings"
 
 
 class Kind(NamedTuple):
-    """Kind of table: content, test for it, roles of its columns, reader, and settings of the analysis."""
+    """Kind of table: content, test for it, schema, reader, and settings of the analysis."""
 
     what: str
     holds: Callable[[Paths, Mapping[str, str] | None], bool]
-    roles: Mapping[str, tuple[str, ...]]
+    schema: Schema
     reader: Callable[..., Any]
     further: frozenset[str] = frozenset()
 
@@ -52,11 +57,11 @@ class Kind(NamedTuple):
 
 
 KINDS = (
-    Kind(CUBE, own_reports.holds_reports, own_reports.ROLES, own_reports.read_reports),
-    Kind(SIGNALS, own_detection.holds_detection, own_detection.ROLES, own_detection.read_detection),
-    Kind(LEVELS, holds_thresholds, own_thresholds.ROLES, own_thresholds.read_thresholds, frozenset({"guess_rate"})),
-    Kind(BY, holds_conditions, own_ratings.ROLES, read_conditions, frozenset({"scale"})),
-    Kind(RATINGS, lambda *_: True, own_ratings.ROLES, own_ratings.read_ratings, frozenset({"scale", "bound", "bayes"})),
+    Kind(CUBE, holds_reports, CUBE_TABLE, read_reports),
+    Kind(SIGNALS, partial(holds, DETECTION), DETECTION, read_detection),
+    Kind(LEVELS, partial(holds, THRESHOLDS), THRESHOLDS, read_thresholds, frozenset({"guess_rate"})),
+    Kind(BY, holds_conditions, RATING_TABLE, read_conditions, frozenset({"scale"})),
+    Kind(RATINGS, lambda *_: True, RATING_TABLE, read_ratings, frozenset({"scale", "bound", "bayes"})),
 )
 """Kinds of tables; each but the last is recognised before the next."""
 
@@ -110,28 +115,28 @@ def explained_table(
     }
     refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
     is_wide = kind.what == RATINGS
-    own = Source.read(paths, kind.roles, own_ratings.long_columns(columns) if is_wide else columns, where)
+    source = Source.read(paths, kind.schema, long_columns(columns) if is_wide else columns, where)
     found = kind.read(paths, given | {"order": order, "guess": guess_rate})
     varied = f" by {' and '.join(found.conditions)}" if kind.what == BY else ""
     return [
-        f"{own.name}: {len(own.cells):,} rows, taken for {len(found.table):,} {kind.what}{varied}",
-        *_columns(own, found.table if is_wide and "rating" not in own.columns else None),
+        f"{source.name}: {len(source.cells):,} rows, taken for {len(found.table):,} {kind.what}{varied}",
+        *_columns(source, found.table if is_wide and "rating" not in source.columns else None),
         *getattr(found, "problems", ()),
         *found.notices,
         *found.notes,
     ]
 
 
-def _columns(own: Source, wide: Any) -> list[str]:
+def _columns(source: Source, wide: Any) -> list[str]:
     """Return a line for each column: its role, the factor to the package's unit, and some cells."""
-    roles = {name: role for role, name in own.columns.items()}
+    roles = {name: role for role, name in source.columns.items()}
     ratings = set() if wide is None else {str(label[2]) for label in wide.index if len(label) > 2}
     lines = []
-    for column in own.cells:
+    for column in source.cells:
         name = str(column)
         role = "rating (one column a condition)" if name in ratings else roles.get(name, "not used")
-        factor = factor_of(role, name) if name in roles else 1
+        factor = factor_of(role, source.schema.columns[role].units, name) if name in roles else 1
         times = f", times {factor:g}" if factor != 1 else ""
-        cells = few([cell for cell in own.cells[column].head(100) if cell.strip()][:60])
+        cells = few([cell for cell in source.cells[column].head(100) if cell.strip()][:60])
         lines.append(f"  {name or '(no name)'} -> {role}{times}: {cells[:80]}")
     return lines

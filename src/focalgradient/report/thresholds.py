@@ -27,10 +27,10 @@ from focalgradient.statistics import (
     ThresholdResult,
     blur_thresholds,
 )
-from focalgradient.statistics.own_thresholds import OwnThresholds
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.thresholds import ATTENDING, attending, threshold_questions
 from focalgradient.statistics.wording import many, number, with_interval
+from focalgradient.user_tables.thresholds import OwnThresholds
 
 __all__ = ["ThresholdPart", "methods_thresholds", "unit_of"]
 

@@ -17,8 +17,8 @@ from focalgradient.statistics import (
 from focalgradient.statistics.cube import cube_questions
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.rating_questions import ENOUGH_SUBJECTS
-from focalgradient.statistics.tables import FIXATIONS
 from focalgradient.statistics.wording import SPACE, decimals, listed, many, p_is
+from focalgradient.user_tables.tidy import FIXATIONS
 
 __all__ = [
     "counts",

@@ -85,7 +85,7 @@ class Land:
             place, self.seed + key, coarsest=coarsest, finest=np.minimum(finest, coarsest), roughness=roughness
         )
 
-    def mesh(self, field: float, *, rows: int = 480, columns: int = 481, texels: int = 1200) -> Mesh:
+    def mesh(self, field: float) -> Mesh:
         """Return the ground visible in a frame `field` wide (a tangent), with a margin on both sides."""
 
         def places(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -98,9 +98,9 @@ class Land:
             deep, wide = np.gradient(z, axis=0), 1.7 * field / columns * z
             return across * z, z, 2 * np.sqrt(np.minimum(deep, 3 * wide) * wide)
 
-        x, z, finest = places(rows, columns)
+        x, z, finest = places(480, 481)
         points = np.stack([x, self.eye - self.height(x, z, 4 * finest), z], axis=-1)
-        x, z, finest = places(texels, texels)
+        x, z, finest = places(1200, 1200)
         return sheet(points, self._paint(x, z, finest), smooth=False)
 
     def _paint(

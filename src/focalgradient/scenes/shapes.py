@@ -57,7 +57,6 @@ def lathe(
     texels: int = 512,
     around: int = 256,
     mirror: bool = False,
-    smooth: bool = True,
 ) -> Mesh:
     """Return a solid of revolution about the vertical, from a `profile` of radius and height (k x 2, m), top down.
 
@@ -85,9 +84,7 @@ def lathe(
         )
 
     paint_here = paint(turned(np.linspace(0, length[-1], height), texels), 2 * math.pi * widest / texels)
-    mesh = sheet(
-        turned(length, around + 1) + np.asarray(centre, float), _clipped(paint_here), smooth=smooth, mirror=mirror
-    )
+    mesh = sheet(turned(length, around + 1) + np.asarray(centre, float), _clipped(paint_here), mirror=mirror)
     # Texels are evenly spaced along the profile; profile points need not be.
     v = (0.5 + length / length[-1] * (height - 1)) / height
     mesh.uv[:, 1] = np.repeat(v, around + 1)
@@ -144,8 +141,8 @@ def strewn(kind: Mesh, places: NDArray[np.float64], sizes: ArrayLike, seed: int)
     return Mesh(np.concatenate(vertices), faces, np.tile(kind.uv, (len(places), 1)), kind.paint, smooth=kind.smooth)
 
 
-def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, turn: float = 0.0) -> Mesh:
-    """Return a box between two corners (m), rotated about its vertical axis by `turn` (rad), as one mesh.
+def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3) -> Mesh:
+    """Return a box between two corners (m) as one mesh.
 
     >>> crate = box((0, 0, 1), (1, 1, 2), lambda points, detail: np.full(points.shape, 0.5), texel=0.1)
     >>> crate.vertices.shape
@@ -153,8 +150,6 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, t
     """
     low, high = np.asarray(low, float), np.asarray(high, float)
     middle, half = (low + high) / 2, (high - low) / 2
-    c, s = math.cos(turn), math.sin(turn)
-    turned = np.array([[c, 0, s], [0, 1, 0], [-s, 0, c]])
     fine = np.clip(np.ceil(2 * half / texel), 2, 1024).astype(int)
     corners, places = [], []
     paints: list[NDArray[np.float64]] = []
@@ -162,9 +157,8 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, t
     for axis in range(3):
         u, v = [other for other in range(3) if other != axis]
         for side in (-1, 1):
-            outward = side * turned[:, axis]
             # Sides that the camera cannot see are painted without detail.
-            hidden = outward @ (middle + half[axis] * outward) >= 0
+            hidden = side * middle[axis] + half[axis] >= 0
             rows, columns = (2, 2) if hidden else (int(fine[v]), int(fine[u]))
             a, b = np.meshgrid(np.linspace(-1, 1, rows), np.linspace(-1, 1, columns), indexing="ij")
             points = np.empty((rows, columns, 3))
@@ -180,7 +174,7 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3, t
             right, bottom = columns - 0.5, top + rows - 0.5
             places.append(np.array([[0.5, top + 0.5], [right, top + 0.5], [right, bottom], [0.5, bottom]]))
     atlas = np.concatenate(paints)
-    vertices = np.concatenate(corners) @ turned.T + middle
+    vertices = np.concatenate(corners) + middle
     faces = np.concatenate([np.array([[0, 1, 2], [0, 2, 3]]) + 4 * k for k in range(6)])
     return Mesh(vertices, faces, np.concatenate(places) / [width, len(atlas)], _clipped(atlas))
 

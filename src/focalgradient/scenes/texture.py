@@ -15,10 +15,14 @@ from scipy import fft
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range, Seed
 
-__all__ = ["BELOW_NYQUIST", "TILE", "Texture", "random_field"]
+__all__ = ["BELOW_NYQUIST", "NATURAL_SLOPE", "TILE", "Texture", "random_field"]
 
 TILE = 1024
 """Number of texels along one side of the square, periodic tile of a texture."""
+
+NATURAL_SLOPE = 1.0
+"""Exponent with which the amplitude of natural scenes falls with spatial frequency (Field 1987): half of that of their
+power, which depth from blur assumes (`focalgradient.depth.scene_law`)."""
 
 BELOW_NYQUIST = float(np.nextafter(0.5, 0))
 """Frequency in cycles per pixel just below the Nyquist limit, at which a field would have no phase."""
@@ -100,7 +104,7 @@ def random_field(
     shape: tuple[int, int],
     seed: int | Sequence[int] | np.random.Generator,
     *,
-    slope: float = 1.0,
+    slope: float = NATURAL_SLOPE,
     coarsest: float = 0.0,
     finest: float = math.inf,
 ) -> NDArray[np.float64]:

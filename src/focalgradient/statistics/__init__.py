@@ -44,13 +44,9 @@ from focalgradient.statistics.durations import (
 )
 from focalgradient.statistics.effects import analyse
 from focalgradient.statistics.exclusions import Exclusion, Quality, Rules, SubjectQuality, Unjudged, quality
+from focalgradient.statistics.factors import factor_effects
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.ordinal import OrdinalResult, StepShare, Threshold
-from focalgradient.statistics.own_detection import OwnDetection, read_detection
-from focalgradient.statistics.own_factors import factor_effects
-from focalgradient.statistics.own_ratings import OwnRatings, read_ratings
-from focalgradient.statistics.own_reports import OwnReports, read_reports
-from focalgradient.statistics.own_thresholds import OwnThresholds, read_thresholds
 from focalgradient.statistics.ratings import (
     DepthRatingResult,
     FixationResult,
@@ -69,6 +65,10 @@ from focalgradient.statistics.thresholds import (
     blur_thresholds,
     fit_threshold,
 )
+from focalgradient.user_tables.detection import OwnDetection, read_detection
+from focalgradient.user_tables.ratings import OwnRatings, read_ratings
+from focalgradient.user_tables.reports import OwnReports, read_reports
+from focalgradient.user_tables.thresholds import OwnThresholds, read_thresholds
 
 __all__ = [
     "ComparisonMean",

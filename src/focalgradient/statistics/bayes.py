@@ -27,7 +27,7 @@ from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior
 from focalgradient.statistics.rating_questions import LogRatios
 from focalgradient.statistics.records import NotComputed
-from focalgradient.statistics.tables import FIXATIONS, check_steps, rating_table
+from focalgradient.user_tables.tidy import FIXATIONS, check_steps, rating_table
 
 __all__ = [
     "NEEDED",
@@ -76,7 +76,7 @@ def bayes_depth_rating(
     Parameters
     ----------
     table
-        One row per trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are excluded.
+        One row per trial: see `focalgradient.user_tables.tidy.rating_table`. Catch trials are excluded.
     bound
         Equivalence bound, above 1: an effect within 1 / bound to bound counts as none. A ratio of ratings, or for
         ordinal ratings an odds ratio of a higher answer.

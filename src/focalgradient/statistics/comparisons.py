@@ -18,7 +18,7 @@ from focalgradient.statistics.means import only_difference, share_interval, t_in
 from focalgradient.statistics.questions import Answers, less, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, cells_of, slope_questions
-from focalgradient.statistics.tables import fixations_of, main_trials
+from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
     "ComparisonMean",
@@ -126,7 +126,7 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
     Parameters
     ----------
     table
-        As for `focalgradient.statistics.tables.rating_table`; `rating` is a signed step (0: identical), or 1 if the
+        As for `focalgradient.user_tables.tidy.rating_table`; `rating` is a signed step (0: identical), or 1 if the
         picture was judged deeper than the reference, else 0. Catch trials are excluded.
     scale
         The analysis (`focalgradient.scales.Slopes` or `Choices`), or its name: "bipolar" or "choice".

@@ -28,9 +28,10 @@ from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.means import paired_effect, share_interval
 from focalgradient.statistics.questions import NO_ANSWERS, Analysis, Answer, Answers, Question, in_r, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.tables import GRADIENTS, PERCEPTS, report_table
 from focalgradient.statistics.wording import SPACE, decimals, ratio_ci, statistic
 from focalgradient.statistics.wording import size as effect_size
+from focalgradient.user_tables.schema import GRADIENTS, PERCEPTS
+from focalgradient.user_tables.tidy import report_table
 
 __all__ = [
     "Dominance",
@@ -216,7 +217,7 @@ def necker(table: pd.DataFrame, *, shortest_both: float = SHORTEST_BOTH, duratio
     Parameters
     ----------
     table
-        One row per report: see `focalgradient.statistics.tables.report_table`. Catch trials are excluded.
+        One row per report: see `focalgradient.user_tables.tidy.report_table`. Catch trials are excluded.
     shortest_both
         Minimum duration in seconds of a "both" report; a shorter overlap of the keys is a transition and counts as
         "none".

@@ -20,8 +20,8 @@ from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
 from focalgradient.statistics.slope_questions import slope_questions
 from focalgradient.statistics.step_questions import step_questions
-from focalgradient.statistics.tables import in_order, main_trials
 from focalgradient.statistics.wording import many
+from focalgradient.user_tables.tidy import in_order, main_trials
 
 __all__ = ["BOUND", "analyse", "questions_of"]
 
@@ -41,7 +41,7 @@ def analyse(
     Parameters
     ----------
     table
-        As for `focalgradient.statistics.tables.rating_table`.
+        As for `focalgradient.user_tables.tidy.rating_table`.
     analysis
         Analysis, or its name: "ratio", "ordinal", "bipolar" or "choice".
     bound

@@ -21,7 +21,7 @@ from focalgradient.statistics.judging import (
     judged_observers,
     judged_raters,
 )
-from focalgradient.statistics.tables import rating_table, report_table
+from focalgradient.user_tables.tidy import rating_table, report_table
 
 __all__ = ["Exclusion", "Quality", "Rules", "SubjectQuality", "Unjudged", "kept_rows", "quality"]
 

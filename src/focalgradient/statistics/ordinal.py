@@ -20,7 +20,7 @@ from focalgradient.statistics.ordinal_people import own_rises
 from focalgradient.statistics.questions import HERE, Answers, Outcome, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
 from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_outcomes, step_questions
-from focalgradient.statistics.tables import fixations_of
+from focalgradient.user_tables.tidy import fixations_of
 
 __all__ = [
     "OrdinalResult",

@@ -31,7 +31,6 @@ from focalgradient.statistics.questions import (
     tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.tables import fixations_of, main_trials
 from focalgradient.statistics.wording import (
     SPACE,
     ci,
@@ -47,6 +46,7 @@ from focalgradient.statistics.wording import (
     size,
     statistic,
 )
+from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
     "BOOTSTRAP",

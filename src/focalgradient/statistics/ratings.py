@@ -38,7 +38,7 @@ from focalgradient.statistics.rating_questions import (
     rating_questions,
 )
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.tables import FIXATIONS, fixations_of, main_trials
+from focalgradient.user_tables.tidy import FIXATIONS, fixations_of, main_trials
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
 
@@ -246,7 +246,7 @@ def depth_rating(
     Parameters
     ----------
     table
-        One row per trial: see `focalgradient.statistics.tables.rating_table`. Catch trials are excluded.
+        One row per trial: see `focalgradient.user_tables.tidy.rating_table`. Catch trials are excluded.
     equivalence_bound
         Smallest increase at the largest aperture that matters, as a ratio above 1, stated before the data are seen:
         with 1.2, an effect between 1 / 1.2 and 1.2 is equivalent to none.

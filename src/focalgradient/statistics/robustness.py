@@ -12,7 +12,7 @@ from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.questions import Analysis as Questions
-from focalgradient.statistics.tables import fixations_of, rating_table
+from focalgradient.user_tables.tidy import fixations_of, rating_table
 
 __all__ = ["ALL_RULES", "Variant", "robustness"]
 
@@ -62,7 +62,7 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     Parameters
     ----------
     table
-        One row per trial: see `focalgradient.statistics.tables.rating_table`.
+        One row per trial: see `focalgradient.user_tables.tidy.rating_table`.
     rules
         Exclusion rules; None: the defaults.
     scale

@@ -29,8 +29,8 @@ from focalgradient.statistics.questions import (
     tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
-from focalgradient.statistics.tables import fixations_of, main_trials
 from focalgradient.statistics.wording import expected_differences, expected_rise, in_focus, over, summary
+from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
     "CONFIDENCE_METHOD",
@@ -283,7 +283,7 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
     Parameters
     ----------
     table
-        Trials of `focalgradient.statistics.tables.rating_table`, with `confidence` from 0 to 1. Catch trials are
+        Trials of `focalgradient.user_tables.tidy.rating_table`, with `confidence` from 0 to 1. Catch trials are
         excluded.
 
     Examples

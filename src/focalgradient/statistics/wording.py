@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 
 from focalgradient.statistics.crossed import random_scenes
 from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.tables import FIXATIONS
+from focalgradient.user_tables.tidy import FIXATIONS
 
 __all__ = [
     "NONE",

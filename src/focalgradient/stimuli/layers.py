@@ -19,7 +19,7 @@ from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
 from focalgradient.render.wireframe import EXTENT_SD
-from focalgradient.scenes.texture import random_field
+from focalgradient.scenes.texture import NATURAL_SLOPE, random_field
 
 __all__ = [
     "CLIP",
@@ -79,7 +79,7 @@ def fineness(sd_px: float) -> int:
     return FINE_FACTOR if 0 < sd_px < COARSE_PX else 1
 
 
-def noise(shape: tuple[int, int], seed: Any, slope: float = 1.0) -> NDArray[np.float64]:
+def noise(shape: tuple[int, int], seed: Any, slope: float = NATURAL_SLOPE) -> NDArray[np.float64]:
     """Return a periodic Gaussian random texture with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
 
     It is clipped at 3 standard deviations, then standardised again.

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Generic, Protocol
+
+from typing_extensions import TypeVar
 
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
@@ -28,7 +30,25 @@ class Language(Protocol):
         ...
 
 
-class Task:
+class Plans(Protocol):
+    """Design of a session, as `focalgradient.design.Plan`."""
+
+    @property
+    def also(self) -> Mapping[str, Any]:
+        """Additional questions by column."""
+        ...
+
+    def trials(self, participant: str, session: str | None = None) -> Sequence[Any]:
+        """Return the trials of one participant."""
+        ...
+
+
+Design = TypeVar("Design", bound=Plans, default=Any)
+Trial = TypeVar("Trial", default=Any)
+Answer = TypeVar("Answer", default=Any)
+
+
+class Task(Generic[Design, Trial, Answer]):
     """An experiment, as the laboratory, browser, files, simulation and report need to know it.
 
     A custom task defines `name`, `title`, `design`, `trial` and `answer`, its texts, what a trial shows (`shown` with
@@ -41,11 +61,11 @@ class Task:
     """Label of the task in file names: letters and digits."""
     title: ClassVar[str]
     """Short description of the task, for sidecars and report."""
-    design: type[Any]
+    design: type[Design]
     """Class of the design, a subclass of `focalgradient.design.Plan`."""
-    trial: type[Any]
+    trial: type[Trial]
     """Class of a trial, a subclass of `focalgradient.design.Trial`."""
-    answer: type[Any]
+    answer: type[Answer]
     """Class of an answer, a subclass of `Response`."""
     command: ClassVar[str] = ""
     """Name on the command line; empty: `name`."""
@@ -96,7 +116,7 @@ class Task:
     """Return the description of an adjustment trial, which replaces `shown` and `control`, from design, words, trial
     and pixels_per_degree. `answered` then also receives `start`, the initial value of the knob.
     """
-    run: Callable[..., Any] | None = None
+    run: Callable[..., Answer] | None = None
     """Show a trial in the laboratory's window and return its answer, from sitting and trial; trials that are described
     as data need none.
     """
@@ -114,7 +134,7 @@ class Task:
     For held keys, the share of the trial for which the right one was held, at least one half if correct. It may have
     the parameter `participant`.
     """
-    simulated: Callable[..., Any] | None = None
+    simulated: Callable[..., Answer] | None = None
     """Return a simulated observer's answer with an arbitrary `onset`, from design, trial, observer and a generator."""
     check_answer: Callable[..., None] | None = None
     """Raise `InputError` if an answer contradicts the design or its trial, beyond the limits of its columns."""
@@ -147,7 +167,7 @@ class Task:
         """Name on the command line."""
         return self.command or self.name
 
-    def columns(self, settings: Mapping[str, Any] | None = None) -> tuple[Column, ...]:
+    def columns(self, settings: Mapping[str, object] | None = None) -> tuple[Column, ...]:
         """Return the columns of a session's table for the recorded design settings; None: those of every design.
 
         By default `table`, else the fields of the trial, then those of the answer.
@@ -190,7 +210,7 @@ class Task:
             )
         return filled(own[entry], f"the text {entry!r} of the task {self.name!r}", values)
 
-    def adapted(self, design: Any, trial: Any, recorded: Sequence[Mapping[str, Any]]) -> Any:
+    def adapted(self, design: Design, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> Trial:
         """Return the trial to be shown, given the answers so far: by default the planned trial.
 
         A procedure (such as `focalgradient.design.Staircase`) sets a field that trial and answer share, like
@@ -199,11 +219,11 @@ class Task:
         """
         return trial
 
-    def needed(self, design: Any) -> Sequence[Pictured]:
+    def needed(self, design: Design) -> Sequence[Pictured]:
         """Return the pictures of a set that a design requires; by default none."""
         return ()
 
-    def further(self, design: Any, words: Any, trial: Any) -> Mapping[str, tuple[Control, Noted]]:
+    def further(self, design: Design, words: Any, trial: Trial) -> Mapping[str, tuple[Control, Noted]]:
         """Return the additional questions of a trial, by column: by default those of the design's `also`.
 
         Each consists of its response control and a note without a value, with the unit and description of the column.
@@ -212,7 +232,7 @@ class Task:
             name: (asked.control(), Noted(None, asked.unit or None, asked.about)) for name, asked in design.also.items()
         }
 
-    def answered(self, design: Any, trial: Any, value: Any, **times: Any) -> Any:
+    def answered(self, design: Design, trial: Trial, value: Any, **times: Any) -> Answer:
         """Return the answer for a value set on the control: by default in the one field that the answer class adds.
 
         Parameters
@@ -261,14 +281,14 @@ class Task:
         """True if the task has simulated observers."""
         return self.modelled or self.simulated is not None
 
-    def factors(self, design: Any) -> Mapping[str, tuple[Any, ...]]:
+    def factors(self, design: Design) -> Mapping[str, tuple[object, ...]]:
         """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
         main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
         names = [name for column in added_columns(self.trial, "") if (name := column.name) not in self.adapted_fields]
         levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
         return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
 
-    def measures(self, settings: Mapping[str, Any]) -> Mapping[str, str]:
+    def measures(self, settings: Mapping[str, object]) -> Mapping[str, str]:
         """Return the answers analysed in the report, with their units: by default the fields that the answer adds.
 
         Not among them are the levels that a procedure sets, as they are not answers.
@@ -282,6 +302,6 @@ class Task:
         }
 
 
-def _order(value: Any) -> tuple[str, Any]:
+def _order(value: object) -> tuple[str, Any]:
     """Return a sort key for levels, which may be of different types."""
     return (type(value).__name__, value)

@@ -146,6 +146,7 @@ class Lists:
         design: Any = self.design
         if isinstance(design, NeckerDesign):
             content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
+            content["key_names"] = {key: self.words.key(key) for key in design.keys}
         else:
             content = own_session(design, self._display)
         if isinstance(design, DepthRatingDesign):  # of the page with an example

@@ -26,6 +26,9 @@ __all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
 LANGUAGES = ("en", "de")
 """Languages contained in the package."""
 
+ARROWS = {"left": "←", "right": "→", "up": "↑", "down": "↓"}
+"""Signs of keys in any language."""
+
 Entry = str | tuple[str, ...]
 
 
@@ -67,6 +70,14 @@ class Words:
     def number(self, value: float, form: str = ".2f") -> str:
         """Format a number in the notation of the language."""
         return format(value, form).replace(".", self("common.decimal"))
+
+    def key(self, name: str) -> str:
+        """Return a key's name as participants know it.
+
+        >>> load_words("de").key("space"), load_words("en").key("space"), load_words("de").key("left")
+        ('LEERTASTE', 'SPACE', '←')
+        """
+        return str(self.entries.get(f"keys.{name}", ARROWS.get(name, name.upper())))
 
     @property
     def yes(self) -> str:
@@ -153,7 +164,7 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]
                 f"{path}: {name} is not an entry of the texts: "
                 + (f"did you mean {near[0]}?" if near else "leave it out.")
             )
-    missing = [name for name in usual if name not in entries]
+    missing = [name for name in usual if name not in entries and not name.startswith("keys.")]
     if missing:
         more = f", and {len(missing) - 1} more are" if len(missing) > 1 else " is"
         raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the texts of 'en' and translate it.")

@@ -206,6 +206,20 @@ export class Cube {
   }
 }
 
+// Names that designs give to keys, by code or key of the browser's events.
+const KEYS = {
+  ArrowLeft: "left",
+  ArrowRight: "right",
+  ArrowUp: "up",
+  ArrowDown: "down",
+  " ": "space",
+  Enter: "return",
+  ShiftLeft: "lshift",
+  ShiftRight: "rshift",
+  ControlLeft: "lctrl",
+  ControlRight: "rctrl",
+};
+
 // Keys and frames are time-stamped on one clock, that of performance.now().
 export default class CubePlugin {
   static info = {
@@ -242,7 +256,7 @@ export default class CubePlugin {
     const drawn = new Cube(canvas, cube);
     const pressed = [];
     const listen = (event) => {
-      const key = event.key.toLowerCase();
+      const key = KEYS[event.code] ?? KEYS[event.key] ?? event.key.toLowerCase();
       if (!event.repeat && keys.includes(key)) pressed.push([event.timeStamp, key, event.type === "keydown"]);
     };
     for (const kind of ["keydown", "keyup"]) addEventListener(kind, listen, true);

@@ -7,8 +7,8 @@ import { escaped } from "./texts.js";
 
 // Labels of the response keys, below the cube and before it.
 const reminder = (page) => {
-  const foot = Object.entries(page.session.keys).map(([name, key]) => [key, page.words(`necker.${name}`)]);
-  return foot.map(([key, word]) => `<b>${escaped(key.toUpperCase())}</b> ${escaped(word)}`).join(" &emsp; ");
+  const foot = Object.entries(page.session.keys).map(([name, key]) => [page.session.key_names[key], page.words(`necker.${name}`)]);
+  return foot.map(([key, word]) => `<b>${escaped(key)}</b> ${escaped(word)}`).join(" &emsp; ");
 };
 
 export function ready(page, { event, text }) {

@@ -14,12 +14,22 @@ from collections.abc import Iterable
 
 import pandas as pd
 
+from focalgradient.errors import InputError
 from focalgradient.files import printable
 
-__all__ = ["ABSENT", "clean", "few", "is_summary", "maybe_summary", "place", "rows_named", "same_name", "united"]
-
-ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a", "<na>"})
-"""Cells that count as empty."""
+__all__ = [
+    "UNIT",
+    "clean",
+    "few",
+    "invalid",
+    "is_summary",
+    "maybe_summary",
+    "place",
+    "rows_named",
+    "same_name",
+    "stem_of",
+    "united",
+]
 
 LOOKALIKES = str.maketrans(
     "аеорсухіјѕԁһԛԝвкмнт" + "αβεικνορτυχ" + "ıℓ",
@@ -27,6 +37,9 @@ LOOKALIKES = str.maketrans(
 )
 """Lower-case Cyrillic, Greek and other letters that look like Latin ones (Unicode Technical Standard 39, confusables).
 """
+
+UNIT = re.compile(r"(?:[\s_(\[]|^)(dioptres?|diopters?|D|mm|deg|arcmin|arcsec|px|pixels?|%|cpd|ms|s)[\s)\]]*$")
+"""Unit at the end of a column name."""
 
 DASHES = str.maketrans({**dict.fromkeys("‐‑‒–—―−﹣－", "-"), "ƒ": "f"})
 
@@ -66,6 +79,16 @@ def clean(text: str) -> str:
     plain = unicodedata.normalize("NFKC", text)
     visible = "".join(one for one in plain if unicodedata.category(one) not in ("Cf", "Cc") or one.isspace())
     return " ".join(visible.split()).translate(DASHES)
+
+
+def stem_of(header: str) -> str:
+    """Remove unit and logarithm from a column name.
+
+    >>> stem_of("Level (D)"), stem_of("blur_mm"), stem_of("log10_level"), stem_of("level (dB)")
+    ('level', 'blur', 'level', 'level')
+    """
+    name = (UNIT.sub("", clean(header)) or header).strip(" _([").casefold()
+    return re.sub(r"^(log10|log|ln|db)[ _-]+|[ _(\[]+(db|log10|log|ln)[\])]*$", "", name)
 
 
 def same_name(name: str) -> str:
@@ -139,6 +162,13 @@ def place(table: pd.DataFrame, wrong: pd.Series[bool]) -> str:
     """Return file, row, and in a wide table column, of the first invalid row."""
     file, row, *column = table.index[int(wrong.to_numpy().argmax())]
     return f"{file}, row {row}" + (f", column {printable(column[0])}" if column else "")
+
+
+def invalid(table: pd.DataFrame, role: str, wrong: pd.Series[bool], expected: str) -> InputError:
+    """Return the error for the first invalid cell of a column: its place, its value, and `expected`."""
+    value = table[role][wrong].iloc[0]
+    shown = repr(printable(value)) if isinstance(value, str) else f"{value:g}"
+    return InputError(f"{place(table, wrong)}: {role} is {shown}, {expected}.")
 
 
 def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.DataFrame:

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, parse_table, unique_names
-from focalgradient.statistics.own_names import clean
+from focalgradient.user_tables.names import clean
 
 __all__ = ["SUBJECT", "TABLES", "Paths", "UserTable", "file_labels", "person_of", "read_table", "text_table"]
 

@@ -65,25 +65,6 @@ def test_two_of_ones_own_are_one_pair(table: pd.DataFrame) -> None:
     assert found.differences["gate", "house"][0] == known.interaction
 
 
-def test_findings_of_comparisons_name_the_primary_outcome_once_and_the_direction(table: pd.DataFrame) -> None:
-    signed = table.assign(rating=np.clip(np.round(2 * np.log(table["rating"])), -3, 3))
-    for rows, verb in ((signed, "rose"), (signed.assign(rating=-signed["rating"]), "fell")):
-        found = compare_pictures(rows[rows["fixation"] == "gate"], "bipolar")
-        (slope,) = found.slopes
-        assert isinstance(slope, Effect)
-        first, largest = found.answers.sentences(*EFFECTS)
-        assert first.startswith("Primary outcome. With “gate” in focus")
-        assert f" {verb} with the aperture (" in first
-        assert largest.startswith("With “gate” in focus at the largest aperture, the mean step differed from that of ")
-    sentences = list(compare_pictures(signed, "bipolar").answers.sentences(*EFFECTS))
-    assert [one.startswith("Primary outcome. ") for one in sentences] == [
-        True,
-        *[False] * (len(sentences) - 1),
-    ]
-    assert sum("with the aperture (" in sentence for sentence in sentences) == 3
-    assert sum(sentence.startswith("The slopes of “") for sentence in sentences) == 3
-
-
 @pytest.mark.slow
 def test_steps_and_comparisons_have_any_number_too(table: pd.DataFrame) -> None:
     steps = table.assign(rating=np.clip(np.round(3 + 2 * np.log(table["rating"])), 1, 7))

@@ -13,9 +13,9 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
 from focalgradient.files.cells import as_number, codes_of
-from focalgradient.statistics.own_names import ABSENT, clean, few, is_summary, maybe_summary, place, rows_named
+from focalgradient.user_tables.names import clean, few, invalid, is_summary, maybe_summary, rows_named
+from focalgradient.user_tables.schema import ABSENT
 
 __all__ = [
     "check_seconds",
@@ -79,8 +79,6 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
 
     In a column of response times all negative numbers are codes.
     """
-    if role not in table:
-        return table
     cells = [str(cell) for cell in table[role].unique()]
     codes = codes_of(cells, signed=signed)
     if role == "response_time":
@@ -109,9 +107,11 @@ def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[s
     answers = table[role].map(lambda cell: clean(cell).casefold())
     wrong = ~answers.isin([*steps, *ABSENT])
     if wrong.any():
-        raise InputError(
-            f"{place(table, wrong)}: {role} is {printable(table[role][wrong].iloc[0])!r}, which is not among the steps "
-            f"in order ({few([*order])}): name all steps, from the least."
+        raise invalid(
+            table,
+            role,
+            wrong,
+            f"which is not among the steps in order ({few([*order])}): name all steps, from the least",
         )
     notes.append(f"Steps of {role}s: {few([f'{word} = {step}' for step, word in enumerate(order, start=1)])}.")
     return table.assign(**{role: answers.map(steps).fillna("")})

@@ -11,23 +11,20 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import is_date, name_and_unit
-from focalgradient.statistics.own_names import clean, few, place, rows_named
-from focalgradient.statistics.own_numbers import LENGTHS, factor_of
-from focalgradient.statistics.own_tables import conditions_like
-from focalgradient.statistics.tables import PINHOLE
+from focalgradient.user_tables.names import clean, few, place, rows_named
+from focalgradient.user_tables.numbers import factor_of
+from focalgradient.user_tables.schema import LENGTHS
+from focalgradient.user_tables.source import conditions_like
+from focalgradient.user_tables.tidy import PINHOLE
 
 __all__ = ["FIXED", "SHARP", "given_words", "meant", "whole_steps", "with_diameters"]
 
 FIXED = {
-    "near": "nearest",
-    "nearest": "nearest",
-    "front": "nearest",
-    "foreground": "nearest",
-    "far": "farthest",
-    "farthest": "farthest",
-    "back": "farthest",
-    "background": "farthest",
+    **dict.fromkeys(("near", "nearest", "front", "foreground"), "nearest"),
+    **dict.fromkeys(("far", "farthest", "back", "background"), "farthest"),
 }
+"""Recognised names of fixations."""
+
 MIN_F_NUMBER = 0.5
 """Minimum f-number of a lens in air, by Abbe's sine condition."""
 
@@ -199,7 +196,7 @@ def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list
     cells = {cell: _fold(cell) for cell in table["aperture"].unique() if _fold(cell) not in words}
     open_cells = {cell: text for cell, text in cells.items() if text not in SHARP and not _is_zero(text)}
     sizes = {cell: found[1] for cell, text in open_cells.items() if (found := MILLIMETRES.fullmatch(text))}
-    factor = factor_of("aperture_mm", header)
+    factor = factor_of("aperture_mm", LENGTHS, header)
     if name_and_unit(header)[1] in LENGTHS or "mm" in re.split(r"[^a-z]+", folded) or "diameter" in folded:
         sizes |= {cell: text for cell, text in open_cells.items() if NUMBER.fullmatch(text)}
     if sizes:

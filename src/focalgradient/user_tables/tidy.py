@@ -12,29 +12,15 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, analysis_named
+from focalgradient.user_tables.schema import GRADIENTS, PERCEPTS
 
-__all__ = [
-    "FIXATIONS",
-    "PERCEPTS",
-    "PINHOLE",
-    "fixations_of",
-    "in_order",
-    "main_trials",
-    "rating_table",
-    "report_table",
-]
+__all__ = ["FIXATIONS", "PINHOLE", "fixations_of", "in_order", "main_trials", "rating_table", "report_table"]
 
 PINHOLE: Final = "pinhole"
 """Aperture without blur, the reference of all comparisons."""
 
 FIXATIONS: Final = ("nearest", "farthest")
 """Fixated (focused) objects of the paper; other data may have other fixations."""
-
-PERCEPTS: Final = ("rigid", "nonrigid", "none", "both")
-"""Percepts reported of the cube: "none" if no key is held, "both" if both are."""
-
-GRADIENTS: Final = ("none", "rigid", "nonrigid")
-"""Reading of the cube that the focal gradient favours."""
 
 RATING_COLUMNS: Final = ("participant_id", "trial", "scene", "aperture", "aperture_mm", "fixation", "rating", "catch")
 REPORT_COLUMNS: Final = (

@@ -5,20 +5,16 @@ from __future__ import annotations
 import csv
 import io
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
-import openpyxl
 import pytest
-from click.testing import CliRunner
 
 from focalgradient import InputError
-from focalgradient.cli import main
-from focalgradient.files.cells import as_number
 from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
-from focalgradient.statistics.own_names import same_name
+from focalgradient.user_tables.names import same_name
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -57,8 +53,7 @@ def test_a_plain_table_needs_no_notice(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "other",
-    ["p01", "P01 ", "P01\u00a0", "P\u200b01", "P1", "P001", "P-01", "P_01", "P 01", "Ｐ01", "Р01", "sub-P01"],
+    "other", ["p01", "P01 ", "P01\u00a0", "P\u200b01", "P1", "P001", "P-01", "P_01", "P 01", "Ｐ01", "Р01", "sub-P01"]
 )
 def test_spellings_of_one_name_are_one_person(tmp_path: Path, other: str) -> None:
     own = rows()
@@ -69,14 +64,6 @@ def test_spellings_of_one_name_are_one_person(tmp_path: Path, other: str) -> Non
     (said,) = found.notices
     assert "rows 6 to 11" in said
     assert "Spellings of one participant were united" in said
-
-
-@pytest.mark.parametrize("names", [("1", "1.0", "01"), ("sub-01", "SUB-01 ", "1"), ("Åsa", "A\u030asa", "ÅSA ")])
-def test_numbers_prefixes_and_accents_are_spelt_alike(tmp_path: Path, names: tuple[str, ...]) -> None:
-    own = rows([names[0], "02", "03"])
-    for number, row in enumerate(own[:16]):
-        row[0] = names[number % 3]
-    assert len(people(read(tmp_path, own))) == 3
 
 
 @pytest.mark.parametrize(
@@ -101,15 +88,6 @@ def test_uniting_is_stated_and_changes_the_test(tmp_path: Path) -> None:
     assert "8 subjects with" in text
     assert text.index("16 to 8") < text.index("## Depth ratings")
     assert "SUB-01 " in made.notices[0]
-
-
-def test_scenes_in_capitals_are_one(tmp_path: Path) -> None:
-    own = rows()
-    for row in own[::3]:
-        row[1] = row[1].upper() + " "
-    found = read(tmp_path, own)
-    assert set(found.table["scene"]) == {"room", "tree"}
-    assert "Spellings of one scene" in found.notices[0]
 
 
 @pytest.mark.parametrize(
@@ -278,13 +256,6 @@ def test_all_words_that_are_not_understood_are_in_one_message(tmp_path: Path) ->
     assert read(tmp_path, own, conditions=words).notices == ()
 
 
-def test_at_most_twenty_unknown_words_are_listed_and_the_rest_counted(tmp_path: Path) -> None:
-    for words, more in ((20, ""), (23, "; and 3 more")):
-        own = [[f"P{n}", "a", f"word{n}", "near", "1.1"] for n in range(words)]
-        with pytest.raises(InputError, match=rf"aperture is 'word19'{more}, but"):
-            read(tmp_path, own)
-
-
 def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> None:
     own = [[*row[:3], {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()]
     found = read(tmp_path, own, conditions={"vorn": "near", "hinten": "hinten2"})
@@ -342,61 +313,8 @@ def test_reports_in_milliseconds_and_unknown_words(tmp_path: Path) -> None:
     assert found.table["participant_id"].nunique() == 1
 
 
-def test_conditions_may_be_repeated_at_the_command_line(tmp_path: Path) -> None:
-    own = [[*row[:3], {"near": "vorn", "far": "hinten"}[row[3]], row[4]] for row in rows()]
-    read(tmp_path, own, conditions={"vorn": "near", "hinten": "far"})
-    words = ["report", str(tmp_path / "own.csv"), "--out", str(tmp_path / "report"), "--conditions", "vorn=near"]
-    ran = CliRunner().invoke(main, [*words, "--conditions", "hinten=far"])
-    assert ran.exit_code == 0, ran.output
-    ran = CliRunner().invoke(main, [*words, "--conditions", "vorn=far,hinten=far"])
-    assert ran.exit_code == 2
-    assert "--conditions gives vorn as near and as far" in ran.output
-
-
-@pytest.mark.parametrize(
-    "write", [lambda text: text, lambda text: text.replace(",", "\t"), lambda text: text.replace(",", ";")]
-)
-def test_any_delimiter_gives_the_same_notices(tmp_path: Path, write: Callable[[str], str]) -> None:
-    own = rows()
-    own[3][0], own[5][4] = "p01 ", "999"
-    path = tmp_path / "own.csv"
-    path.write_text(write("\n".join(",".join(row) for row in [HEAD, *own])))
-    assert len(read_ratings(path).notices) == 3
-
-
 def test_names_that_are_one_are_so_both_ways() -> None:
     groups = [("S1", "s01", "S-1 ", "S1"), ("S10", "S010"), ("1.5", "1,5"), ("0.5",), ("sub-1", "01", "1.0")]
     for group in groups[:2] + groups[4:]:
         assert len({same_name(one) for one in group}) == 1
     assert len({same_name(group[0]) for group in groups}) == len(groups)
-
-
-def workbook(rows: list[Row], sheets: int = 1) -> bytes:
-    """A workbook with numbers as numbers, and an empty sheet last."""
-    book = openpyxl.Workbook()
-    for title in ("practice & x", "main")[:sheets]:
-        sheet = book.create_sheet(title)
-        for row in rows:
-            sheet.append([number if (number := as_number(cell)) is not None else cell for cell in row])
-    book.move_sheet(book.active, sheets)
-    content = io.BytesIO()
-    book.save(content)
-    return content.getvalue()
-
-
-def test_a_workbook_passes_the_same_checks(tmp_path: Path) -> None:
-    own = rows()
-    own[3][0], own[5][4] = "p01 ", "999"
-    path = tmp_path / "own.xlsx"
-    path.write_bytes(workbook([HEAD, *own, ["Mean", *own[0][1:]]]))
-    found = read_ratings(path)
-    as_csv = read(tmp_path, [*own, ["Mean", *own[0][1:]]])
-    assert found.notices == as_csv.notices
-    assert len(found.notices) == 4
-    assert found.table["rating"].tolist() == as_csv.table["rating"].tolist()
-    path.write_bytes(workbook([HEAD, *own], 2))
-    with pytest.raises(InputError, match=r"has 2 sheets with cells \(practice & x, main\), but must have one"):
-        read_ratings(path)
-    path.write_bytes(path.read_bytes()[:200])
-    with pytest.raises(InputError, match="cannot be read as a workbook"):
-        read_ratings(path)

@@ -1,0 +1,176 @@
+"""Import of ratings by any condition from the user's own table: no fixation, scene or repetition is needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.files.cells import as_number, is_date
+from focalgradient.user_tables.files import Paths, read_table
+from focalgradient.user_tables.names import clean, few
+from focalgradient.user_tables.ratings import check_rating, rated
+from focalgradient.user_tables.schema import RATINGS, Column
+from focalgradient.user_tables.source import Source, Where, completed, found_columns
+from focalgradient.user_tables.trials import numbered
+
+__all__ = ["OwnConditions", "holds_conditions", "read_conditions"]
+
+KEPT = (
+    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
+    *("response_time", "dropped_frames"),
+)
+"""Roles that are read besides the conditions."""
+
+CONDITION = Column(shown=True, answer="condition", absent=frozenset({"", "na", "n/a", "nan", "null"}))
+"""Column of a condition whose levels are names."""
+
+SHARP = frozenset(("pinhole", "ph", "sharp", "0", "f/inf"))
+"""Names of levels without blur, which stand first."""
+
+MOST_LEVELS = 50
+"""Maximum number of levels of a condition that is not numeric."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnConditions:
+    """Imported ratings with their conditions.
+
+    Parameters
+    ----------
+    table
+        One row per trial: participant_id, rating, catch, kind, the conditions, and scene if there is one.
+    conditions
+        Columns of the conditions, each with its levels in ascending order, or in the order of the file.
+    log
+        True if all ratings are above 0 and are analysed on their logarithm.
+    notes, notices
+        As in `focalgradient.statistics.OwnRatings`.
+    """
+
+    table: pd.DataFrame
+    conditions: Mapping[str, Sequence[Any]]
+    log: bool
+    notes: tuple[str, ...]
+    notices: tuple[str, ...] = ()
+
+
+def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
+    """Return whether a table has ratings and apertures, but no fixation: conditions are then what was varied."""
+    if (columns or {}).get("rating", "").endswith("*"):
+        return False
+    table = read_table(path)
+    found = found_columns(table.name, table.cells, RATINGS, columns or {})
+    return "rating" in found and "fixation" not in found and bool({"aperture", "aperture_mm"} & set(found))
+
+
+def read_conditions(
+    path: Paths,
+    columns: Mapping[str, str] | None = None,
+    by: Sequence[str] = (),
+    where: Where | None = None,
+    *,
+    steps: bool = False,
+    order: Sequence[str] = (),
+) -> OwnConditions:
+    r"""Read ratings by condition from a CSV, TSV, XLSX or JSON file with one row per trial.
+
+    Parameters
+    ----------
+    path
+        The file, or several of one data set.
+    columns
+        Name in the file of each column: participant and rating; optionally scene, catch and aperture_mm.
+    by
+        Columns of the conditions; none: that of the apertures. Numbers are amounts, whose slope is tested; those of
+        "NAME=factor" are names of levels.
+    where
+        Values by column: only rows that have one of them are read.
+    steps
+        True if the ratings are steps of a scale, which are not analysed on their logarithm.
+    order
+        Words of the answers, from the least to the most: see `focalgradient.statistics.read_ratings`.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell is invalid; the message names it.
+
+    Examples
+    --------
+    >>> from focalgradient.user_tables.files import text_table
+    >>> ratings = read_conditions(text_table("subject,aperture_mm,rating\nA,2,1.1\nA,8,1.4\nB,2,1.0\nB,8,1.3\n"))
+    >>> dict(ratings.conditions), ratings.log
+    ({'aperture_mm': [2.0, 8.0]}, True)
+    """
+    source = Source.read(path, RATINGS, columns, where)
+    check_rating(source)
+    source.require("participant_id", "rating")
+    by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
+    by_name = {clean(str(name)).casefold(): str(name) for name in source.cells}
+    theirs = [by_name.get(clean(name.removesuffix("=factor")).casefold(), "") for name in by]
+    factors = {column for column, name in zip(theirs, by, strict=True) if name.endswith("=factor")}
+    if not by or not all(theirs):
+        missing = f"no column {by[theirs.index('')].removesuffix('=factor')}" if by else "no column of conditions"
+        raise InputError(f"{source.name} has {missing}: give by, one or more of {few([*map(str, source.cells)])}.")
+    for role, name in [*source.columns.items()]:
+        if name in theirs and role in ("participant_id", "rating"):
+            raise InputError(f"by names {name}, which is the column of the {role}: give a condition.")
+        if name in theirs or role not in KEPT:
+            del source.columns[role]
+    source.columns.update({name: name for name in theirs})
+    defined = {role: column._replace(shown=False) for role, column in RATINGS.columns.items() if role not in theirs}
+    for name in theirs:
+        is_number = name not in factors and _is_numeric(source.cells[name])
+        defined[name] = CONDITION._replace(number=True, codes="signed") if is_number else CONDITION
+    source = replace(source, schema=RATINGS._replace(columns=defined))
+    table = rated(source, source.rows(), order)
+    levels: dict[str, Sequence[Any]] = {}
+    for name in theirs:
+        table = source.answers(table, name)
+        if defined[name].number:
+            levels[name] = _numeric_levels(source, table[name])
+        else:
+            levels[name] = _named_levels(source, table, name, is_factor=name in factors)
+        if len(levels[name]) < 2:
+            raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
+    table = source.with_catch(table, note=False)
+    table = completed(numbered(source, table, [*(["scene"] if "scene" in table else []), *theirs]), "kind")
+    log = bool((table["rating"] > 0).all()) and not (steps or order)
+    return OwnConditions(table, levels, log, tuple(source.notes), tuple(source.notices))
+
+
+def _numeric_levels(source: Source, values: pd.Series[float]) -> list[float]:
+    """Return the levels in ascending order; a notice tells that integers may be codes."""
+    levels = sorted(values.unique().tolist())
+    if len(levels) > 2 and levels in ([*range(len(levels))], [*range(1, len(levels) + 1)]):
+        source.notices.append(
+            f"The levels of {values.name} are {few([f'{level:g}' for level in levels])}, which were taken for "
+            f'amounts: if they are codes, give by=["{values.name}=factor"].'
+        )
+    return levels
+
+
+def _named_levels(source: Source, table: pd.DataFrame, name: str, *, is_factor: bool) -> list[str]:
+    """Return the levels in the order of the file, sharp ones first; a notice tells that they may be numbers."""
+    levels = list(map(str, table[name].unique()))
+    if any(map(is_date, levels)) and any(as_number(level) is not None for level in levels):
+        source.numbers(table, name)  # names the first date
+    if not is_factor and any(level[:1].isdigit() for level in levels):
+        source.notices.append(
+            f"The levels of {name} are not all numbers ({few(levels)}), and were taken for names: give "
+            f'by=["{name}=factor"] if they are, or numbers with the unit in the heading.'
+        )
+    if len(levels) > MOST_LEVELS:
+        raise InputError(f"{printable(name)} has {len(levels)} levels that are not numbers: give a condition.")
+    return sorted(levels, key=lambda level: level.casefold() not in SHARP)
+
+
+def _is_numeric(cells: pd.Series[str]) -> bool:
+    """Return whether all cells are numbers with either decimal mark, or empty."""
+    texts = [cell.strip() for cell in cells.unique() if cell.strip() and cell.strip().casefold() not in ("na", "n/a")]
+    return bool(texts) and all(as_number(clean(text).replace(",", ".")) is not None for text in texts)

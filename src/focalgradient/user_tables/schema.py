@@ -1,0 +1,272 @@
+"""Schemas of tables of answers: the columns by which each kind is recognised and read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import NamedTuple
+
+__all__ = ["CUBE", "DETECTION", "LENGTHS", "RATINGS", "THRESHOLDS", "TIMES", "UNITS", "Column", "Schema"]
+
+LENGTHS = {"mm": 1, "cm": 10, "m": 1000, "um": 0.001, "µm": 0.001}
+"""Factor to millimetres of each unit of length."""
+
+TIMES = {
+    **dict.fromkeys(("s", "sec", "secs", "second", "seconds"), 1.0),
+    **dict.fromkeys(("ms", "msec", "msecs", "millis", "millisecond", "milliseconds"), 0.001),
+    **dict.fromkeys(("us", "µs"), 1e-6),
+    "min": 60,
+}
+"""Factor to seconds of each unit of time."""
+
+RATIOS = {"": 1, "%": 0.01, "percent": 0.01, "ratio": 1, "x": 1}
+"""Factor to a ratio of each unit of ratings."""
+
+UNITS = frozenset({*LENGTHS, *TIMES, *RATIOS})
+"""Units of all columns."""
+
+ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a", "<na>"})
+"""Cells that count as empty."""
+
+NO = MappingProxyType({"": False, "n/a": False})
+"""Empty cells of optional columns that mark rows: no."""
+
+
+class Column(NamedTuple):
+    """Definition of the column of one role.
+
+    Parameters
+    ----------
+    names
+        Recognised names besides the role's own, in lower case.
+    stems
+        Names that are recognised without a unit or logarithm in the heading, if no column has another recognised name.
+    units
+        Units that the heading of a number may state, each with its factor to the package's unit.
+    number
+        True for numbers, whose decimal mark is decided together.
+    shown
+        True if the column says what was shown: rows without any such cell are not trials.
+    answer
+        Noun for what is missing in rows without a value, which are left out; "" if cells may be empty.
+    codes
+        Codes of missing values: "unsigned" if negative numbers are among them, "signed" if not, "" for none.
+    absent
+        Cells that count as empty.
+    words
+        Recognised words and their meanings, in lower case.
+    expected
+        What cells must be, for messages.
+    """
+
+    names: tuple[str, ...] = ()
+    stems: tuple[str, ...] = ()
+    units: Mapping[str, float] = MappingProxyType({})
+    number: bool = False
+    shown: bool = False
+    answer: str = ""
+    codes: str = ""
+    absent: frozenset[str] = ABSENT
+    words: Mapping[str, object] = MappingProxyType({})
+    expected: str = "0 or 1"
+
+
+class Schema(NamedTuple):
+    """Definition of one kind of table.
+
+    Parameters
+    ----------
+    columns
+        Columns by role.
+    signs
+        Sets of roles, of which a table of this kind has one.
+    others
+        Roles and names of columns by which tables of other kinds are recognised.
+    required
+        Roles of the columns that must be there.
+    instead
+        Roles that together may stand in the place of a required one, with the remedy that says so; "{}" stands for
+        how to name those that are missing.
+    """
+
+    columns: Mapping[str, Column]
+    signs: Sequence[frozenset[str]] = ()
+    others: frozenset[str] = frozenset()
+    required: Sequence[str] = ()
+    instead: Mapping[str, tuple[frozenset[str], str]] = MappingProxyType({})
+
+
+PARTICIPANT = Column(
+    (
+        *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
+        *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id"),
+        *("responseid", "response id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
+        *("versuchsperson", "vp", "vpn", "proband", "sujet"),
+    )
+)
+PLAIN, CATCH, FRAMES = Column(), Column(words=NO), Column(number=True)
+GROUP = Column(("group", "cond"))
+
+RATINGS = Schema(
+    {
+        "participant_id": PARTICIPANT,
+        "aperture": Column(("f_number", "fnumber", "fstop", "f-stop"), shown=True),
+        "aperture_mm": Column(
+            ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
+            units=LENGTHS,
+            number=True,
+            shown=True,
+        ),
+        "fixation": Column(("focus", "fixated"), shown=True),
+        "rating": Column(
+            (
+                *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider"),
+                *("depth_rating", "depth rating", "rating_depth", "rated_depth", "perceived_depth", "perceived depth"),
+                *("depth_judgment", "depth_judgement", "judgment", "judgement", "bewertung", "urteil"),
+            ),
+            units=RATIOS,
+            number=True,
+            answer="rating",
+            codes="unsigned",
+        ),
+        "interval": Column(("picture_interval", "target_interval")),
+        "scene": Column(("picture", "image", "item", "stimulus"), shown=True),
+        "trial": Column(("trial_number", "trial number", "trial_index", "trial_nr", "trial_no", "trials.thisn")),
+        "session": PLAIN,
+        "catch": CATCH,
+        "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
+        "repetition": Column(("rep", "repeat", "replicate", "replication", "repetition_number", "wiederholung")),
+        "dropped_frames": FRAMES,
+        "kind": PLAIN,
+    },
+    required=("participant_id", "aperture", "fixation", "rating"),
+    instead={"aperture": (frozenset({"aperture_mm"}), "")},
+)
+
+DETECTION_WORDS = {
+    **dict.fromkeys(("present", "signal", "old", "seen"), True),
+    **dict.fromkeys(("absent", "noise", "new", "unseen"), False),
+}
+YES_OR_NO = '1 or 0 (yes or no): give the words\' meaning with conditions={"NAME": "1"}'
+
+DETECTION = Schema(
+    {
+        "participant_id": PARTICIPANT,
+        "signal": Column(
+            ("signal_present", "target_present", "present", "is_signal", "signal_shown"),
+            shown=True,
+            words=DETECTION_WORDS,
+            expected=YES_OR_NO,
+        ),
+        "response": Column(
+            ("answer", "resp", "said", "judgment", "judgement"),
+            answer="answer",
+            words=DETECTION_WORDS,
+            expected=YES_OR_NO,
+        ),
+        "confidence": Column(
+            ("conf", "certainty", "confidence_rating"), number=True, answer="confidence", codes="unsigned"
+        ),
+        "condition": GROUP,
+        "session": PLAIN,
+        "catch": CATCH,
+        "trial": PLAIN,
+        "kind": PLAIN,
+    },
+    signs=[frozenset(("signal", "response"))],
+    others=frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval")),
+    required=("participant_id", "signal", "response"),
+)
+
+LEVELS = ("intensity", "stimulus_level", "stim_level", "blur_level", "defocus", "defocus_d", "contrast", "delta")
+
+THRESHOLDS = Schema(
+    {
+        "participant_id": PARTICIPANT,
+        "level": Column(
+            LEVELS,
+            stems=("level", *LEVELS, "blur"),
+            number=True,
+            shown=True,
+            answer="level",
+            codes="signed",
+        ),
+        "correct": Column(
+            ("right", "hit", "hits", "accuracy", "acc", "is_correct", "n_correct", "ncorrect", "num_correct"),
+            number=True,
+            answer="answer",
+            words={
+                **dict.fromkeys(("correct", "right", "hit", "richtig", "juste"), True),
+                **dict.fromkeys(("incorrect", "wrong", "error", "miss"), False),
+            },
+            expected='1 for a right and 0 for a wrong answer: give the words\' meaning with conditions={"NAME": "1"}, '
+            "or the counts of trials in a column of its own (trials)",
+        ),
+        "interval": Column(
+            ("target_interval", "signal_interval", "test_interval", "target", "correct_interval", "correct_answer")
+        ),
+        "response": Column(
+            ("answer", "chosen", "choice", "resp", "chosen_interval", "response_interval"), answer="answer"
+        ),
+        "trials": Column(("n", "n_trials", "ntrials", "num_trials", "shown", "total"), number=True),
+        "alternatives": Column(("intervals", "n_alternatives", "n_intervals", "nafc", "mafc", "n_afc"), number=True),
+        "condition": GROUP,
+        "session": PLAIN,
+        "catch": CATCH,
+        "trial": PLAIN,
+        "kind": PLAIN,
+    },
+    signs=[frozenset(("level", "correct")), frozenset(("level", "interval", "response"))],
+    others=frozenset(("rating", "percept")),
+    required=("participant_id", "level", "correct"),
+    instead={
+        "correct": (
+            frozenset(("interval", "response")),
+            ", or the right one of two intervals and the one chosen ({})",
+        ),
+    },
+)
+
+GRADIENTS = ("none", "rigid", "nonrigid")
+"""Reading of the cube that the focal gradient favours."""
+
+PERCEPTS = ("rigid", "nonrigid", "none", "both")
+"""Percepts reported of the cube: "none" if no key is held, "both" if both are."""
+
+NONRIGID = {"non-rigid": "nonrigid", "non rigid": "nonrigid", "non_rigid": "nonrigid"}
+NONE = {"no": "none", "sharp": "none", "0": "none"}
+TIME = Column(units=TIMES, number=True)
+
+CUBE = Schema(
+    {
+        "participant_id": PARTICIPANT,
+        "percept": Column(
+            ("reading", "report", "reported", "seen", "state"),
+            shown=True,
+            answer="report",
+            absent=ABSENT - {"none"},
+            words={name: name for name in PERCEPTS} | NONRIGID | NONE,
+        ),
+        "gradient": Column(
+            ("condition", "blur"), shown=True, words={name: name for name in GRADIENTS} | NONRIGID | NONE
+        ),
+        "strength": Column(("strength_mm", "aperture_mm"), units=LENGTHS, number=True),
+        "onset": TIME._replace(names=("onset_s", "start", "onset_ms")),
+        "duration": TIME._replace(names=("duration_s", "lasted", "dur", "duration_ms", "dur_ms")),
+        "end": TIME._replace(names=("offset", "end_ms", "offset_ms")),
+        "trial": PLAIN,
+        "session": PLAIN,
+        "trial_duration": TIME._replace(
+            names=("trial_duration_s", "trial_s", "trial_duration_ms", "trial_ms"),
+        ),
+        "censored": CATCH._replace(names=("cut_off",)),
+        "catch": CATCH,
+        "kind": PLAIN,
+        "dropped_frames": FRAMES,
+    },
+    required=("participant_id", "percept", "gradient", "trial", "duration"),
+    instead={
+        "trial": (frozenset({"onset"}), ", or give the onset of each report within its trial"),
+        "duration": (frozenset({"onset", "end"}), ", or give onset and end"),
+    },
+)

@@ -1,0 +1,474 @@
+"""Reading of a table by the schema of its kind: columns, rows of trials, and the values of their cells."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import pandas as pd
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.files.cells import as_number, is_date, name_and_unit
+from focalgradient.files.tables import TextTable
+from focalgradient.user_tables.cleaning import in_steps, without_codes, without_headers, without_summaries
+from focalgradient.user_tables.files import SUBJECT, Paths, file_labels, person_of, read_table
+from focalgradient.user_tables.names import clean, few, invalid, place, stem_of, united
+from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
+from focalgradient.user_tables.schema import ABSENT, PARTICIPANT, TIMES, Schema
+
+__all__ = [
+    "Source",
+    "Where",
+    "columns_like",
+    "completed",
+    "conditions_like",
+    "folded",
+    "holds",
+    "of_one_data_set",
+    "where_like",
+]
+
+TRUTH = {
+    **dict.fromkeys(["1", "1.0", "true", "t", "yes", "y", "ja", "oui", "wahr", "vrai"], True),
+    **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
+}
+"""Recognised words for yes and no."""
+
+PRACTICE = re.compile(
+    r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
+)
+"""Names of loops and of blocks of practice."""
+
+EXCLUDED = re.compile(
+    r"(?:is_?)?(?:exclu\w*|outliers?|reject\w*|(?:in)?valid|bad|keep|includ\w*)(?:_\w+)?", re.IGNORECASE
+)
+"""Names of columns that mark rows to be left out or kept."""
+
+NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"}
+"""Roles whose spellings are merged, with the noun used in messages."""
+
+DEFAULTS = {"session": "", "condition": "", "kind": "human"}
+"""Values of optional columns of a table without them."""
+
+LISTED = 12
+"""Maximum number of columns listed in an error message."""
+
+Where = Mapping[str, str | Sequence[str]]
+"""Value or values by column: the rows that are analysed."""
+
+
+def columns_like(*roles: str) -> str:
+    """Return the remedy that names the column of each role, in terms of `read_ratings` and `read_reports`."""
+    entries = ", ".join(f'"{role}": "NAME"' for role in roles)
+    return f"name {'it' if len(roles) == 1 else 'them'} with columns={{{entries}}}"
+
+
+def where_like(column: str, value: str) -> str:
+    """Return the remedy that chooses the rows of a value."""
+    return f'where={{"{printable(column)}": "{printable(value)}"}}'
+
+
+def conditions_like(meaning: str) -> str:
+    """Return the remedy that gives the meaning of a word."""
+    return f'give its meaning with conditions={{"NAME": "{meaning}"}}'
+
+
+def folded(conditions: Mapping[str, str] | None) -> dict[str, str]:
+    """Return the meanings of the caller's words, all in lower case."""
+    return {clean(word).casefold(): clean(meaning).casefold() for word, meaning in (conditions or {}).items()}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Source:
+    """Table of the user, with the column of each role and what was said about it.
+
+    Parameters
+    ----------
+    name
+        Name of the file or files, for messages.
+    cells
+        All cells as text; the index is (file, row).
+    schema
+        Definition of its kind.
+    columns
+        Name in the file of each role's column.
+    given
+        Roles whose column the caller named.
+    notes, notices, problems
+        Sentences on how the table was read: see `focalgradient.statistics.OwnRatings`.
+    """
+
+    name: str
+    cells: pd.DataFrame
+    schema: Schema
+    columns: dict[str, str]
+    given: frozenset[str] = frozenset()
+    notes: list[str] = field(default_factory=list)
+    notices: list[str] = field(default_factory=list)
+    problems: list[str] = field(default_factory=list)
+
+    @classmethod
+    def read(
+        cls, paths: Paths, schema: Schema, columns: Mapping[str, str] | None, where: Where | None = None
+    ) -> Source:
+        """Read a table, or the tables of one data set, and find the column of each role."""
+        table = read_table(paths)
+        notes = [*table.notes]
+        cells = _chosen_rows(table.name, table.cells, where or {}, notes)
+        columns = columns or {}
+        given = frozenset("participant_id" if role == "participant" else role for role in columns)
+        source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)
+        for role, column in source.columns.items():
+            lacks = f"{table.lacking.get(column, '')} has no column {printable(column)}, which other files have"
+            if column in table.lacking and role not in ("response_time", "dropped_frames"):
+                raise InputError(f"{lacks}: give all files the same columns, in the same units.")
+            if column in table.lacking:
+                source.notices.append(f"{lacks}.")
+        if "participant_id" not in source.columns and (len(table.paths) > 1 or SUBJECT.match(table.paths[0].name)):
+            people = [person_of(str(file)) for file in cells.index.get_level_values(0)]
+            source = replace(source, cells=cells.assign(**{"participant (file)": people}))
+            source.columns["participant_id"] = "participant (file)"
+            source.notices.append("No participant column: each file is treated as one participant.")
+        return source._without_practice()
+
+    def _without_practice(self) -> Source:
+        """Leave out the rows of PsychoPy's loops of practice; note columns that name rows of practice."""
+        practice = pd.Series(False, index=self.cells.index)
+        for name in map(str, self.cells):
+            cells, is_used = self.cells[name], name in self.columns.values()
+            named = {cell for cell in cells.unique() if PRACTICE.fullmatch(cell.strip())}
+            if name.casefold().endswith(".thisn") and PRACTICE.match(name):
+                practice |= ~cells.str.strip().str.casefold().isin(ABSENT)
+            elif named and not is_used:
+                rest = [cell for cell in cells.unique() if cell.strip() and cell not in named]
+                remedy = f": leave them out with {where_like(name, rest[0])}" if rest else ""
+                count = int(cells.isin(named).sum())
+                self.notices.append(f"{printable(name)} says that {count:,} rows are practice{remedy}.")
+            elif EXCLUDED.fullmatch(name.strip()) and not is_used and cells.nunique() > 1:
+                remedy = f"choose rows with {where_like(name, str(cells.mode()[0]))}"
+                self.notices.append(f"{printable(name)} ({few([*cells])}) was not used: {remedy} where it marks rows.")
+        if not practice.any() or practice.all():
+            return self
+        self.notices.append(f"{_rows_were(practice)} left out, of a loop of practice.")
+        return replace(self, cells=self.cells[~practice].copy())
+
+    @property
+    def unused(self) -> list[str]:
+        """Columns without a role."""
+        return [str(name) for name in self.cells if name not in self.columns.values()]
+
+    def note_unused(self, names: Sequence[str]) -> None:
+        """Note columns that are not used."""
+        if named := [printable(name) for name in names if name]:
+            self.notes.append(f"Columns that were not used: {few(named)}.")
+
+    def require(self, *roles: str, also: Sequence[str] = (), otherwise: str = "") -> None:
+        """Raise `InputError` that names the required roles (`roles`; by default those of the schema) without a column.
+
+        Roles in `also` need no column; `otherwise` adds a remedy to that of the schema.
+        """
+        here = {*self.columns, *also}
+        lacking = [role for role in roles or self.schema.required if role not in here]
+        missing = []
+        for role in lacking:
+            roles_instead, remedy = self.schema.instead.get(role, (None, ""))
+            if roles_instead is None or not roles_instead <= here:
+                missing.append("participant" if role == "participant_id" else role)
+                theirs = [name for name in self.schema.columns if name in (roles_instead or ()) and name not in here]
+                otherwise = remedy.format(columns_like(*theirs)) or otherwise
+        if missing:
+            there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
+            noun = "column" if len(missing) == 1 else "columns"
+            raise InputError(
+                f"{self.name} has no {noun} for {', '.join(missing)} (its columns are {there}): "
+                f"{columns_like(*missing)}{otherwise}."
+            )
+
+    def renamed(self) -> pd.DataFrame:
+        """Return the columns in use, named by role."""
+        return pd.DataFrame({role: self.cells[name] for role, name in self.columns.items()}, index=self.cells.index)
+
+    def rows(self) -> pd.DataFrame:
+        """Return the columns in use, named by role and cleaned, without rows that show nothing."""
+        self.note_unused(self.unused)
+        return self.cleaned(self.renamed(), [role for role, column in self.schema.columns.items() if column.shown])
+
+    def cleaned(self, table: pd.DataFrame, shown: Sequence[str] = ()) -> pd.DataFrame:
+        """Return the rows of trials with decimal points, clean cells and merged spellings.
+
+        Rows without a cell in any column `shown`, such as surveys and fixation crosses, are left out.
+        """
+        numeric = [role for role, column in self.schema.columns.items() if column.number and role in table]
+        table = _with_points(table, numeric, self.cells.attrs["delimiter"])
+        shown = [role for role in shown if role in table]
+        if shown and not table.empty:
+            nothing = pd.concat([_is_empty(table[role], ABSENT - {"none"}) for role in shown], axis=1).all(axis=1)
+            if nothing.all():
+                expected = f"no row with {' or '.join(shown)}: give the columns' names (columns), or other rows"
+                raise InputError(f"{self.name} has {expected}.")
+            if nothing.any():
+                self.notes.append(
+                    f"{_rows_were(nothing)} left out, which show nothing ({', '.join(shown)} empty)"
+                    f"{self.apart(table.index, nothing, '; the others can be chosen with {}')}."
+                )
+                table = table[~nothing]
+        return self._with_participants(
+            without_summaries(without_headers(table, self.columns, self.notices), self.notices)
+        )
+
+    def _with_participants(self, table: pd.DataFrame) -> pd.DataFrame:
+        """Return the rows with cleaned cells and merged spellings; a missing name is an error."""
+        if any(table["participant_id"] != table["participant_id"].str.strip()):
+            self.notes.append("Spaces at the ends of participants’ names were removed.")
+        for role in table:
+            if role in NAMED:
+                table = united(table, str(role), NAMED[str(role)], self.notices)
+            else:
+                table[role] = table[role].map({cell: clean(cell) for cell in table[role].unique()})
+        names = table["participant_id"]
+        if (unnamed := names.str.lower().isin(ABSENT)).any():
+            raise InputError(f"{place(table, unnamed)}: the participant is missing: name it.")
+        if (wrong := names.str.fullmatch(r"\d(?:[.,]\d+)?[eE]\+?\d+")).any():
+            raise InputError(
+                f"{place(table, wrong)}: the participant is {names[wrong].iloc[0]}, to which a spreadsheet program may "
+                "have shortened different names: enter them again as text."
+            )
+        return table
+
+    def apart(self, index: pd.Index[int], wrong: pd.Series[bool], text: str) -> str:
+        """Return `text` with the columns and values that tell wrong rows from the others; "" if none do."""
+        if index.nlevels != 2 or wrong.all():
+            return ""
+        cells, wrong_rows = self.cells.loc[index], wrong.to_numpy(bool)
+        for name in self.unused:
+            values = {*cells[name][~wrong_rows]}
+            if len(values) == 1 and values.isdisjoint(cells[name][wrong_rows]) and (value := values.pop()).strip():
+                return text.format(where_like(name, value))
+        return ""
+
+    def answers(self, table: pd.DataFrame, role: str, order: Sequence[str] = ()) -> pd.DataFrame:
+        """Return the rows with a value in a column, with its numbers parsed.
+
+        Answers in words are replaced by the numbers of their steps in `order`, and codes of missing values by empty
+        cells; a notice counts the rows that are left out.
+        """
+        column = self.schema.columns[role]
+        table = self._without_codes(in_steps(table, role, order, self.notes), role)
+        missing = _is_empty(table[role], column.absent)
+        if missing.all():
+            raise InputError(f"{self.name} holds no {column.answer}: the column given for {role}s is empty.")
+        if missing.any():
+            who = few(sorted(set(table["participant_id"][missing])))
+            self.notices.append(f"{_rows_were(missing)} left out, without a {role} (participants {who}).")
+            table = table[~missing].copy()
+        return table.assign(**{role: self.numbers(table, role)}) if column.number and not column.words else table
+
+    def _without_codes(self, table: pd.DataFrame, role: str) -> pd.DataFrame:
+        codes = self.schema.columns[role].codes
+        return without_codes(table, role, self.notices, signed=codes == "signed") if codes else table
+
+    def numbers(self, table: pd.DataFrame, role: str, *, empty: bool = False) -> pd.Series[float]:
+        """Parse finite numbers with a decimal point, in the unit of the heading; empty cells are NaN, or an error."""
+        texts = table[role]
+        values = texts.map({cell: as_number(cell) for cell in texts.unique()}).astype(float)
+        absent = _is_empty(texts, ABSENT)
+        wrong = values.isna() & ~(absent & empty)
+        if wrong.any():
+            text = texts[wrong].iloc[0]
+            damaged = (
+                ": it is a date, which a spreadsheet program may have made of a number: enter the number again as text"
+                if is_date(text)
+                else ": save the data as JSON, whose parts are read as columns"
+                if text.startswith("{")
+                else ", as the file holds a formula without its value: open and save it with a spreadsheet program"
+                if text.startswith("=")
+                else others(texts[wrong])
+            )
+            if role in ("rating", "confidence") and not texts[~absent].str.contains(r"\d").any():
+                damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
+            damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
+            raise invalid(table, role, wrong, f"but must be a number, like 1.4{damaged}")
+        header = self.columns.get(role, "")
+        is_jspsych = header == "rt" and {"trial_type", "time_elapsed"} <= {*self.cells}
+        factor = TIMES["ms"] if is_jspsych else factor_of(role, self.schema.columns[role].units, header)
+        if factor != 1:
+            states = "jsPsych writes" if is_jspsych else "it states"
+            self.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that {states}.")
+            values = values * factor
+        check_magnitudes(table.assign(**{role: values}), role)
+        return values
+
+    def optional(
+        self, table: pd.DataFrame, role: str, check: Callable[[pd.DataFrame], None] | None = None
+    ) -> pd.DataFrame:
+        """Parse the numbers of a role; leave the column out, with a notice, if they are none and nobody named it.
+
+        `check` raises `InputError` for numbers that cannot be right.
+        """
+        if role not in table:
+            return table
+        table = self._without_codes(table, role)
+        try:
+            parsed = table.assign(**{role: self.numbers(table, role, empty=True)})
+            if check is not None:
+                check(parsed)
+        except InputError as error:
+            if role in self.given:
+                raise
+            self.notices.append(f"The column {self.columns.get(role, role)} was not used: {error}")
+            return table.drop(columns=role)
+        return parsed
+
+    def truths(self, table: pd.DataFrame, role: str, meanings: Mapping[str, str] | None = None) -> pd.Series[bool]:
+        """Convert cells that say yes or no to booleans; `meanings` are those of the caller's words: see `folded`."""
+        column = self.schema.columns[role]
+        known = {**TRUTH, **column.words}
+        cells = table[role].str.strip().str.casefold().map(lambda cell: (meanings or {}).get(cell, cell))
+        if (wrong := ~cells.isin(list(known))).any():
+            raise invalid(table, role, wrong, f"but must be {column.expected}")
+        return cells.map(known).astype(bool)
+
+    def with_catch(self, table: pd.DataFrame, *, note: bool = True) -> pd.DataFrame:
+        """Return the table with the boolean column `catch`; without such a column no trial is one, which is noted."""
+        if "catch" in table:
+            return table.assign(catch=self.truths(table, "catch"))
+        self.notes.extend(["No catch-trial column: no trial is treated as one."] * note)
+        return table.assign(catch=False)
+
+
+def completed(table: pd.DataFrame, *roles: str) -> pd.DataFrame:
+    """Return the table with columns session, condition and kind where they are among `roles`; people by default."""
+    return table.assign(**{role: table[role].str.strip() if role in table else DEFAULTS[role] for role in roles})
+
+
+def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None) -> bool:
+    """Return whether a table has the columns of a kind, and none by which tables of other kinds are recognised."""
+    columns = columns or {}
+    if (schema.others | {"aperture", "fixation"}) & set(columns):
+        return False
+    table = read_table(paths)
+    if schema.others & ({clean(str(name)).casefold() for name in table.cells} - set(columns.values())):
+        return False
+    theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
+    found = found_columns(table.name, table.cells, schema, theirs)
+    return any(roles <= set(found) for roles in schema.signs)
+
+
+def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
+    """Return whether tables are the parts of one data set: files of one participant each.
+
+    Parameters
+    ----------
+    paths
+        The files, or what was read of each.
+    participant
+        Column of the participants, if it was named.
+
+    Raises
+    ------
+    InputError
+        If several files hold one participant each, all of the same name.
+    """
+    people: list[set[str]] = []
+    tables = [read_table(path) for path in paths]
+    columns = {} if participant is None else {"participant": participant}
+    for label, table in zip(file_labels([part.paths[0] for part in tables]), tables, strict=True):
+        theirs = found_columns(table.name, table.cells, Schema({"participant_id": PARTICIPANT}), columns)
+        cells = table.cells[theirs["participant_id"]] if theirs else [person_of(label)]
+        people.append({clean(cell) for cell in cells} - {""} if theirs else {*cells})
+    if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
+        raise InputError(
+            f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
+            "sessions of one person in one table with a column session."
+        )
+    return any(len(names) <= 1 for names in people)
+
+
+def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
+    """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
+    header = [str(column) for column in table.columns]
+    by_name = {clean(column).casefold(): column for column in reversed(header)} | {column: column for column in header}
+    found: dict[str, str] = {}
+    wrong = []
+    for given, column in columns.items():
+        role = "participant_id" if given == "participant" else given
+        theirs = by_name.get(column, by_name.get(clean(column).casefold()))
+        if role not in schema.columns:
+            known = ", ".join(["participant", *list(schema.columns)[1:]])
+            wrong.append(f"{given} is not known: use {known} = the file's name")
+        elif theirs is None:
+            wrong.append(f"{name} has no column {column} for {given}: it has {few(header)}")
+        elif theirs in found.values():
+            wrong.append(f"{column} is given for {given}, but for another column, too: give each a column of its own")
+        else:
+            found[role] = theirs
+    if wrong:
+        raise InputError(f"columns: {'; '.join(wrong)}.")
+    free = [column for column in reversed(header) if column not in found.values()]
+    lower = {name_and_unit(clean(column))[0]: column for column in free}
+    lower |= {clean(column).casefold(): column for column in free}
+    for role, definition in schema.columns.items():
+        if role not in found:
+            near = next((lower[word] for word in (role, *definition.names) if word in lower), None)
+            if near is not None and near not in found.values():
+                found[role] = near
+    stems = {stem_of(column): column for column in header if column not in found.values()}
+    for role, definition in schema.columns.items():
+        near = next((stems[stem] for stem in definition.stems if stem in stems), None)
+        if role not in found and near is not None:
+            found[role] = near
+    for column in found.values():
+        again = [other for other in header if re.fullmatch(re.escape(column) + r" \(column \d+\)", other)]
+        if column not in columns.values():
+            again += [
+                other for other in header if other != column and clean(other).casefold() == clean(column).casefold()
+            ]
+        if any((table[other] != table[column]).any() for other in again):
+            raise InputError(f"{name} has the column {column} twice, with different cells: remove or rename one.")
+    return found
+
+
+def _chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
+    """Return the rows whose columns have one of the values of `where`."""
+    by_name = {clean(str(column)).casefold(): column for column in cells}
+    for column, given in where.items():
+        values = [given] if isinstance(given, str) else [*given]
+        theirs = by_name.get(clean(column).casefold())
+        if theirs is None:
+            raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
+        wanted = {clean(value).casefold() for value in values}
+        kept = cells[theirs].map(lambda cell, wanted=wanted: clean(cell).casefold() in wanted).astype(bool)
+        if not kept.any():
+            raise InputError(
+                f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
+            )
+        notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
+        cells = cells[kept].copy()
+    return cells
+
+
+def _with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
+    """Return the table with decimal points in the columns of numbers; the mark is decided for all of a file."""
+    if not roles or table.empty:
+        return table
+    files, places = (table.index.get_level_values(level) for level in (0, 1))
+    texts = table[[*roles]].to_numpy(object, copy=True)
+    changed = False
+    for file, rows in table.groupby(files, sort=False).indices.items():
+        cells = tuple(tuple(map(clean, row)) for row in texts[rows])
+        whole = TextTable(str(file), tuple(roles), cells, tuple(places[rows]), delimiters[str(file)])
+        if (pointed := whole.with_points()) is not whole:
+            texts[rows], changed = pointed.rows, True
+    return table.assign(**dict(zip(roles, texts.T, strict=True))) if changed else table
+
+
+def _is_empty(cells: pd.Series[str], absent: Collection[str]) -> pd.Series[bool]:
+    return cells.str.strip().str.casefold().isin(absent)
+
+
+def _rows_were(left_out: pd.Series[bool]) -> str:
+    """Format a number of rows for a note: "1 row was", "3 rows were"."""
+    count = int(left_out.sum())
+    return "1 row was" if count == 1 else f"{count:,} rows were"

@@ -1,0 +1,251 @@
+"""Import of threshold data, correct or incorrect answers at stimulus levels, from the user's own table."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+from scipy.stats import binom
+
+from focalgradient.errors import InputError
+from focalgradient.files import printable
+from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.names import UNIT, clean, few, invalid, place, rows_named
+from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
+
+__all__ = ["OwnThresholds", "read_thresholds"]
+
+MAX_P_OF_TWO_ALTERNATIVES = 0.001
+"""p value (times the number of levels) of so few correct answers with two alternatives, below which a guess rate of one
+half is rejected; 1 in 1,000 tables with two alternatives is rejected wrongly (our choice).
+"""
+
+LOWEST_SHARE = 0.4
+"""Share of correct answers at the lowest level below which two alternatives are not assumed."""
+
+FEWEST = 20
+"""Minimum number of trials at the lowest level by which its share is judged."""
+
+RATE_TOLERANCE = 0.005
+"""Tolerance for rounding in a guess rate of 1 / m, such as 0.33 for a third."""
+
+MAX_TRIALS = 1_000_000
+"""Maximum number of trials that the counts may represent."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OwnThresholds:
+    """Imported threshold data, in the form that `focalgradient.statistics.blur_thresholds` accepts.
+
+    Parameters
+    ----------
+    table
+        One row per trial: participant_id, session, condition, level, correct, catch, kind. The index contains file and
+        row.
+    unit
+        Unit of the levels from the column name; "" without one.
+    notes
+        Assumptions, omissions and changes, one sentence each.
+    notices
+        Interpretations that change the results, one sentence each, shown at the top of a report.
+    guess
+        Guess rate: proportion of correct answers without a stimulus.
+    """
+
+    table: pd.DataFrame
+    unit: str
+    notes: tuple[str, ...]
+    notices: tuple[str, ...] = ()
+    guess: float = 0.5
+
+
+def read_thresholds(
+    path: Paths,
+    columns: Mapping[str, str] | None = None,
+    conditions: Mapping[str, str] | None = None,
+    guess: float | None = None,
+    where: Where | None = None,
+) -> OwnThresholds:
+    r"""Read threshold data from a CSV, TSV or XLSX file, with one row per trial or one row per level with counts.
+
+    Parameters
+    ----------
+    path
+        CSV, TSV, XLSX or JSON file, or several of one data set.
+    columns
+        Name in the file of each column: participant, level (above 0), and correct (0 or 1); or for two intervals,
+        interval (the correct one) and response (the chosen one). Optionally condition, session, catch; and trials, the
+        number of trials of which `correct` is the number of correct ones.
+    conditions
+        Meanings of the file's own words in correct, interval and response: {"richtig": "1", "links": "first"}.
+    guess
+        Guess rate, from 0 to below 1. None: 1 / m from a column `alternatives` with m in each row, else one half,
+        unless the answers contradict it.
+    where
+        Values by column: only rows that have one of them are read.
+
+    Raises
+    ------
+    InputError
+        If a column is missing or a cell is invalid (the message names it), or the guess rate cannot be determined.
+
+    Examples
+    --------
+    >>> from focalgradient.user_tables.files import text_table
+    >>> answers = read_thresholds(text_table("subject;level (D);interval;response\nA;0,1;1;2\nA;0,2;2;2\n"))
+    >>> answers.table[["participant_id", "level", "correct"]].values.tolist(), answers.unit
+    ([['A', 0.1, False], ['A', 0.2, True]], 'D')
+    """
+    source = Source.read(path, THRESHOLDS, columns, where)
+    source.require()
+    table = _above_zero(source, source.answers(source.rows(), "level"))
+    table = source.with_catch(_judged(source, table, folded(conditions)))
+    table = completed(table, "session", "condition", "kind")
+    rate = _guess(source, table, guess)
+    unit = UNIT.search(source.columns["level"])
+    name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
+    kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
+    return OwnThresholds(table[kept].copy(), name, tuple(source.notes), tuple(source.notices), rate)
+
+
+def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:
+    """Return the given guess rate, that of the alternatives, or one half if the answers are consistent with it."""
+    if given is not None and not 0 <= given < 1:
+        raise InputError(f"guess is {given:g}, but must be a rate from 0 to below 1, like 0.25 for four alternatives.")
+    stated = 0.5 if "interval" in table and "response" in table else None
+    if "alternatives" in table:
+        counts = source.numbers(table, "alternatives")
+        if counts.nunique() != 1 or counts.iloc[0] < 2 or counts.iloc[0] % 1:
+            raise InputError(
+                f"{source.name} has the alternatives {few(sorted(map(str, counts.unique())))}, but must have one "
+                "whole number of 2 or more in all rows: analyse each by itself."
+            )
+        stated = 1 / float(counts.iloc[0])
+    if given is not None and stated is not None and abs(given - stated) > RATE_TOLERANCE:
+        raise InputError(f"guess is {given:g}, but the table's alternatives give {stated:.3g}: leave one of them out.")
+    rate = stated if given is None else given
+    if rate is not None:
+        return rate
+    counted = table[~table["catch"]].groupby("level")["correct"].agg(["sum", "count"])
+    at_level = _below_half(counted)
+    if (below := at_level or _below_guess(counted.cumsum())) is not None:
+        level, right, shown = below
+        raise InputError(
+            f"{source.name}: {'at' if at_level else 'up to'} level {level:g} {right:g} of {shown:g} answers are right, "
+            "fewer than guessing among two gives, so the guess rate is not known: give it, 0.5 for a staircase with "
+            "two alternatives, 0.25 for four and 0 for yes and no, or a column alternatives."
+        )
+    source.notes.append("The guess rate was taken to be one half, as of two alternatives.")
+    return 0.5
+
+
+def _below_guess(counted: pd.DataFrame) -> tuple[float, float, float] | None:
+    """Return level, correct answers and trials if those at the lowest levels have a share below `LOWEST_SHARE`.
+
+    Counts are cumulative from the lowest level, until there are `FEWEST` trials, as staircases show each level a few
+    times.
+    """
+    enough = counted[counted["count"] >= FEWEST]
+    if enough.empty or enough["sum"].iloc[0] / enough["count"].iloc[0] >= LOWEST_SHARE:
+        return None
+    return enough.index[0], *enough.iloc[0]
+
+
+def _below_half(counted: pd.DataFrame) -> tuple[float, float, float] | None:
+    """Return level, correct answers and trials if two alternatives are improbable at some level, else None."""
+    p = np.atleast_1d(binom.cdf(counted["sum"].to_numpy(), counted["count"].to_numpy(), 0.5)) * len(counted)
+    at = int(np.argmin(p)) if len(p) else 0
+    if not len(p) or p[at] >= MAX_P_OF_TWO_ALTERNATIVES:
+        return None
+    return counted.index[at], *counted.iloc[at]
+
+
+LOGARITHMS = {"log10": 10.0, "ln": math.e}
+"""Bases of logarithms that a heading of levels may state."""
+
+
+def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
+    """Return the rows with a level above 0, with the logarithms that the heading states undone."""
+    header = source.columns["level"]
+    for word in re.findall(r"[a-z]+\d*", clean(header).casefold()):
+        if word in LOGARITHMS:
+            source.notices.append(
+                f"The column {header} holds logarithms: levels are {word} undone, and so are thresholds."
+            )
+            table = table.assign(level=LOGARITHMS[word] ** table["level"])
+            break
+        if word in ("db", "decibel", "decibels") or word.startswith("log"):
+            raise InputError(
+                f"the heading {printable(header)!r} says that levels are in {word}, but they must be amounts above 0, "
+                "as thresholds are sought on their logarithm: convert them, or name the column log10_level."
+            )
+    if (below := table["level"] < 0).any():
+        amounts = "give amounts (of decibels or log units the antilogarithm)"
+        expected = f"but must be above 0, as thresholds are sought on its logarithm: {amounts}"
+        raise invalid(table, "level", below, expected)
+    none = table["level"] == 0
+    if none.all():
+        raise InputError(f"{source.name} holds no level above 0: give the amounts that were shown.")
+    if none.any():
+        source.notices.append(
+            f"Trials of level 0 were excluded ({rows_named(table, none)}): without a stimulus all guess."
+        )
+    table = table[~none].copy()
+    if table["level"].nunique() < 2:
+        raise InputError(
+            f"{source.name} has the one level {table['level'].iloc[0]:g}, but a threshold needs several: give "
+            "answers at two levels or more."
+        )
+    return table
+
+
+def _judged(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+    """Return the answered rows, one per trial, with `correct` as a boolean."""
+    if "correct" not in table:
+        return _of_intervals(source, source.answers(table, "response"), words)
+    table = source.answers(table, "correct")
+    return (
+        _of_counts(source, table) if "trials" in table else table.assign(correct=source.truths(table, "correct", words))
+    )
+
+
+def _of_counts(source: Source, table: pd.DataFrame) -> pd.DataFrame:
+    """Expand counts of trials and of correct answers to one row per trial."""
+    right, shown = source.numbers(table, "correct"), source.numbers(table, "trials")
+    wrong = (shown < 0) | (right < 0) | (right > shown) | (right % 1 != 0) | (shown % 1 != 0)
+    if wrong.any():
+        raise InputError(
+            f"{place(table, wrong)}: correct is {right[wrong].iloc[0]:g} of {shown[wrong].iloc[0]:g} trials, but must "
+            "be a whole number of them."
+        )
+    if shown.sum() > MAX_TRIALS:
+        raise InputError(f"There are {shown.sum():,.0f} trials, but may be {MAX_TRIALS:,} at most.")
+    source.notes.append("Each row holds a number of trials, and how many were right.")
+    counts = shown.astype(int).to_numpy()
+    number = np.concatenate([np.arange(count) for count in counts])
+    whole = table.iloc[np.repeat(np.arange(len(table)), counts)]
+    return whole.assign(correct=number < np.repeat(right.to_numpy(), counts))
+
+
+def _of_intervals(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+    """Set `correct` if the chosen interval is the correct one."""
+    asked, given = (
+        table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", words.get(cell, cell)))
+        for role in ("interval", "response")
+    )
+    known = sorted(set(asked) - ABSENT)
+    if len(known) > 2:
+        raise InputError(f"{source.name} has the intervals {few(known)}, but must have two: give a column correct.")
+    unstated = asked.isin(list(ABSENT))
+    strange = ~given.isin(known) | unstated
+    one_sided = len(known) == 1 and given[strange].nunique() == 1 and not unstated.any()
+    if strange.any() and not one_sided:
+        remedy = conditions_like((known or ["1"])[0]).replace("its meaning", "the words' meaning")
+        raise invalid(table, "response", strange, f"but the intervals are {few(known)}: {remedy}")
+    source.notes.append("An answer is right where the interval chosen is the one given as right.")
+    return table.assign(correct=(asked == given).to_numpy())
