@@ -56,7 +56,8 @@ TESTS: dict[str, Sequence[str]] = {
     "dataset": (
         "tests/test_dataset.py",
         *(f"tests/test_{name}.py" for name in ("append", "journal", "lock", "markers", "mend", "noted", "gaze")),
-        *(f"tests/test_{name}.py" for name in ("counterbalanced", "trial_times", "focus_sessions", "cli_validate")),
+        *(f"tests/test_{name}.py" for name in ("trial_times", "session_conduct", "focus_sessions", "cli_validate")),
+        "tests/test_counterbalanced.py",
         "tests/web/test_withdrawal.py",
         "tests/web/test_arrival.py",
         "tests/test_damages.py",
@@ -168,9 +169,10 @@ class Copy:
     def options(self) -> list[str]:
         """The options of pytest."""
         options = ["-q", "-rfE", "-n0", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
-        # A function of the package whose name begins with `test`, as `tested_of`, is no test.
+        # A function or class of the package whose name begins as `tested_of` is no test.
         options += ["-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"]
         options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
+        options += ["-o", "python_classes=Test_*"]
         return options + ([] if self.slow else ["-m", "not slow"])
 
     def digest(self, test: Path, code: bytes) -> str:

@@ -248,6 +248,10 @@ DAMAGES = {
     ),
     "all: unknown key": (forged(put(3, presses=[[1.0, "q", True]]), "necker"), "trial 3: the key 'q' is not one"),
     "all: cube in ms": (forged(put(3, trial_duration=10016.0), "necker"), "trial 3: trial_duration is 10016 s"),
+    "all: cube above its longest": (
+        forged(put(3, trial_duration=12.01), "necker"),
+        "trial 3: trial_duration is 12.01 s",
+    ),
     "all: presses in ms": (forged(put(3, presses=[[1000.0, "f", True]]), "necker"), "a key was pressed 1000 s after"),
     "all: cubes too close": (
         forged(each("onset", lambda event: event["onset"] / 10), "necker"),

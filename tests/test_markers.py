@@ -34,6 +34,10 @@ def codes(folder: Path, text: str = CODES) -> Path:
     return folder / "codes.toml"
 
 
+def test_codes_of_earlier_recordings_keep_their_meaning() -> None:
+    assert [marker.code for marker in MARKERS.values()] == [*range(1, 19), *range(20, 26), 30, 40, 41, 50, 51, 52, 60]
+
+
 def test_codes_follow_name_and_condition(tmp_path: Path) -> None:
     found = read_codes(codes(tmp_path))
     assert found.of("picture") == found.of("picture", {"aperture": "f/22"}) == 64

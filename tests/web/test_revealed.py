@@ -20,17 +20,7 @@ from focalgradient.web import Lists
 TYPED = DEPTH + 'answer = "typed"\nconfidence = true\nmask = "noise"\n'
 CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
 TELLING = {
-    "scene",
-    "aperture",
-    "fixation",
-    "catch",
-    "interval",
-    "right",
-    "condition",
-    "level",
-    "focus",
-    "share",
-    "rounds",
+    *("scene", "aperture", "fixation", "catch", "interval", "right", "condition", "level", "focus", "share", "rounds"),
 }
 """Keys that no message may have."""
 

@@ -98,7 +98,11 @@ class Links:
 
 
 def number_of(label: str) -> int:
-    """Return a label as a number; 0 if it is not one."""
+    """Return a label as a number; 0 if it is not one.
+
+    >>> number_of("007"), number_of("k7")
+    (7, 0)
+    """
     return int(label) if label.isascii() and label.isdigit() else 0
 
 

@@ -156,11 +156,14 @@ def complete(
     trust, level = np.ones(weight.shape), np.full(weight.shape, middle)
     for _ in range(ROUNDS):
         given = field.given(weight * trust)
-        level = middle + given.mean(mean - middle)
+        level = middle + given(np.zeros(field.prior.shape[0]), np.sqrt(weight * trust) * (mean - middle))
         off = (mean - level) ** 2 * weight * alike * 4 * np.pi * (window / step) ** 2
         trust = (FREEDOM + 1) / (FREEDOM + off)
     random = np.random.default_rng(seed)
-    squares = sum(given.sample(random) ** 2 for _ in range(SAMPLES))
+    squares = sum(
+        given(random.standard_normal(field.prior.shape[0]), random.standard_normal(weight.size)) ** 2
+        for _ in range(SAMPLES)
+    )
     variance = ndimage.gaussian_filter(squares / SAMPLES, 1.0)
     same = SAME * field.reach(share, step)
     variance = same * variance + (1 - same) * _of_others(level, middle, SPREAD * scale, searched)
@@ -184,29 +187,6 @@ def _of_others(level: FloatArray, middle: float, spread: float, searched: tuple[
     lowest, highest = searched
     even = (highest - lowest) ** 2 / 12 + (level - (lowest + highest) / 2) ** 2
     return np.minimum(scattered, even)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Given:
-    """The field, given measured values: least squares over the departures from the layout, then the layout's values."""
-
-    rows: sparse.csr_matrix  # of the prior, then of the measured values, each over its standard deviation
-    root: FloatArray  # h x w, square root of the weight of each measured value
-    to_nodes: sparse.csr_matrix  # from both parts to the field's values
-    solve: Callable[[FloatArray], FloatArray]
-
-    def mean(self, values: FloatArray) -> FloatArray:
-        """Return the mean (h x w), given the measured `values` (h x w)."""
-        right = np.zeros(self.rows.shape[0])
-        right[-values.size :] = (self.root * values).ravel()
-        return self._field(right)
-
-    def sample(self, random: np.random.Generator) -> FloatArray:
-        """Return a sample (h x w) of the field's error."""
-        return self._field(random.standard_normal(self.rows.shape[0]))
-
-    def _field(self, right: FloatArray) -> FloatArray:
-        return np.asarray(self.to_nodes @ self.solve(self.rows.T @ right), float).reshape(self.root.shape)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -246,11 +226,21 @@ class _Field:
         prior = sparse.csr_matrix(sparse.block_diag([departures, _bends(cells, high / wide, scale)]))
         return cls(differences, prior, sparse.hstack([own, layout], format="csr"))
 
-    def given(self, weight: FloatArray) -> _Given:
-        """Return the field, given nodes measured with `weight` (h x w, 1 / variance)."""
-        root = np.sqrt(weight)
-        rows = sparse.vstack([self.prior, sparse.diags_array(root.ravel()) @ self.to_nodes], format="csr")
-        return _Given(rows, root, self.to_nodes, _solver(rows.T @ rows))
+    def given(self, weight: FloatArray) -> Callable[[FloatArray, FloatArray], FloatArray]:
+        """Return the solution (h x w) for given rows of the prior, and values of nodes measured with `weight` (h x w).
+
+        Least squares over the departures from the layout, then the layout's values; each row, and each value, is over
+        its standard deviation. `weight` is 1 / variance.
+        """
+        measured = sparse.diags_array(np.sqrt(weight).ravel()) @ self.to_nodes
+        rows = sparse.vstack([self.prior, measured], format="csr")
+        solve = _solver(rows.T @ rows)
+
+        def solved(prior: FloatArray, values: FloatArray) -> FloatArray:
+            found = self.to_nodes @ solve(rows.T @ np.concatenate([prior, values.ravel()]))
+            return np.asarray(found, float).reshape(weight.shape)
+
+        return solved
 
     def reach(self, share: FloatArray, step: int) -> FloatArray:
         """Return the probability (h x w) that a walk from a node comes to measured depth before its surface ends.

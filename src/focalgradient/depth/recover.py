@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 
@@ -36,7 +35,6 @@ if TYPE_CHECKING:
 
 __all__ = [
     "METHODS",
-    "Estimator",
     "Method",
     "MethodName",
     "check_usable",
@@ -53,23 +51,11 @@ SATURATED = 0.5
 """Maximum proportion of a view's pixels that are saturated or masked; beyond it the view is rejected."""
 
 
-def _any(views: Sequence[View]) -> None:
-    """Accept the optics of any views."""
-
-
-@dataclass(frozen=True, slots=True)
-class Estimator:
-    """A loaded method: its estimate of depth, and its check of the views' optics."""
-
-    estimate: Callable[[Problem], Estimate]
-    check: Callable[[Sequence[View]], None] = _any
-
-
 @dataclass(frozen=True, slots=True)
 class Method:
-    """A method of depth: its loader, the number of views that it takes, and the capabilities of blur that it needs."""
+    """A method of depth: its folder, the number of views that it takes, and the capabilities of blur that it needs."""
 
-    load: Callable[[], Estimator]
+    folder: str
     least: int = 2
     most: int | None = None
     needs: tuple[Capability, ...] | None = ()
@@ -77,20 +63,21 @@ class Method:
     of_halves: bool = False
     """Whether it takes the halves of dual pixels, whose blur no shape describes, and no other views."""
 
+    def load(self) -> Any:
+        """Import the method's module when it is called, for `import focalgradient` to stay light.
 
-def _loaded(method: str) -> Estimator:
-    """Import a method's folder when it is called, for `import focalgradient` to stay light."""
-    module = import_module(f"focalgradient.depth.{method}.estimate")
-    return Estimator(module.estimate, getattr(module, "check", _any))
+        It holds `estimate(problem)`, and may hold `check(views)`, which refuses views by their optics.
+        """
+        return import_module(f"focalgradient.depth.{self.folder}.estimate")
 
 
 METHODS: dict[MethodName, Method] = {
-    "equalise": Method(partial(_loaded, "equalise")),
-    "spectra": Method(partial(_loaded, "spectra"), needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "ratio": Method(partial(_loaded, "ratio"), most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "edges": Method(partial(_loaded, "edges"), least=1, needs=(Capability.EDGE_RESPONSE,)),
-    "autofocus": Method(partial(_loaded, "autofocus"), least=3, needs=None),
-    "dual-pixels": Method(partial(_loaded, "dual_pixel"), of_halves=True),
+    "equalise": Method("equalise"),
+    "spectra": Method("spectra", needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "ratio": Method("ratio", most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
+    "edges": Method("edges", least=1, needs=(Capability.EDGE_RESPONSE,)),
+    "autofocus": Method("autofocus", least=3, needs=None),
+    "dual-pixels": Method("dual_pixel", of_halves=True),
 }
 
 
@@ -262,7 +249,7 @@ def recover_depth(
     from focalgradient.parallel import linear_algebra_on_one_thread
 
     with linear_algebra_on_one_thread:
-        estimate = METHODS[method].load().estimate(problem)
+        estimate: Estimate = METHODS[method].load().estimate(problem)
     causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
@@ -281,7 +268,9 @@ def problem_of(views: Sequence[View], settings: RecoverySettings) -> Problem:
     optics = [view.optics for view in views]
     settings = settings.resolved(optics)
     check_blur(settings.method, settings.psf)
-    METHODS[settings.method].load().check(views)
+    method = METHODS[settings.method].load()
+    if hasattr(method, "check"):
+        method.check(views)
     search = Search.over(optics, views[0].pixel_angle, settings.near, settings.far, settings.psf)
     settings.progress(0.0, "registering the views")
     return Problem(views, RegisteredViews.of(views, settings.align), search, settings)
