@@ -19,7 +19,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.report.thresholds import thresholds_of_dataset
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -215,11 +215,11 @@ def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulat
     shutil.rmtree(root / "sourcedata")
     for label in ("02", "03", "04"):
         shutil.move(root / f"sub-{label}", tmp_path)
-    assert [one.participant for one in ThresholdPart.of_dataset(root).results[""].subjects] == ["sub-01"]
+    assert [*thresholds_of_dataset(root).answers.to("threshold")] == ["sub-01"]
     shutil.move(tmp_path / "sub-02", root)
     (sidecar,) = root.glob("sub-02/**/*_beh.json")
     settings = json.loads(sidecar.read_text())
     settings["Design"]["most_level"] = 1.5
     sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
-        ThresholdPart.of_dataset(root)
+        thresholds_of_dataset(root)

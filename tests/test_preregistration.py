@@ -85,7 +85,7 @@ def test_its_sentences_are_those_of_the_report_and_name_the_test_that_is_run(
         assert word in before
     first = made.results[0]
     assert fixations[0] in first["what"] or sorted(fixations)[0] in first["what"]
-    analysis = section(before, "Analysis")[1]
+    analysis = section(before, "Analysis")[0]
     method = str(first["method"])
     assert ("cumulative-link" in method) == ("cumulative-link" in analysis)
     if "Satterthwaite" in method:

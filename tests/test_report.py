@@ -21,8 +21,9 @@ from focalgradient.power import Model
 from focalgradient.report import analyse_necker, analyse_ratings, make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.export import trial_files
-from focalgradient.report.gaze import gaze_part
-from focalgradient.report.tables import EFFECTS, Sheet
+from focalgradient.report.parts import Output
+from focalgradient.report.ratings import gaze_blocks
+from focalgradient.report.tables import EFFECTS
 from focalgradient.statistics import DepthRatingResult, compare_pictures, depth_rating
 from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
@@ -221,15 +222,15 @@ def test_findings_without_trials_that_left_are_beside_how_many_there_were(rating
     shown = table.index[~table["catch"]]
     table.loc[shown[:3], ["gaze_left", "gaze_away"]] = [[True, 4.0], [True, 6.0], [True, np.nan]]
     table.loc[table.index[table["catch"]][0], "gaze_left"] = True  # of a catch trial: not counted
-    sheets: list[Sheet] = []
-    blocks = list(gaze_part(dataclasses.replace(part, table=table, fixated=part), sheets))
+    output = Output()
+    blocks = list(gaze_blocks(dataclasses.replace(part, table=table, fixated=part), output))
     sentences = [block.text for block in blocks if isinstance(block, Paragraph)]
     assert sentences[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
     findings = part.result.answers.sentences(*EFFECTS)
     assert sentences[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
     each = len(shown) // 6
-    rows = sheets[0].digits.to_numpy().tolist()
-    assert rows[:2] == [["sub-01", str(each), "3", "1", "0.50"], ["sub-02", str(each), "0", "0", "0.50"]]
+    rows = output.sheets[0].digits.to_numpy().tolist()
+    assert rows[:2] == [["sub-01", each, 3, 1, 0.5], ["sub-02", each, 0, 0, 0.5]]
 
 
 @pytest.mark.usefixtures("unrendered")

@@ -23,7 +23,8 @@ def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() 
     }
     sidecars = {Files(Path(), "depthrating", participant): each for participant, each in sittings.items()}
     seen = screens(DataSet(Path(), pd.DataFrame(), {}, sidecars, ()))
-    found = screens_sheet(seen, "own").digits.set_index("participant_id")
+    (made,) = screens_sheet(seen, "own")
+    found = made.digits.set_index("participant_id")
     assert list(found["place"]) == ["laboratory", "browser", "laboratory"]
     arcmin = 60 * np.degrees(np.arctan(0.00025 / 0.5))
     relative = np.sqrt(0.04**2 - 0.01**2)
@@ -39,12 +40,12 @@ def test_screens_have_their_angles_with_errors_of_the_card_and_the_blind_spot() 
     }
     for name, values in expected.items():
         assert tuple(found.loc[["sub-01", "sub-02"], name]) == pytest.approx(values), name
-    shown = {row[0]: row[3:] for row in screens_sheet(seen, "own").table.rows}
+    shown = {row[0]: row[3:] for row in made.table.rows}
     assert shown["sub-01"] == ["50.0", "34.9", "1.72", "2.20"]
     assert shown["sub-02"] == ["50.0 ± 2.0", "34.9 ± 1.4", "1.72 ± 0.067", "2.10 ± 0.10"]
     assert shown["sub-04"] == ["–"] * 4
     assert found.loc["sub-04", ["distance_cm", "pixel_arcmin", "gamma"]].isna().all()
-    assert screens_sheet(seen[2:], "own") is None
+    assert screens_sheet(seen[2:], "own") == []
 
 
 def test_blur_is_that_of_the_pictures_largest_by_the_angles_of_the_screens(tmp_path: Path) -> None:

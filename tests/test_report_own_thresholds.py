@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,7 @@ from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.exclusions import main_results
 from focalgradient.report.parts import Output
-from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.report.thresholds import threshold_part, thresholds_of_table
 from focalgradient.statistics import (
     NotComputed,
     ThresholdFit,
@@ -27,7 +26,7 @@ from focalgradient.statistics import (
     read_ratings,
     read_thresholds,
 )
-from focalgradient.statistics.thresholds import RATIO, SubjectThreshold
+from focalgradient.statistics.thresholds import MEAN, RATIO, SubjectThreshold
 from focalgradient.user_tables.schema import THRESHOLDS
 from focalgradient.user_tables.source import holds
 
@@ -118,7 +117,7 @@ def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
     fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
     sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
     subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
-    part = replace(ThresholdPart.of(own), results={"": ThresholdResult("D", subjects)})
+    part = threshold_part(own.table, {"": ThresholdResult("D", subjects)}, "D")
     assert [row["subjects"] for row in main_results(part.both)] == [2]
 
 
@@ -127,13 +126,13 @@ def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: 
     path = write(tmp_path, answers(people=3, repeats=6))
     drawn = {}
     monkeypatch.setattr(Output, "figure", lambda _, name, figure, caption: drawn.setdefault(name, figure))
-    part = ThresholdPart.of(read_thresholds(path, columns={"condition": "where"}))
+    part = thresholds_of_table(read_thresholds(path, columns={"condition": "where"}))
     blocks = [*part.findings(Output())]
-    fits = [one.fit for result in part.results.values() for one in result.subjects]
     at = {float(x) for line in drawn["thresholds"].axes[1].lines for x in line.get_xdata()}
-    for fit in fits:
-        assert {fit.threshold, fit.low, fit.high} <= at
-    assert {result.mean.estimate for result in part.results.values()} <= at
+    table = part.sheets[0].digits
+    assert len(table) == 6
+    assert {*table[["threshold", "low", "high"]].to_numpy().flat} <= at
+    assert {mean.estimate for mean in part.answers.to(MEAN).values()} <= at
     assert len(drawn["threshold_people"].axes) >= 3
     said = [one.text for one in blocks if isinstance(one, Paragraph)]
     assert sum(text.startswith("Threshold of 10 deg over that of fovea: ") for text in said) == 1
@@ -143,7 +142,7 @@ def test_separate_groups_are_compared_by_welchs_test(tmp_path: Path) -> None:
     own = read_thresholds(write(tmp_path, answers(people=4, repeats=6)), columns={"condition": "where"})
     fovea = own.table["condition"] == "fovea"
     own.table.loc[fovea, "participant_id"] = "of fovea " + own.table.loc[fovea, "participant_id"]
-    (test,) = ThresholdPart.of(own).answers().to(RATIO).values()
+    (test,) = thresholds_of_table(own).answers.to(RATIO).values()
     assert test.method.startswith("Welch")
     assert test.subjects == 8
 

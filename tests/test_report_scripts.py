@@ -14,9 +14,9 @@ from test_scales import design_of, honest, record
 
 from focalgradient.dataset import Noted, Rated, Session
 from focalgradient.report import make_report
-from focalgradient.report.detection import DetectionPart
+from focalgradient.report.detection import detection_part
 from focalgradient.report.export import report_files, safe_csv, trial_files
-from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.report.thresholds import threshold_part
 from focalgradient.statistics import (
     Effect,
     NotComputed,
@@ -363,8 +363,8 @@ def test_r_corrects_the_secondary_gradients_of_the_cube_only(tmp_path: Path) -> 
 def test_r_finds_d_prime_and_criterion(tmp_path: Path) -> None:
     file = tmp_path / "own.csv"
     test_report_own_detection.answers(3, 80).to_csv(file, index=False)
-    part = DetectionPart.of(read_detection(file, {"condition": "where"}))
-    agree(run(tmp_path, {**part.exports()}, "detection.R"), part.answers())
+    part = detection_part(read_detection(file, {"condition": "where"}))
+    agree(run(tmp_path, {**part.files}, "detection.R"), part.answers)
 
 
 @needs_r
@@ -381,9 +381,10 @@ def test_r_finds_mean_thresholds_and_their_ratios(tmp_path: Path, groups: str) -
 
     dim = of("abcdea", 0.4, 0.6, 0.5, 0.3, 0.7, 0.45)
     bright = of("abcdfb" if groups == "same" else "ghijkh", 0.2, 0.3, 0.2, 0.25, 0.3, 0.31)
-    part = ThresholdPart(pd.DataFrame({"level": [0.1]}), {"dim": dim, "bright": bright}, "D", 0.5, False, None, {})
-    files = {**part.exports(), "thresholds.csv": safe_csv(part._sheet().digits)}
-    agree(run(tmp_path, files, "thresholds.R"), part.answers())
+    table = pd.DataFrame({"level": [0.1], "participant_id": "a", "kind": "human"})
+    part = threshold_part(table, {"dim": dim, "bright": bright}, "D")
+    files = {**part.files, "thresholds.csv": safe_csv(part.sheets[0].digits)}
+    agree(run(tmp_path, files, "thresholds.R"), part.answers)
 
 
 def at_the_floor(fixations: tuple[str, ...], cuts: list[float]) -> pd.DataFrame:

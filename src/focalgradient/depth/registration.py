@@ -20,6 +20,7 @@ from focalgradient.view import View
 __all__ = [
     "Placement",
     "RegisteredViews",
+    "at_ceiling",
     "filled",
     "measure_placement",
     "misstated_magnification",
@@ -422,7 +423,7 @@ def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
     """
     image = np.asarray(view.image, np.float32)
     if view.mask is None:
-        return image, ~_at_ceiling(image)
+        return image, ~at_ceiling(image)
     return filled(image, view.mask), view.mask
 
 
@@ -444,7 +445,7 @@ def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image
     return np.asarray(image[row, column], np.float32)
 
 
-def _at_ceiling(image: Image) -> NDArray[np.bool_]:
+def at_ceiling(image: Image) -> NDArray[np.bool_]:
     """Return the pixels at the image's highest value, where more share it than texture would make."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from pathlib import Path
 from typing import Annotated, Any
@@ -113,9 +114,8 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
     covariance = file.uncertainty.covariance
     if len(file.uncertainty.informed) != count or [len(row) for row in covariance] != [count] * count:
         raise InputError(
-            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the "
-            "file again "
-            "with focalgradient calibrate."
+            f"{path}: uncertainty does not have a row and a column for each of the {count} parameters: write the file "
+            "again with focalgradient calibrate."
         )
     for name, key, marks in (
         ("aperture", "f_number", [one.f_number for one in file.apertures]),
@@ -188,25 +188,19 @@ def camera_toml(calibrated: Calibrated) -> str:
     camera, sensor = calibrated.calibration, calibrated.sensor
     sd = camera.sd
     stops = len(camera.f_numbers)
+    scatter = f"edge_scatter_um = {camera.edge_scatter * 1e6:.4g}  # scatter of edges about the blur, on the sensor"
     lines = [
         "# Written by `focalgradient calibrate`; +- gives one standard deviation.",
         f"# Measured distances are relative to {plane_name(sensor.distances_from)}.",
         "# Distance from the entrance pupil = measured distance + offset_m; vergence = 1 / distance from the pupil.",
         "[camera]",
-        *(f"{key} = {_shown(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
+        *(f"{key} = {json.dumps(value)}" for key, value in sensor.model_dump(exclude_none=True).items()),
         *([] if camera.psf is None else [f"psf = {_shape(camera)}  # blur shape estimated from the target"]),
         f"blur_k = {camera.k:.5g}  # +- {camera.k * sd[0]:.2g}: sigma / disc radius"
         + (" along edges" if camera.psf is None else ", of the shape"),
         f"own_blur_um2 = {camera.own * 1e12:.5g}  # +- {sd[1]:.2g}: variance on the sensor; negative where sharpened",
         f"offset_m = {camera.offset:.5g}  # +- {sd[2]:.2g}",
-        *(
-            [
-                f"edge_scatter_um = {camera.edge_scatter * 1e6:.4g}  # scatter of single edges about the blur "
-                "model, on the sensor"
-            ]
-            if camera.edge_scatter
-            else []
-        ),
+        *([scatter] if camera.edge_scatter else []),
         f"model_error = {camera.model_error:.3g}  # relative error of the blur radius",
     ]
     for (mark, effective), s in zip(camera.f_numbers.items(), sd[3:], strict=False):
@@ -243,13 +237,3 @@ def camera_toml(calibrated: Calibrated) -> str:
         "]",
     ]
     return "\n".join(lines) + "\n"
-
-
-def _shown(value: Any) -> str:
-    return (
-        {True: "true", False: "false"}[value]
-        if isinstance(value, bool)
-        else f'"{value}"'
-        if isinstance(value, str)
-        else repr(value)
-    )

@@ -115,8 +115,7 @@ def _closest_encoding(curve: NDArray[np.floating], what: str, name: Any) -> Enco
     if known[encoding] > MAX_CURVE_DIFFERENCE:
         warnings.warn(
             f"{printable(name)} states {what}, whose tone curve is neither sRGB nor linear; it is treated as "
-            f"{encoding}: "
-            "convert it to one of them for exact results.",
+            f"{encoding}: convert it to one of them for exact results.",
             FocalGradientWarning,
             stacklevel=2,
         )

@@ -157,9 +157,8 @@ def read_photographs(
         for one in photographs[:number]:
             if np.array_equal(one.luminance, other.luminance):
                 raise InputError(
-                    f"{printable(one.path)} and {printable(other.path)} contain the same picture, pixel for pixel, "
-                    "but depth "
-                    "needs differences in blur: give photographs with different aperture or focus."
+                    f"{printable(one.path)} and {printable(other.path)} contain the same picture, pixel for pixel, but "
+                    "depth needs differences in blur: give photographs with different aperture or focus."
                 )
         (h0, w0), (h, w) = photographs[0].luminance.shape, other.luminance.shape
         if (h0, w0) != (h, w):
@@ -209,8 +208,7 @@ def _flattened(
     if shape != size:
         raise InputError(
             f"flat field {flat} is {shape[1]} x {shape[0]} pixels but {path} is {size[1]} x {size[0]}: record and "
-            "export "
-            "both with the same settings."
+            "export both with the same settings."
         )
     if even.saturated > _SATURATED_WARNING_FRACTION:
         raise InputError(f"flat field {flat} is saturated ({even.saturated:.1%} of its pixels): expose it less.")
@@ -292,8 +290,7 @@ def _warn_of_low_quality(path: Path) -> None:
         warnings.warn(
             f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression removed fine detail that depth "
             "depends on, and the stated uncertainty includes this from quality 90 only: use camera raw files, or "
-            "quality "
-            "95.",
+            "quality 95.",
             FocalGradientWarning,
             stacklevel=3,
         )

@@ -94,9 +94,8 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
         raise InputError(
-            f"{printable(path)} contains pixels that are NaN, infinite or of type {pixels.dtype}, but must contain "
-            "8- or "
-            "16-bit unsigned integers or finite floating-point numbers: repair or convert it."
+            f"{printable(path)} contains pixels that are NaN, infinite or of type {pixels.dtype}, but must contain 8- "
+            "or 16-bit unsigned integers or finite floating-point numbers: repair or convert it."
         )
     return picture_of(pixels, encoding)
 
@@ -229,8 +228,7 @@ def _check_colours(path: Path, encoding: Encoding) -> None:
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
         warnings.warn(
             f"{printable(path)} has the colour profile {name}, but its colours are treated as sRGB: convert it to "
-            "sRGB for "
-            "exact colours.",
+            "sRGB for exact colours.",
             FocalGradientWarning,
             stacklevel=3,
         )
@@ -269,9 +267,8 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
         )
     if values.dtype.kind in "iu" and scale is None:
         raise InputError(
-            f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: "
-            f"give the {named('scale')}, such as 0.001 for millimetres read as metres, or a file of floating-point "
-            "numbers."
+            f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: give the "
+            f"{named('scale')}, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
         )
     return values
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.calibration.robust import fit_terms
+from focalgradient.depth.registration import at_ceiling
 from focalgradient.view import View
 
 __all__ = ["even_out"]
@@ -61,7 +62,7 @@ def _evened(view: View, reference: View) -> View:
         return view
     side = max(1, min(height, width) // BLOCK_COUNT)
     size = (max(1, width // side), max(1, height // side))
-    clipped = [_is_clipped(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
+    clipped = [at_ceiling(v.image) if v.mask is None else ~v.mask for v in (reference, view)]
     scale = view.pixel_angle / reference.pixel_angle  # another focus magnifies the scene's own gradients
 
     def blocks(image: NDArray[Any], scale: float = 1.0, outside: float = 0.0) -> NDArray[np.float32]:
@@ -103,9 +104,3 @@ def _terms(height: int, width: int) -> list[NDArray[np.float64]]:
     across = ((2 * np.arange(width) + 1 - width) / reach)[None]
     fourth = (down**2 + across**2) ** 2
     return [np.ones((1, 1)), down, across, down**2, down * across, across**2, fourth]
-
-
-def _is_clipped(image: NDArray[np.floating]) -> NDArray[np.bool_]:
-    """Return pixels that share the image's maximum, if they are more than expected by chance."""
-    top = image == image.max()
-    return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)

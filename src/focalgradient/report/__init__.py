@@ -22,19 +22,19 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
-from focalgradient.report.choices import chosen, explained
-from focalgradient.report.conditions import ConditionPart
-from focalgradient.report.cube_part import CubePart
-from focalgradient.report.detection import DetectionPart
-from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown, folded
+from focalgradient.report.choices import explained
+from focalgradient.report.conditions import conditions_of_dataset, conditions_of_table
+from focalgradient.report.cube import cube_of_dataset, cube_part
+from focalgradient.report.detection import detection_part
+from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
-from focalgradient.report.rating_part import RatingPart
+from focalgradient.report.ratings import POSTERIOR, rating_part, ratings_of_dataset
 from focalgradient.report.reading import BY, CUBE, LEVELS, RATINGS, SIGNALS, kind_of, refuse_unused
 from focalgradient.report.rules import Stated, as_toml, load_rules
-from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.report.thresholds import thresholds_of_dataset, thresholds_of_table
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import OwnRatings, Rules
 from focalgradient.statistics.bayes import NEEDED
@@ -167,12 +167,12 @@ def make_report(
         steps = asked.scale is not None and analysis_named(asked.scale).whole
         how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
         own = kind.read(files, how | {"steps": steps})
-        problems = [*getattr(own, "problems", ())]
+        problems = [*own.problems]
         found = _Analysed(root.stem, [PARTS[kind.what](own, asked)], problems, [*own.notes], [*own.notices])
     else:
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)
-    applied = {name for part in found.parts for name in part.rules}
+    applied = {name for part in found.parts for name in part.plan.rules}
     _refuse_unused(applied, bound, stated, bayes, found.parts)
     output = Output()
     body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]
@@ -186,22 +186,22 @@ def make_report(
 
         fitted = fitted_observers(found.parts, progress)
     for part in found.parts:
-        body += [Heading(part.title), *folded(part.findings(output))]
+        body += [Heading(part.title), *part.findings(output)]
         body += [block for one in fitted if one.part is part for block in one.findings(output)]
     body.append(Heading("Methods"))
     for part in found.parts:
-        body += [Heading(part.title, 3), *part.methods(output), chosen(part.choices)]
+        body += [Heading(part.title, 3), *part.methods(output)]
         body += [block for one in fitted if one.part is part for block in one.methods()]
-    body += explained([key for part in found.parts for key in part.choices])
+    body += explained([key for part in found.parts for key in part.plan.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
     body += output.tables(provenance(paths, found.parts, applied, asked.used_bound, stated))
     written = _files(found.title, body, output)
-    answers = Answers(tuple(answer for part in found.parts for answer in part.answers()))
+    answers = Answers(tuple(answer for part in found.parts for answer in part.answers))
     written["results.csv"] = safe_csv(answers.frame())
     for part in found.parts:
-        written |= part.exports()
+        written |= part.files
     if applied:
         used = asked.used_bound if "bound" in applied else None
         written["rules.toml"] = as_toml(stated.rules, used, applied).encode()
@@ -226,7 +226,7 @@ def _refuse_unused(
         raise InputError(
             f"{stated.file} has rules for depth ratings and the cube, of which the data contain none: leave it out."
         )
-    if bayes and not any(isinstance(part, RatingPart) and part.posterior for part in parts):
+    if bayes and not any(answer.name == POSTERIOR for part in parts for answer in part.answers):
         raise InputError("bayes is for ratings in ratios or steps, of which the data contain none: leave it out.")
 
 
@@ -251,14 +251,14 @@ def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
     """Analyse ratings by aperture and fixation of the user's own table."""
     asked = replace(asked, scale=Choices() if asked.scale is None and own.choices else asked.scale)
     bound, scale, rules, progress = asked.used_bound, asked.scale, asked.rules, asked.progress
-    return RatingPart.of(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
+    return rating_part(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
 
 
 PARTS: Mapping[str, Callable[[Any, Asked], Part]] = {
-    CUBE: lambda own, asked: CubePart.of(analyse_report_table(own.table, rules=asked.rules)),
-    SIGNALS: lambda own, asked: DetectionPart.of(own),
-    LEVELS: lambda own, asked: ThresholdPart.of(own),
-    BY: lambda own, asked: ConditionPart.of(own, asked.rules),
+    CUBE: lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules)),
+    SIGNALS: lambda own, asked: detection_part(own),
+    LEVELS: lambda own, asked: thresholds_of_table(own),
+    BY: lambda own, asked: conditions_of_table(own, asked.rules),
     RATINGS: _of_ratings,
 }
 """Sections on the user's own table, by its content."""
@@ -271,9 +271,9 @@ def _is_ours(path: Path) -> bool:
 
 
 REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
-    "depthrating": RatingPart.of_dataset,
-    "necker": CubePart.of_dataset,
-    "blurthreshold": ThresholdPart.of_dataset,
+    "depthrating": ratings_of_dataset,
+    "necker": cube_of_dataset,
+    "blurthreshold": thresholds_of_dataset,
 }
 """Parts of the built-in tasks, used instead of `Task.reported`."""
 
@@ -289,7 +289,7 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
             try:
                 task = task_named(name)
                 reported: Callable[..., Part | None] | None = REPORTED.get(name, task.reported)
-                parts.append((reported and reported(root, asked)) or ConditionPart.of_dataset(root, task))
+                parts.append((reported and reported(root, asked)) or conditions_of_dataset(root, task))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

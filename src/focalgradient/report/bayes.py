@@ -4,21 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from focalgradient.plotting.figures import as_files
 from focalgradient.plotting.posteriors import posterior_figure
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import Ratings
-from focalgradient.report.document import Block, Figure, Heading, Notice, Paragraph, Table
-from focalgradient.report.tables import Sheet
+from focalgradient.report.document import Block, Heading, Notice, Paragraph
+from focalgradient.report.parts import Output
+from focalgradient.report.tables import Sheet, listed, sheet
 from focalgradient.scales import Analysis
-from focalgradient.statistics import NotComputed
+from focalgradient.statistics import Interval, NotComputed
 from focalgradient.statistics.bayes import ODDS_BOUND, bayes_depth_rating
 from focalgradient.statistics.posteriors import BayesResult, Posterior
-from focalgradient.statistics.wording import NONE, SPACE, decimals, interval, number, probability
+from focalgradient.statistics.wording import SPACE, decimals, interval, number, probability
 
 __all__ = ["bayes_analysis", "bayes_methods", "bayes_part"]
 
@@ -42,9 +43,7 @@ def bayes_analysis(
     return bayes_depth_rating(part.kept, bound=limit, scale=analysis, progress=progress)
 
 
-def bayes_part(
-    result: BayesResult, sheets: list[Sheet], figures: dict[str, bytes], *, simulated: bool
-) -> Iterator[Block]:
+def bayes_part(result: BayesResult, output: Output, *, simulated: bool) -> Iterator[Block]:
     """Yield sentences, figure and tables."""
     yield Heading("Bayesian analysis", 3)
     for name, found in result.posteriors.items():
@@ -52,21 +51,18 @@ def bayes_part(
             yield Paragraph(f"{WHAT[name]} was not estimated: {found.reason}")
         else:
             yield Paragraph(_sentence(found, result))
-    loose = [name for name, found in result.posteriors.items() if isinstance(found, Posterior) and not found.sound]
-    if loose:
+    fitted = {name: one for name, one in result.posteriors.items() if isinstance(one, Posterior)}
+    if loose := [name for name, one in fitted.items() if not one.sound]:
         yield Notice(
             f"The chains of {', '.join(loose)} have not converged (required: R-hat below 1.01, 400 effective draws and "
             "no divergences): these posteriors are approximate."
         )
-    if any(isinstance(found, Posterior) for found in result.posteriors.values()):
-        drawn = as_files(posterior_figure(result, simulated=simulated))
-        figures |= {f"depth_rating_bayes.{kind}": content for kind, content in drawn.items()}
-        yield Figure("depth_rating_bayes.png", figures["depth_rating_bayes.png"], CAPTION)
-    own = [_posteriors(result), _priors(result)]
-    sheets += [*own, _draws(result)]
-    for sheet in own:
-        if sheet.table:
-            yield sheet.table
+    if fitted:
+        yield output.figure("depth_rating_bayes", posterior_figure(result, simulated=simulated), CAPTION)
+    rows = [[name, str(prior), prior.why] for name, prior in result.priors.items()]
+    priors = listed("depth_rating_priors.csv", "Priors", ["parameter", "prior (of logarithms)", "why"], rows)
+    draws = pd.DataFrame({name: np.asarray(one.draws[::10]) for name, one in fitted.items()})  # for other summaries
+    yield from output.tables([_posteriors(result), priors, Sheet("depth_rating_bayes_draws.csv", None, draws)])
 
 
 def bayes_methods(result: BayesResult) -> str:
@@ -104,38 +100,30 @@ def _probability(share: float) -> str:
     return f">{SPACE}.999" if share > 0.999 else probability(share)
 
 
+COLUMNS = {
+    "depth effect": "{name}",
+    "median": "{ratio.estimate:2}",
+    "95 %": "{ratio:i2}",
+    "p(above 1)": "{above}",
+    "p(within the bound)": "{within}",
+    "SD of subjects": "{found.subjects:3}",
+    "SD of scenes": "{found.scenes:3}",
+    "R-hat": "{found.r_hat:3}",
+    "effective draws": "{found.effective:.0f}",
+    "divergences": "{found.divergences}",
+}
+STORED = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_hat", "effective", "divergences")
+
+
 def _posteriors(result: BayesResult) -> Sheet:
-    rows, digits, notes = [], [], []
+    rows, digits = list[dict[str, Any]](), []
     for name, found in result.posteriors.items():
+        rows.append({"name": name, "found": found})
         if isinstance(found, NotComputed):
-            rows.append([name, *[NONE] * 9])
-            notes.append(f"{NONE}: {found.reason}")
             digits.append({"rise": name, "not_computed": found.reason})
             continue
-        ends = interval(math.exp(found.low), math.exp(found.high), 2)
-        sds = [NONE if sd is None else decimals(sd, 3) for sd in (found.subjects, found.scenes)]
-        chances = [_probability(found.above), _probability(found.within)]
-        check = [decimals(found.r_hat, 3), f"{found.effective:.0f}", str(found.divergences)]
-        rows.append([name, decimals(math.exp(found.median)), ends, *chances, *sds, *check])
-        fields = ("median", "low", "high", "above", "within", "subjects", "scenes", "r_hat", "effective", "divergences")
-        digits.append({"rise": name} | {field: getattr(found, field) for field in fields})
-    header = ["depth effect", "median", "95 %", "p(above 1)", "p(within the bound)", "SD of subjects", "SD of scenes"]
-    header += ["R-hat", "effective draws", "divergences"]
-    file = "depth_rating_bayes.csv"
+        ratio = Interval(math.exp(found.median), math.exp(found.low), math.exp(found.high))
+        rows[-1] |= {"ratio": ratio, "above": _probability(found.above), "within": _probability(found.within)}
+        digits.append({"rise": name} | {field: getattr(found, field) for field in STORED})
     caption = f"Posterior of the depth effects: {result.formula}; bound {number(result.bound)}"
-    return Sheet(file, Table(caption, header, rows, notes, file), pd.DataFrame(digits))
-
-
-def _priors(result: BayesResult) -> Sheet:
-    rows = [[name, str(prior), prior.why] for name, prior in result.priors.items()]
-    header = ["parameter", "prior (of logarithms)", "why"]
-    file = "depth_rating_priors.csv"
-    return Sheet(file, Table("Priors", header, rows, csv=file), pd.DataFrame(rows, columns=header))
-
-
-def _draws(result: BayesResult) -> Sheet:
-    """Return every tenth draw of the effects, for other summaries."""
-    found = {name: each.draws[::10] for name, each in result.posteriors.items() if isinstance(each, Posterior)}
-    return Sheet(
-        "depth_rating_bayes_draws.csv", None, pd.DataFrame({name: np.asarray(each) for name, each in found.items()})
-    )
+    return sheet("depth_rating_bayes.csv", caption, rows, COLUMNS, digits=pd.DataFrame(digits))

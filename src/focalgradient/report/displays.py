@@ -102,35 +102,30 @@ def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | 
     return distance, sd, arcmin, arcmin * relative
 
 
-def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> Sheet | None:
-    """Return a table of the screens, one row each; None if no screen is known."""
+def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> list[Sheet]:
+    """Return a table of the screens, one row each; none if no screen is known."""
     if all(one.arcmin is None for one in seen):
-        return None
-    rows, digits = [], []
+        return []
     matched = any(one.gamma_sd for one in seen)
+    headings = ("distance (cm)", "pixels a degree", "pixel (arcmin)", "gamma")[: 3 + matched]
+    names = ("distance", "cm"), ("pixels_per_degree", ""), ("pixel_arcmin", ""), ("gamma", "")
+    columns = [f"{of}{end}{'_' * bool(unit)}{unit}" for of, unit in names[: 3 + matched] for end in ("", "_sd")]
+    rows, digits = [], []
     for one in seen:
         degree = None if one.arcmin is None else 60 / one.arcmin
         degree_sd = 0.0 if one.arcmin is None else 60 * one.arcmin_sd / one.arcmin**2
         distance = None if one.distance_m is None else 100 * one.distance_m
         values = [(distance, 100 * one.distance_sd_m), (degree, degree_sd), (one.arcmin, one.arcmin_sd)]
-        if matched:
-            values.append((one.gamma, one.gamma_sd))
+        values += [(one.gamma, one.gamma_sd)] * matched
         who = [one.participant_id, one.session, one.place]
         rows.append([*who, *(_with_error(value, sd) for value, sd in values)])
         digits.append([*who, *(part for pair in values for part in pair)])
-    header = ["subject", "session", "place", "distance (cm)", "pixels a degree", "pixel (arcmin)"]
-    names = ["participant_id", "session", "place", "distance_cm", "distance_sd_cm", "pixels_per_degree"]
-    names += ["pixels_per_degree_sd", "pixel_arcmin", "pixel_arcmin_sd"]
-    if matched:
-        header.append("gamma")
-        names += ["gamma", "gamma_sd"]
-    table = pd.DataFrame(digits, columns=names)
     caption = "Screens, first sitting: ± standard error where size and distance were estimated by card and blind spot"
     if matched:
         caption += ", gamma by matching greys (sRGB, for which pictures are made by default, is like 2.2)"
-    return Sheet(
-        f"{name}_screens.csv", Table(caption, header, rows, csv=f"{name}_screens.csv", folded=len(rows) > 12), table
-    )
+    file = f"{name}_screens.csv"
+    table = Table(caption, ["subject", "session", "place", *headings], rows, csv=file, folded=len(rows) > 12)
+    return [Sheet(file, table, pd.DataFrame(digits, columns=["participant_id", "session", "place", *columns]))]
 
 
 def _with_error(value: float | None, sd: float) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import html
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from string import Template
@@ -23,7 +23,6 @@ __all__ = [
     "Table",
     "as_html",
     "as_markdown",
-    "folded",
     "typeset",
 ]
 
@@ -103,29 +102,6 @@ FURTHER = "Checks and further tables"
 """Summary of the folded tables and figures of a section."""
 
 Block = Heading | Paragraph | Links | Anchored | Notice | Table | Figure | Details
-
-
-MOST_TABLES = 2
-"""Number of tables of a section that are shown without folding."""
-
-
-def folded(blocks: Iterable[Block]) -> list[Block]:
-    """Fold all tables after the first of a section with more than `MOST_TABLES`, and the figures after it.
-
-    Examples
-    --------
-    >>> blocks = folded([Table(name, ["N"], [["3"]]) for name in "ABC"] + [Paragraph("A remark.")])
-    >>> [type(block).__name__ for block in blocks]
-    ['Table', 'Paragraph', 'Details']
-    """
-    blocks = list(blocks)
-    tables = [number for number, block in enumerate(blocks) if isinstance(block, Table)]
-    if len(tables) <= MOST_TABLES:
-        return blocks
-    after = blocks[tables[0] + 1 :]
-    further = [block for block in after if isinstance(block, Table | Figure)]
-    shown = [block for block in after if not isinstance(block, Table | Figure)]
-    return [*blocks[: tables[0] + 1], *shown, Details(FURTHER, further)]
 
 
 def as_html(title: str, blocks: Sequence[Block]) -> str:

@@ -25,7 +25,6 @@ __all__ = [
     "catch_answers",
     "changed",
     "criteria",
-    "excluded",
     "exclusions_table",
     "main_results",
     "with_and_without",
@@ -126,17 +125,6 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
         listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
         sentences.append(f"Rules that could not be applied: {listed}.")
     return sentences
-
-
-def excluded(found: Quality, catch: str) -> str:
-    """Describe rules and exclusions for the methods section."""
-    trials = sum(one.trials for one in found.exclusions if not one.whole_subject)
-    unjudged = {one.rule: one.reason for one in found.unjudged}
-    return (
-        f"{' '.join(criteria(found.rules, unjudged, catch))} This left out "
-        f"{many(found.subjects_before - found.subjects_after, 'subject')} and {many(trials, 'single trial')}; the "
-        "recorded data stay as they were. Results are shown with and without exclusions."
-    )
 
 
 EFFECT = "_exclusions_effect.csv"

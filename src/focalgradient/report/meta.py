@@ -19,8 +19,8 @@ from focalgradient.report import Report
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import Output
-from focalgradient.report.provenance import listed
 from focalgradient.report.scene_effects import SCENE_EFFECTS
+from focalgradient.report.tables import listed
 from focalgradient.statistics.meta_analysis import Pooled, random_effects
 from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, p_is
 

@@ -3,23 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import pandas as pd
 
 from focalgradient.observers import ObserverComparison, compare_observers
 from focalgradient.progress import Progress
-from focalgradient.report.cube_part import CubePart
-from focalgradient.report.document import Block, Heading, Notice, Paragraph, Table
+from focalgradient.report.document import Block, Heading, Notice, Paragraph
 from focalgradient.report.observed import Observed, observed_percepts, observed_ratings, observed_thresholds
 from focalgradient.report.parts import Output, Part
-from focalgradient.report.rating_part import RatingPart
-from focalgradient.report.tables import Sheet
-from focalgradient.report.thresholds import ThresholdPart
+from focalgradient.report.tables import Sheet, listed, sheet
 from focalgradient.statistics import NotComputed
-from focalgradient.statistics.wording import decimals, number, probability
+from focalgradient.statistics.wording import decimals, probability
 
 __all__ = ["FittedObservers", "fitted_observers"]
 
@@ -67,50 +63,39 @@ class FittedObservers:
             yield Paragraph(f"{METHOD} {self.observed.method}")
 
     def _comparison(self) -> Sheet:
-        file = f"{self.part.name}_observers.csv"
-        head = ["observer", "parameters", "log likelihood", "AIC", "BIC", "held out", "behind best", "SE", "exceedance"]
-        names, numbers = [one.name for one in self.compared], []
-        for one in self.compared:
-            fit, behind = one.fit, _ahead(self.compared[0], one)
-            numbers.append(
-                [fit.parameters, fit.log_likelihood, fit.aic, fit.bic, one.held_out_total, *behind, one.exceedance]
-            )
-        places = (0, 1, 1, 1, 1, 1, 1, 3)
-        shown = [[name, *map(decimals, row, places)] for name, row in zip(names, numbers, strict=True)]
-        rows = [[name, *row] for name, row in zip(names, numbers, strict=True)]
-        note = "Held out: log likelihood of each person by the fit to all others, summed. Natural logarithms."
-        return Sheet(
-            file, Table("Observers compared", head, shown, (note,), file), pd.DataFrame(rows, columns=pd.Index(head))
-        )
+        rows = [
+            {
+                "observer": one.name,
+                "parameters": one.fit.parameters,
+                "log likelihood": one.fit.log_likelihood,
+                "AIC": one.fit.aic,
+                "BIC": one.fit.bic,
+                "held out": one.held_out_total,
+                **dict(zip(("behind best", "SE"), _ahead(self.compared[0], one), strict=True)),
+                "exceedance": one.exceedance,
+            }
+            for one in self.compared
+        ]
+        shown = {name: f"{{{name}:1}}" for name in rows[0]}
+        shown |= {"observer": "{observer}", "parameters": "{parameters}", "exceedance": "{exceedance:3}"}
+        notes = ["Held out: log likelihood of each person by the fit to all others, summed. Natural logarithms."]
+        return sheet(f"{self.part.name}_observers.csv", "Observers compared", rows, shown, notes=notes)
 
     def _parameters(self) -> Sheet:
-        file = f"{self.part.name}_observer_parameters.csv"
         rows = [
-            (one.name, name, value, one.fit.standard_errors.get(name, math.nan))
+            {"observer": one.name, "parameter": name, "value": value, "SE": one.fit.standard_errors.get(name, math.nan)}
             for one in self.compared
             for name, value in one.fit.values.items()
         ]
-        shown = [[name, parameter, number(value), number(error)] for name, parameter, value, error in rows]
-        head = ["observer", "parameter", "value", "SE"]
-        notes = ("A dash: the likelihood does not determine it.",)
-        return Sheet(
-            file,
-            Table("Parameters of the observers", head, shown, notes, file, folded=True),
-            pd.DataFrame(rows, columns=pd.Index(head)),
-        )
+        shown, notes = {name: f"{{{name}}}" for name in rows[0]}, ["A dash: the likelihood does not determine it."]
+        file = f"{self.part.name}_observer_parameters.csv"
+        return sheet(file, "Parameters of the observers", rows, shown, notes=notes, folded=True)
 
     def _people(self) -> Sheet:
-        file = f"{self.part.name}_observer_people.csv"
         head = ["participant", *(one.name for one in self.compared)]
-        people = sorted(self.compared[0].held_out)
-        numbers = [[one.held_out[person] for one in self.compared] for person in people]
-        shown = [[person, *(decimals(value, 1) for value in row)] for person, row in zip(people, numbers, strict=True)]
-        rows = [[person, *row] for person, row in zip(people, numbers, strict=True)]
-        return Sheet(
-            file,
-            Table("Held-out log likelihood of each person", head, shown, (), file, folded=True),
-            pd.DataFrame(rows, columns=pd.Index(head)),
-        )
+        rows = [[who, *(one.held_out[who] for one in self.compared)] for who in sorted(self.compared[0].held_out)]
+        file = f"{self.part.name}_observer_people.csv"
+        return listed(file, "Held-out log likelihood of each person", head, rows, folded=True)
 
 
 def _ahead(best: ObserverComparison, other: ObserverComparison) -> tuple[float, float]:
@@ -119,15 +104,19 @@ def _ahead(best: ObserverComparison, other: ObserverComparison) -> tuple[float, 
     return float(each.sum()), float(each.std(ddof=1) * math.sqrt(len(each)))
 
 
+OBSERVED: Mapping[str, Callable[..., Observed | NotComputed]] = {
+    "depth_rating": observed_ratings,
+    "necker": observed_percepts,
+    "threshold": observed_thresholds,
+    "blur_threshold": observed_thresholds,
+}
+"""Functions of `Part.observed` that return a section's answers and the observers that can be fitted to them."""
+
+
 def observed_in(part: Part) -> Observed | NotComputed:
-    """Return a section's answers and the observers that can be fitted to them, or the reason why there are none."""
-    match part:
-        case RatingPart():
-            return observed_ratings(part.ratings.kept, part.ratings.analysis)
-        case CubePart():
-            return observed_percepts(part.reports.kept)
-        case ThresholdPart():
-            return observed_thresholds(part.table, part.guess)
+    """Return a section's answers and observers, or the reason why there are none."""
+    if part.name in OBSERVED and part.observed:
+        return OBSERVED[part.name](*part.observed)
     return NotComputed(f"No built-in observer models {part.title!r}; use fit_observer.")
 
 

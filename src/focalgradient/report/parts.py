@@ -1,25 +1,25 @@
-"""Section of a report on one task, as returned by `Task.reported`."""
+"""Section of a report on one task: its plan and results as data, laid out in one order for every task."""
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
-from focalgradient.report.document import Block, Figure, Notice, Paragraph
-from focalgradient.report.exclusions import WITHOUT, both_results
-from focalgradient.report.provenance import listed
-from focalgradient.report.tables import EFFECTS, Sheet
+from focalgradient.report.choices import chosen
+from focalgradient.report.document import FURTHER, Block, Details, Figure, Notice, Paragraph
+from focalgradient.report.exclusions import WITH, WITHOUT, both_results, changed, exclusions_table, with_and_without
+from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, answer_tables, listed, quality_sheets
 from focalgradient.scales import Analysis
-from focalgradient.statistics import NotComputed, Rules
+from focalgradient.statistics import NotComputed, Quality, Rules
 from focalgradient.statistics.effects import BOUND
-from focalgradient.statistics.questions import Answer, Answers
+from focalgradient.statistics.questions import Answer, Answers, Caution
+from focalgradient.statistics.wording import many
 
-__all__ = ["BOUND", "Asked", "Output", "Part"]
+__all__ = ["BOUND", "Asked", "Drawing", "Output", "Part", "Plan"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +52,15 @@ class Asked:
         return BOUND if self.bound is None else self.bound
 
 
+class Drawing(NamedTuple):
+    """Figure of a section: name of its files, caption, function that draws it; True if it is shown folded."""
+
+    name: str
+    caption: str
+    draw: Callable[[], Any]
+    folded: bool = False
+
+
 class Output:
     """Tables and figures of a report, by file, as added by its sections."""
 
@@ -71,65 +80,168 @@ class Output:
         return Figure(f"{name}.png", self.figures[f"{name}.png"], caption)
 
 
-class Part(ABC):
-    """Section of a report on one task, read and analysed."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Plan:
+    """What is stated of a task before data exist, in the words of a paper: its preregistration, and its methods.
 
-    __slots__ = ()
+    Parameters
+    ----------
+    shown
+        Design in sentences; ``{people}`` stands for the subjects.
+    exclusions
+        Exclusion rules, in sentences.
+    hypotheses, outcome
+        Hypotheses and primary outcome; empty for the methods of a table.
+    analysis
+        Analysis, in sentences.
+    rules
+        Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so.
+    choices
+        Methodological choices to be explained: keys of `focalgradient.report.choices`.
+    """
 
-    data: DataSet | None
-    """The data set; None for the user's own table."""
+    shown: str = ""
+    exclusions: Sequence[str] = ()
+    hypotheses: Sequence[str] = ()
+    outcome: str = ""
+    analysis: Sequence[str] = ()
+    rules: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
+
+    def design(self, people: str) -> str:
+        """Return the design in sentences."""
+        return self.shown.replace("{people}", people)
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Part:
+    """Section of a report on one task, read and analysed.
+
+    Parameters
+    ----------
+    title, name
+        Heading, and prefix of the files.
+    plan
+        What was stated before the data.
+    answers
+        All effects, the rows of results.csv.
+    simulated
+        True for simulated observers.
+    sample
+        Sentences on the sample.
+    shown
+        Effects, checks and means that are described and tabled; None: those of `answers`.
+    data
+        The data set; None for the user's own table.
+    quality
+        Data quality and exclusions; None where only trials, or nobody, can be excluded.
+    said
+        Further findings in sentences, after those of the effects.
+    notices
+        Sentences on people and conditions left out, or confounded.
+    remarks
+        Sentences after the table of effects.
+    figures
+        Figures, the first one first.
+    captions
+        Captions of the tables of `answers` by role: EFFECTS, CHECKS, MEANS.
+    sheets
+        Other tables.
+    subsections
+        Functions that yield the blocks of further parts with headings of their own.
+    advice
+        Notices among the methods.
+    files
+        Files for other software by name: all trials as a table, and scripts.
+    observed
+        Arguments of the section's function in `focalgradient.report.observers`: trials analysed, and their analysis.
+    """
+
+    title: str
+    name: str
+    plan: Plan
+    answers: Answers
     simulated: bool
-    """True for simulated observers."""
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """Heading of the section."""
-
-    @property
-    @abstractmethod
-    def name(self) -> str:
-        """Prefix of the section's file names."""
-
-    @property
-    @abstractmethod
-    def choices(self) -> tuple[str, ...]:
-        """Methodological choices to be explained: keys of `focalgradient.report.choices`."""
-
-    @property
-    def rules(self) -> tuple[str, ...]:
-        """Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so."""
-        return ()
-
-    @abstractmethod
-    def findings(self, output: Output) -> Iterator[Block]:
-        """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
-
-    @staticmethod
-    def said(answers: Answers, *roles: str) -> Iterator[Block]:
-        """Yield the findings of some roles (by default the effects) in words; what was not tested as notices."""
-        for answer, text in answers.said(*(roles or EFFECTS)):
-            yield Notice(text) if isinstance(answer.outcome, NotComputed) else Paragraph(text)
-
-    @abstractmethod
-    def answers(self) -> Iterable[Answer]:
-        """Yield all effects, the rows of results.csv."""
-
-    @abstractmethod
-    def methods(self, output: Output) -> Iterator[Block]:
-        """Yield the methods for a paper."""
+    sample: Sequence[str] = ()
+    shown: Answers | None = None
+    data: DataSet | None = None
+    quality: Quality | None = None
+    said: Sequence[str] = ()
+    notices: Sequence[str] = ()
+    remarks: Sequence[str] = ()
+    figures: Sequence[Drawing] = ()
+    captions: Mapping[tuple[str, ...], str] = field(default_factory=dict)
+    sheets: Sequence[Sheet] = ()
+    subsections: Sequence[Callable[[Output], Iterable[Block]]] = ()
+    advice: Sequence[str] = ()
+    files: Mapping[str, bytes] = field(default_factory=dict)
+    observed: tuple[Any, ...] = ()
 
     @property
     def both(self) -> list[tuple[str, Answer]]:
         """Main results with and without exclusions."""
-        answers = [*self.answers()]
-        return both_results(answers, excludes=bool(self.rules) or any(one.role == WITHOUT for one in answers))
+        answers = [*self.answers]
+        excludes = bool(self.plan.rules) or any(one.role == WITHOUT for one in answers)
+        return both_results(answers, excludes=excludes)
 
-    @abstractmethod
-    def exports(self) -> Mapping[str, bytes]:
-        """Return the files for other software by name: all trials as a table, and scripts."""
+    def findings(self, output: Output) -> Iterator[Block]:
+        """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
+        answers = self.answers.of_roles(*EFFECTS, *CHECKS, *MEANS) if self.shown is None else self.shown
+        for answer, text in answers.said(*EFFECTS):
+            yield Notice(text) if isinstance(answer.outcome, NotComputed) else Paragraph(text)
+        checks = answers.sentences(*CHECKS)
+        cautions = [text for text in checks if isinstance(text, Caution)]
+        yield from map(Paragraph, [*self.said, *cautions, *self.sample])
+        yield from map(Notice, self.notices)
+        yield from self._exclusions()
+        figures = [(drawing, output.figure(drawing.name, drawing.draw(), drawing.caption)) for drawing in self.figures]
+        yield from (figure for drawing, figure in figures if not drawing.folded)
+        tables = [table for role in self.captions for table in answer_tables(answers, self.captions[role], role)]
+        sheets = list(self.sheets)
+        if self.quality is not None:
+            tables += [exclusions_table(self.both, self.name)] if self.quality.exclusions else []
+            sheets += quality_sheets(self.quality, self.name)
+        shown = [*tables, *output.tables(sheets)]
+        yield from shown[:1]
+        yield from map(Paragraph, self.remarks)
+        for blocks in self.subsections:
+            yield from blocks(output)
+        further: list[Block] = [Paragraph(text) for text in checks if text not in cautions]
+        further += [figure for drawing, figure in figures if drawing.folded]
+        if further or len(shown) > 2:
+            yield Details(FURTHER, [*further, *shown[1:]])
+        else:
+            yield from shown[1:]
 
-    def design_table(self) -> list[Sheet]:
+    def _exclusions(self) -> Iterator[Block]:
+        """Yield what the results are without exclusions."""
+        if self.quality is not None:
+            yield from with_and_without(self.quality, self.both)
+            return
+        of = {which: [answer for name, answer in self.both if name == which] for which in (WITH, WITHOUT)}
+        if of[WITH]:
+            yield from map(Notice, changed(of[WITH], of[WITHOUT]))
+
+    def methods(self, output: Output) -> Iterator[Block]:
+        """Yield the methods for a paper."""
+        plan, quality, people = self.plan, self.quality, ""
+        exclusions = " ".join(plan.exclusions)
+        if quality is not None:
+            before, model = quality.subjects_before, "computed by a model; no people took part"
+            people = f"{many(before, 'simulated observer')} ({model})" if self.simulated else many(before, "subject")
+            trials = sum(one.trials for one in quality.exclusions if not one.whole_subject)
+            exclusions += (
+                f" This left out {many(before - quality.subjects_after, 'subject')} and "
+                f"{many(trials, 'single trial')}; the recorded data stay as they were. Results are shown with and "
+                "without exclusions."
+            )
+        texts = [plan.design(people), exclusions, plan.outcome, *plan.analysis]
+        yield from map(Paragraph, filter(None, texts))
+        yield from output.tables(self._design())
+        yield from map(Notice, self.advice)
+        yield chosen(plan.choices)
+
+    def _design(self) -> list[Sheet]:
         """Return every setting of the design as a table, with all values if sessions differ."""
         values: dict[str, dict[str, None]] = {}
         for sidecar in {} if self.data is None else self.data.sidecars.values():
@@ -137,6 +249,5 @@ class Part(ABC):
                 text = ", ".join(map(str, value)) if isinstance(value, list) else str(value)
                 values.setdefault(setting, {})[text] = None
         rows = [[setting, "; ".join(text)] for setting, text in values.items()]
-        return (
-            [listed(f"{self.name}_design.csv", "Design", ["setting", "value"], rows, folded=True)] if self.data else []
-        )
+        file = f"{self.name}_design.csv"
+        return [listed(file, "Design", ["setting", "value"], rows, folded=True)] if self.data else []

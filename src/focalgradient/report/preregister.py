@@ -1,33 +1,194 @@
-"""Files of a preregistration, generated from a design in the wording of the later report."""
+"""Preregistrations: the plan of each task's report, without data, with number of subjects and checks of assumptions."""
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from focalgradient.design import load_design
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, load_design
 from focalgradient.errors import InputError
-from focalgradient.power import Model
-from focalgradient.report.document import as_html, as_markdown
-from focalgradient.report.preregister_cube import preregister_cube
-from focalgradient.report.preregister_ratings import preregister_ratings
-from focalgradient.report.preregister_task import preregister_task
-from focalgradient.report.preregister_thresholds import preregister_thresholds
-from focalgradient.report.preregistered import Planned, Preregistered
-from focalgradient.report.rules import Stated
+from focalgradient.power import (
+    CubeModel,
+    LatentModel,
+    Model,
+    Observers,
+    Study,
+    latent_power,
+    power,
+    quick_cube_power,
+    rise_power,
+    run_here,
+)
+from focalgradient.power.own_tasks import planned_of
+from focalgradient.report.conditions import task_plan
+from focalgradient.report.cube import cube_plan, shown_cube
+from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.parts import BOUND, Plan
+from focalgradient.report.ratings import rating_plan, shown_ratings
+from focalgradient.report.rules import MEANING, Stated, as_toml
+from focalgradient.report.thresholds import threshold_plan
+from focalgradient.scales import Analysis, OrdinalSteps
+from focalgradient.statistics.exclusions import (
+    FEW_OF_CONDITION,
+    FEW_PLACES,
+    NO_CATCH,
+    NO_STARTS,
+    NOT_DIFFERENT,
+    NOT_REPEATED,
+)
 from focalgradient.statistics.hypotheses import check_bound
-from focalgradient.tasks import task_named
+from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
+from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
+from focalgradient.statistics.thresholds import ATTENDING
+from focalgradient.tasks import Task, task_named
+from focalgradient.user_tables.tidy import in_order
 
-__all__ = ["preregistration"]
+__all__ = ["Planned", "Preregistered", "preregistration"]
 
-PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
-    "depthrating": preregister_ratings,
-    "necker": preregister_cube,
-    "blurthreshold": preregister_thresholds,
-}
-"""Preregistrations of the built-in tasks, used instead of `Task.preregistered`."""
+SUBJECTS = (6, 8, 10, 12, 16, 20, 24, 30, 40)
+"""Sample sizes of the power analysis."""
+
+EXPERIMENTS = 2000
+"""Number of simulated experiments per sample size."""
+
+TASK_SUBJECTS, TASK_EXPERIMENTS = (6, 10, 16, 24, 40), 200
+"""The same for a user-defined task; the standard error of a power of .5 is then .035."""
+
+WANTED = 0.8
+"""Target power for every hypothesis: Cohen's (1988) convention."""
+
+STOPPING = (
+    "Data are collected until the stated number of subjects is in the analysis, after exclusions; no test is made "
+    "before. For looks in between, state their number and bounds in advance: focalgradient power gives them with "
+    "their error rates."
+)
+AFTERWARDS = "Results are shown with and without exclusions; the file rules.toml holds the rules."
+IN_WORDS = "In the words in which the report will describe it:"
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """Settings of a preregistration.
+
+    Parameters
+    ----------
+    stated
+        Exclusion rules, with the equivalence bound if the file states it.
+    bound
+        Equivalence bound; None if not given.
+    effects
+        Given effects and standard deviations, by the name of their option.
+    ordinal
+        True to analyse the answers as ordinal.
+    seed
+        Random seed of the simulations.
+    """
+
+    stated: Stated
+    bound: float | None = None
+    effects: Mapping[str, float] = field(default_factory=dict)
+    ordinal: bool = False
+    seed: int = 1
+
+    @property
+    def used_bound(self) -> float:
+        """Equivalence bound: the given one, that of the rules, or the default."""
+        return next((one for one in (self.bound, self.stated.bound) if one is not None), BOUND)
+
+
+Powers = Mapping[int, Mapping[str, float]]
+"""Power of each test by number of subjects."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Preregistered:
+    """Contents of a preregistration.
+
+    Parameters
+    ----------
+    about
+        What is preregistered: the title after "Preregistration:".
+    plan
+        Hypotheses, primary outcome, design, exclusions and analysis.
+    subjects
+        Number of subjects with its justification; with `powers`, the assumptions behind them.
+    powers, tests
+        Power of the tests, and what each finds.
+    neutral, failed
+        Outcome-neutral tests, and procedure if assumptions fail, of a Registered Report.
+    stated, judged
+        Exclusion rules, and those that can be applied, for the table.
+    """
+
+    about: str
+    plan: Plan
+    subjects: str
+    neutral: Sequence[str]
+    failed: Sequence[str]
+    powers: Powers = field(default_factory=dict)
+    tests: Mapping[str, str] = field(default_factory=dict)
+    stated: Stated | None = None
+    judged: Sequence[str] = ()
+
+    def blocks(self) -> list[Block]:
+        """Return the document."""
+        plan, has_rules = self.plan, bool(self.plan.rules)
+        return [
+            Heading("Hypotheses"),
+            *map(Paragraph, plan.hypotheses),
+            Heading("Primary outcome"),
+            Paragraph(plan.outcome),
+            Heading("Design"),
+            Paragraph(IN_WORDS),
+            Paragraph(plan.design("Subjects")),
+            Heading("Exclusions"),
+            *map(Paragraph, [*plan.exclusions, *[AFTERWARDS] * has_rules]),
+            *([self._rules()] if has_rules else []),
+            Heading("Analysis"),
+            *map(Paragraph, [IN_WORDS, *plan.analysis]),
+            Heading("Number of subjects"),
+            Paragraph(self._enough() if self.powers else self.subjects),
+            *([self._power()] if self.powers else []),
+            Heading("Registered Report"),
+            Heading("Outcome-neutral tests", 3),
+            Paragraph("They show that the data can answer the question, whatever the answer; they look at no effect."),
+            *map(Paragraph, self.neutral),
+            Heading("Stopping rule", 3),
+            Paragraph(STOPPING),
+            Heading("Where assumptions fail", 3),
+            *map(Paragraph, self.failed),
+        ]
+
+    def _rules(self) -> Table:
+        """Return a table of the applicable rules, with the numbers on which they depend."""
+        assert self.stated is not None
+        needed = {"lapse_factor": "lapses", "catch_factor": "catch_passed", "catch_share": "catch_passed"}
+        rows = []
+        for name in self.judged:
+            if needed.get(name, name) in self.judged:
+                value = getattr(self.stated.rules, name)
+                rows.append([name, "none" if value is None else str(value), MEANING[name].split("; false")[0]])
+        return Table("Rules", ["rule", "value", "meaning"], rows)
+
+    def _enough(self) -> str:
+        """Return the smallest sample size with sufficient power for each hypothesis, and the assumptions."""
+        enough = [number for number, found in self.powers.items() if min(found.values()) >= WANTED]
+        number = f"None of the numbers tried reaches a power of {WANTED:.0%} for each hypothesis"
+        if enough:
+            number = (
+                f"{enough[0]} subjects are the fewest of those tried with a power of {WANTED:.0%} or more for each "
+                "hypothesis"
+            )
+        return f"{number}, {self.subjects} These are assumptions: state your own effect."
+
+    def _power(self) -> Table:
+        there = [test for test in self.tests if test in next(iter(self.powers.values()))]
+        rows = [[str(subjects), *(f"{found[test]:.0%}" for test in there)] for subjects, found in self.powers.items()]
+        header = ["subjects", *(self.tests[test] for test in there)]
+        return Table("Share of simulated experiments that find", header, rows)
 
 
 def preregistration(
@@ -78,9 +239,242 @@ def preregistration(
         )
     preregistered: Callable[..., Preregistered | None] | None = PREREGISTERED.get(task.name, task.preregistered)
     text = (preregistered and preregistered(design, asked)) or preregister_task(task, design, asked)
-    blocks = text.blocks()
+    title, blocks, rules = f"Preregistration: {text.about}", text.blocks(), text.plan.rules
     files = {
-        "preregistration.html": as_html(text.title, blocks).encode(),
-        "preregistration.md": as_markdown(text.title, blocks).encode(),
+        "preregistration.html": as_html(title, blocks).encode(),
+        "preregistration.md": as_markdown(title, blocks).encode(),
     }
-    return files | ({"rules.toml": text.rules_file.encode()} if text.rules_file else {})
+    if rules:
+        files["rules.toml"] = as_toml(stated.rules, asked.used_bound if "bound" in rules else None, rules).encode()
+    return files
+
+
+def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregistered:
+    """Write the preregistration of depth ratings.
+
+    Raises
+    ------
+    InputError
+        If a setting does not apply to the scale, or the design has no pinhole as reference.
+    """
+    scale, fixations, settings = design.response_scale, in_order(design.fixations), design.model_dump()
+    analysis = scale.analysis
+    if asked.ordinal and not isinstance(analysis, OrdinalSteps):
+        raise InputError(
+            f"ordinal is for answers in steps, but the design has scale = {design.scale!r}: set scale = 'steps'."
+        )
+    if analysis.ratios and "pinhole" not in design.apertures:
+        raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
+    unjudged = _unjudged(design, asked.stated)
+    plan = rating_plan(
+        *(analysis, settings, fixations, len(design.scenes)),
+        shown=shown_ratings(settings, scale.reported or scale.answered),
+        rules=asked.stated.rules,
+        unjudged=unjudged,
+        bound=asked.used_bound,
+        further=[CONFIDENCE_METHOD] * design.confidence,
+    )
+    assumed, powers = (_ratios if analysis.ratios else _latent)(design, asked)
+    first, rest = fixations[0], " and ".join(fixations[1:])
+    skipped = {"bound", *unjudged, *(() if analysis.ratios else ("catch_factor",))}
+    return Preregistered(
+        about="depth ratings by aperture and fixation",
+        plan=plan,
+        subjects=assumed,
+        powers=powers,
+        tests={
+            "near_rise": f"{first}: rises with blur",
+            "far_equivalent": f"{rest}: equivalent to zero",
+            "interaction": f"{first} rises more than {rest}",
+        },
+        neutral=_neutral(design, analysis),
+        failed=[FAILED_RATIOS if analysis.ratios else FAILED_OTHERS],
+        stated=asked.stated,
+        judged=[name for name in plan.rules if name not in skipped],
+    )
+
+
+FAILED_RATIOS = (
+    "Where subjects’ effects are not normally distributed, the test stated above still decides, and the bootstrap-t is "
+    "reported beside it. The report draws the subjects’ own effects and the residuals by normal quantiles."
+)
+FAILED_OTHERS = (
+    "Where the model does not converge, or cannot be fitted, the hypothesis is reported as not tested, with the "
+    "reason; no other model takes its place. The report draws the subjects’ own slopes and the residuals by normal "
+    "quantiles."
+)
+
+
+def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
+    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give."""
+    reasons = {}
+    trials = len(design.scenes) * design.repetitions
+    analysis = design.response_scale.analysis
+    if not design.catch_trials:
+        reasons["catch_passed"] = NO_CATCH
+    if not analysis.ratios:
+        reasons |= {"repeat_factor": analysis.no_ratios, "lapses": analysis.no_ratios}
+    if analysis.ratios and design.repetitions < 2:
+        reasons["repeat_factor"] = NOT_REPEATED
+    if analysis.ratios and trials < 3:
+        reasons["lapses"] = FEW_OF_CONDITION
+    if analysis.binary and design.catch_trials < MIN_ANSWERS:
+        reasons["same_answer"] = NOT_DIFFERENT
+    if analysis.binary or design.answer == "typed":
+        reasons["first_press"] = NO_STARTS
+    elif trials * len(design.apertures) * len(design.fixations) < MIN_STARTS:
+        reasons["first_press"] = FEW_PLACES
+    return {name: reason for name, reason in reasons.items() if getattr(stated.rules, name) is not None}
+
+
+def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
+    """Return the outcome-neutral tests, which show whether the data can answer the question."""
+    tests = []
+    if design.catch_trials:
+        tests.append("Catch trials whose right answer is known are passed as the rules above ask.")
+    if analysis.ratios and design.repetitions > 1:
+        tests.append("Repeated ratings of one picture agree within the spread that the rules above allow.")
+    tests.append("Answers to pictures that differ whatever blur does (the scenes) are not all the same.")
+    tests.append(
+        "Fewer than 5 % of the trials have dropped frames, and the recorded apertures are those of the design."
+    )
+    return tests
+
+
+def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
+    """Return the assumptions about ratios in words, and the power of their tests."""
+    model = Model(**asked.effects)
+    powers = {number: rise_power(model, design, asked.used_bound, number, EXPERIMENTS) for number in SUBJECTS}
+    far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
+    assumed = (
+        f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean depth "
+        f"effect of {model.effect:g} with the first object in focus{far} (ratios), standard deviations of the log "
+        f"depth effect of {model.between:g} over subjects and {model.between_scenes:g} over scenes, of one log rating "
+        f"of {model.noise:g}."
+    )
+    return assumed, powers
+
+
+def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
+    """Return the assumptions about ordinal answers or choices in words, and the power of their tests."""
+    latent = LatentModel(**asked.effects)
+    far = "" if len(design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
+    assumed = (
+        "by simulated experiments with 8 and 24 subjects, analysed as above, none excluded, whose standard errors give "
+        f"those of other numbers. Assumed: a ratio of the odds of a higher answer of {latent.effect:g} at the largest "
+        f"aperture with the first object in focus{far}, standard deviations of its logarithm of {latent.between:g} "
+        f"over subjects and {latent.between_scenes:g} over scenes."
+    )
+    return assumed, latent_power(Study(latent, design), SUBJECTS)
+
+
+def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
+    """Write the preregistration of reports on the cube.
+
+    Raises
+    ------
+    InputError
+        If the design contains no comparison.
+    """
+    model, rules = CubeModel(**asked.effects), asked.stated.rules
+    study = Study(model, design)
+    unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
+    largest = max(design.strengths_mm)
+    plan = cube_plan(shown_cube(design.model_dump()), rules, unjudged, design.gradients, largest)
+    return Preregistered(
+        about="the turning Necker cube and focal gradients",
+        plan=plan,
+        subjects=f"by {EXPERIMENTS:,} simulated experiments each, drawn from one pool of 400 simulated people and "
+        "analysed as above (paired t-tests, the primary one uncorrected, Holm’s p for the others), none excluded. "
+        f"Assumed: a ratio of odds of {model.effect:g} at the largest aperture, its standard deviation over subjects "
+        f"(of its logarithm) of {model.between:g}, a nonrigid share of {model.nonrigid:g} without blur, and durations "
+        "as 22 people reported of a lattice.",
+        powers=quick_cube_power(study, SUBJECTS, EXPERIMENTS),
+        tests=study.tests,
+        neutral=[
+            "The truly nonrigid cube of the catch trials is reported so, as the rules above ask.",
+            "Without a gradient both readings are reported: neither takes less than 2 % of the time over all subjects.",
+            "Keys are held for more of the time than the rules above ask.",
+        ],
+        failed=[
+            "The test rests on normally distributed changes of the log odds over subjects. No other test of this "
+            "hypothesis is made; shares of time only describe.",
+            "Where a subject reports neither reading in a condition, its change is missing, and is not replaced.",
+        ],
+        stated=asked.stated,
+        judged=[name for name in plan.rules if name not in unjudged],
+    )
+
+
+def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Preregistered:
+    """Write the preregistration of thresholds of blur, or of depth from blur.
+
+    Raises
+    ------
+    InputError
+        If an effect is given, as no hypothesis is tested.
+    """
+    if asked.effects:
+        raise InputError(f"effect is for hypothesis tests, but {design.task} has none: leave it out.")
+    return Preregistered(
+        about=f"thresholds {'of blur' if design.judged == 'blur' else 'of depth from blur'}",
+        plan=threshold_plan(design.model_dump()),
+        subjects="State the number of participants and its reason: no test is made, but focalgradient power "
+        "blur-threshold gives how precisely a number of them determines the mean.",
+        neutral=[
+            f"Participants answer {ATTENDING:.0%} or more of the catch trials, at the greatest level, correctly.",
+            "The levels reach beyond the thresholds: no interval of a threshold reaches an end of the levels.",
+        ],
+        failed=[
+            "Where a psychometric function cannot be fitted, or its interval reaches an end of the levels, the report "
+            "names the participant; the mean is over those with a fitted function.",
+        ],
+    )
+
+
+PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
+    "depthrating": preregister_ratings,
+    "necker": preregister_cube,
+    "blurthreshold": preregister_thresholds,
+}
+"""Preregistrations of the built-in tasks, used instead of `Task.preregistered`."""
+
+
+def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
+    """Write the preregistration of a user-defined task.
+
+    Raises
+    ------
+    InputError
+        If an effect is given, which only the task's simulated observer defines.
+    """
+    if asked.effects:
+        raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
+    tests, powers, named = planned_of(task, design), dict[int, Mapping[str, float]](), dict[str, str]()
+    settings = design.model_dump(mode="json")
+    subjects = "State the number of subjects and its reason: the task has no simulated observer."
+    if not tests:
+        subjects = "State the number of subjects and its reason: no test is made whose power would give it."
+    elif task.simulates:
+        study = Study(Observers(task), design, seed=asked.seed)
+        powers = {one.subjects: one.found for one in power(run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS))}
+        named = dict(study.tests)
+        subjects = (
+            f"by {TASK_EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
+            "Their effect is that of the observer in the task’s class."
+        )
+    neutral = "The design has no catch trials; state which trials show that participants attended."
+    if catches := settings.get("catch_trials"):
+        neutral = f"Catch trials ({catches}) are answered as their trials ask."
+    return Preregistered(
+        about=task.title,
+        plan=task_plan(task, settings, tests, task.factors(design)),
+        subjects=subjects,
+        powers=powers,
+        tests=named,
+        neutral=[neutral],
+        failed=[
+            "The tests rest on normally distributed effects of the subjects, and stay those that decide. State here "
+            "what else is reported where they are not."
+        ],
+    )

@@ -11,16 +11,13 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Protocol
 
-import pandas as pd
-
 from focalgradient.dataset import DataSet, Files
 from focalgradient.dataset.bids import read_description
 from focalgradient.files import read_bytes
-from focalgradient.report.document import Table
 from focalgradient.report.rules import Stated
-from focalgradient.report.tables import Sheet
+from focalgradient.report.tables import Sheet, listed
 
-__all__ = ["listed", "provenance"]
+__all__ = ["provenance"]
 
 PACKAGES = ("focalgradient", "numpy", "scipy", "pandas", "matplotlib")
 """Packages that every report imports, whose versions are listed."""
@@ -36,21 +33,6 @@ class Analysed(Protocol):
     def data(self) -> DataSet | None:
         """The data set; None for the user's own table."""
         ...
-
-
-def listed(
-    file: str, caption: str, header: list[str], rows: Sequence[Sequence[str | float | None]], *, folded: bool = False
-) -> Sheet:
-    """Return a table of texts and numbers: the numbers rounded for display, and as they are in the file."""
-    shown = [[_cell(value) for value in row] for row in rows]
-    stored = pd.DataFrame(rows, columns=pd.Index(header))
-    return Sheet(file, Table(caption, header, shown, csv=file, folded=folded), stored)
-
-
-def _cell(value: str | float | None) -> str:
-    if value is None or value != value:
-        return ""
-    return f"{value:.4g}".replace("-", "−") if isinstance(value, float) else str(value)
 
 
 def provenance(

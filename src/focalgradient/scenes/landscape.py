@@ -85,7 +85,7 @@ class Land:
             place, self.seed + key, coarsest=coarsest, finest=np.minimum(finest, coarsest), roughness=roughness
         )
 
-    def mesh(self, field: float) -> Mesh:
+    def mesh(self, field: float, *, texels: int = 1200) -> Mesh:
         """Return the ground visible in a frame `field` wide (a tangent), with a margin on both sides."""
 
         def places(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
@@ -100,7 +100,7 @@ class Land:
 
         x, z, finest = places(480, 481)
         points = np.stack([x, self.eye - self.height(x, z, 4 * finest), z], axis=-1)
-        x, z, finest = places(1200, 1200)
+        x, z, finest = places(texels, texels)
         return sheet(points, self._paint(x, z, finest), smooth=False)
 
     def _paint(

@@ -390,8 +390,9 @@ def cube_questions(
         r_code=ODDS_R,
     )
     outcome = (
-        "The log odds of the nonrigid reading (its time over that of the rigid reading): those with blur that agrees "
-        f"with the {first} reading ({largest_mm:g} mm) less those without blur, one value for each subject."
+        "The primary outcome is the log odds of the nonrigid reading (its time over that of the rigid reading) with "
+        f"blur that agrees with the {first} reading ({largest_mm:g} mm) less those without blur, one value for each "
+        "subject."
     )
     return Analysis(
         [asked],

@@ -153,7 +153,7 @@ class Task(Generic[Design, Trial, Answer]):
     asked; None: the means of each condition, the tests, a figure by factor, and all trials as CSV.
     """
     preregistered: Callable[..., Any] | None = None
-    """Return the text of a preregistration (`focalgradient.report.preregistered.Preregistered`), from design and asked;
+    """Return the text of a preregistration (`focalgradient.report.preregister.Preregistered`), from design and asked;
     None: the planned tests, with their power if the task has simulated observers.
     """
     study: Callable[..., Any] | None = None
