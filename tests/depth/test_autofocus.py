@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import DepthMap, InputError, Lens, View, recover_depth
-from focalgradient.depth.autofocus.peaks import peaks
+from focalgradient.depth.autofocus.estimate import peaks
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import slant
 

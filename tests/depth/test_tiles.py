@@ -7,7 +7,7 @@ import pytest
 from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.equalise import outlines, tiles
+from focalgradient.depth.equalise import outlines, parts
 from focalgradient.psf import transfer
 
 PIXEL = 3.2e-4
@@ -29,7 +29,7 @@ def wall(shape: tuple[int, int], distance: float = 1.3) -> list[View]:
 
 def test_tiles_cover_the_frame_once():
     seen = np.zeros((1003, 4001), int)
-    for tile in tiles.tiles(seen.shape, 5):
+    for tile in parts.tiles(seen.shape, 5):
         seen[tile.core] += 1
         assert all(part.start % 5 == 0 for part in (*tile.core, *tile.outer))
     assert (seen == 1).all()
@@ -38,20 +38,20 @@ def test_tiles_cover_the_frame_once():
 def test_a_frame_by_tiles_is_as_whole(monkeypatch):
     views = wall((330, 640))
     whole = recover_depth(views, near=0.85, noise=0.01)
-    monkeypatch.setattr(tiles, "CORE", 330)
+    monkeypatch.setattr(parts, "CORE", 330)
     said: list[tuple[float, str]] = []
-    parts = recover_depth(views, near=0.85, noise=0.01, progress=lambda share, words: said.append((share, words)))
+    tiled = recover_depth(views, near=0.85, noise=0.01, progress=lambda share, words: said.append((share, words)))
     assert any("tile 2 of 2" in words for _, words in said)
     assert [share for share, _ in said] == sorted(share for share, _ in said)
-    off = np.abs(parts.vergence - whole.vergence) / whole.vergence_sd
+    off = np.abs(tiled.vergence - whole.vergence) / whole.vergence_sd
     seam = off[:, 300:340][whole.valid[:, 300:340]]
     assert np.median(seam) <= 0.1
-    assert (parts.valid == whole.valid).mean() > 0.98
+    assert (tiled.valid == whole.valid).mean() > 0.98
     # Across the seam depth does not jump by more than it does elsewhere.
-    jump = np.abs(np.diff(parts.vergence, axis=1)) / parts.vergence_sd[:, 1:]
+    jump = np.abs(np.diff(tiled.vergence, axis=1)) / tiled.vergence_sd[:, 1:]
     assert np.median(jump[:, 319]) <= 0.1
-    error = np.abs(parts.vergence - 1 / 1.3) / parts.vergence_sd
-    assert (error[parts.valid] < 2).mean() == pytest.approx(0.95, abs=0.06)
+    error = np.abs(tiled.vergence - 1 / 1.3) / tiled.vergence_sd
+    assert (error[tiled.valid] < 2).mean() == pytest.approx(0.95, abs=0.06)
 
 
 @pytest.mark.slow
@@ -59,17 +59,17 @@ def test_depth_about_an_outline_is_the_same_from_the_part_of_the_frame_about_it(
     near, far = wall((200, 1000), 1.1), wall((200, 1000), 1.6)
     left = np.arange(1000) < 400
     views = [View(np.where(left, a.image, b.image), a.optics, PIXEL) for a, b in zip(near, far, strict=True)]
-    made: list[list[tiles.Tile]] = []
+    made: list[list[parts.Tile]] = []
 
     def tiles_about(*given):
-        made.append(tiles.tiles_about(*given))
+        made.append(parts.tiles_about(*given))
         return made[-1]
 
     monkeypatch.setattr(outlines, "tiles_about", tiles_about)
     part = recover_depth(views, near=0.85, noise=0.01)
     (tile,) = made[-1]
     assert tile.outer[1].stop - tile.outer[1].start < 400
-    monkeypatch.setattr(tiles, "MUCH", 0)
+    monkeypatch.setattr(parts, "MUCH", 0)
     whole = recover_depth(views, near=0.85, noise=0.01)
     assert made[-1][0].outer == (slice(0, 200), slice(0, 1000))
     assert part.details["outlines"]

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient import FocalGradientWarning, Lens, View, recover_depth
-from focalgradient.depth.equalise import tiles
+from focalgradient.depth.equalise import parts
 from focalgradient.depth.noise import NoiseLaw, noise_law
 from focalgradient.psf import transfer
 
@@ -71,13 +71,13 @@ def test_noise_that_is_given_is_even():
 def test_tiles_take_the_law_of_the_frame(monkeypatch):
     seen = views(waves(30), 0.02, photons=True)
     whole = recover_depth(seen, near=0.86, far=2.4)
-    monkeypatch.setattr(tiles, "CORE", SIDE // 2)
-    parts = recover_depth(seen, near=0.86, far=2.4)
-    law, other = (depth.details["noise_by_brightness"]["share"] for depth in (whole, parts))
+    monkeypatch.setattr(parts, "CORE", SIDE // 2)
+    tiled = recover_depth(seen, near=0.86, far=2.4)
+    law, other = (depth.details["noise_by_brightness"]["share"] for depth in (whole, tiled))
     assert abs(law - other) < 0.2
-    both = whole.valid & parts.valid
+    both = whole.valid & tiled.valid
     assert both.mean() > 0.85
-    apart = np.abs(whole.vergence - parts.vergence)[both] / whole.vergence_sd[both]
+    apart = np.abs(whole.vergence - tiled.vergence)[both] / whole.vergence_sd[both]
     assert np.median(apart) < 0.3
 
 

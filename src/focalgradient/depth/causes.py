@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.optics_check import likelier_slip
+from focalgradient.depth.equalise.alternatives import likelier_slip
 from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem

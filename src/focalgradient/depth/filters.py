@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy import fft, sparse
+from scipy import fft, sparse, special
 
 from focalgradient.depth.scene_law import SCENE_SLOPE
 from focalgradient.parallel import share_rows
@@ -25,6 +25,7 @@ __all__ = [
     "Frequencies",
     "Spectra",
     "disc_pass",
+    "independent_samples",
     "mean_in_squares",
     "mirrored_spectra",
     "natural_levels",
@@ -231,6 +232,20 @@ def natural_power(level: float, frequencies: Frequencies = ROUND) -> FloatArray:
 def mean_in_squares(image: Image, side: int) -> Image:
     """Return the mean over the square of `side` pixels about each pixel, odd, of an image mirrored at its borders."""
     return np.asarray(cv2.blur(image, (side, side), borderType=cv2.BORDER_REFLECT), np.float32)
+
+
+def independent_samples(spectrum: FloatArray, side: int) -> FloatArray:
+    """Return the number of independent samples, in a square of `side` pixels, of noise with power `spectrum` (L x F).
+
+    Noise confined to few frequencies repeats itself over the square and averages out less than white noise does.
+    """
+    lag = np.hypot(*np.mgrid[1 - side : side, 1 - side : side])
+    lags, index = np.unique(lag, return_inverse=True)
+    correlation = spectrum @ special.j0(2 * np.pi * RADII[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
+    ramp = (side - np.abs(np.arange(1 - side, side))) / side**2
+    overlap = np.bincount(index.ravel(), np.outer(ramp, ramp).ravel())
+    samples: FloatArray = 1 / (correlation**2 @ overlap)
+    return samples
 
 
 def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> NDArray[np.complex64]:

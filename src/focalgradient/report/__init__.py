@@ -167,7 +167,7 @@ def make_report(
         steps = asked.scale is not None and analysis_named(asked.scale).whole
         how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
         own = kind.read(files, how | {"steps": steps})
-        problems = [*getattr(own, "problems", ())]
+        problems = [*own.problems]
         found = _Analysed(root.stem, [PARTS[kind.what](own, asked)], problems, [*own.notes], [*own.notices])
     else:
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})

@@ -121,7 +121,7 @@ def explained_table(
     return [
         f"{source.name}: {len(source.cells):,} rows, taken for {len(found.table):,} {kind.what}{varied}",
         *_columns(source, found.table if is_wide and "rating" not in source.columns else None),
-        *getattr(found, "problems", ()),
+        *found.problems,
         *found.notices,
         *found.notes,
     ]

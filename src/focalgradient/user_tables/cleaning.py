@@ -54,23 +54,23 @@ def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
     for role, noun in (("participant_id", "participant"), ("scene", "scene")):
         if role not in table:
             continue
-        names = [str(one) for one in table[role].unique()]
-        others = [one for one in names if not is_summary(one)]
-        found = {one for one in names if is_summary(one, others)}
-        doubtful = {one for one in names if maybe_summary(one)}
-        if role == "scene" and len(found) == len(names):
+        names = [str(name) for name in table[role].unique()]
+        others = [name for name in names if not is_summary(name)]
+        summaries = {name for name in names if is_summary(name, others)}
+        doubtful = {name for name in names if maybe_summary(name)}
+        if role == "scene" and len(summaries) == len(names):
             continue
-        if found:
-            found |= doubtful
+        if summaries:
+            summaries |= doubtful
         elif doubtful:
             notices.append(f"{', '.join(sorted(doubtful))} is taken for the name of a {noun}, not for a summary.")
-        summaries = table[role].isin(found)
-        if summaries.any():
+        is_left_out = table[role].isin(summaries)
+        if is_left_out.any():
             notices.append(
-                f"Rows of summaries were left out, where the {noun} is {', '.join(sorted(found))}: "
-                f"{rows_named(table, summaries)}."
+                f"Rows of summaries were left out, where the {noun} is {', '.join(sorted(summaries))}: "
+                f"{rows_named(table, is_left_out)}."
             )
-            table = table[~summaries]
+            table = table[~is_left_out]
     return table
 
 
@@ -152,7 +152,7 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
             continue
         if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]], shown) < MAX_CHANCE:
             left_out[rows[half:]] = True
-            who = " ".join(str(one) for one in np.atleast_1d(np.array(key, dtype=object))).strip()
+            who = " ".join(str(label) for label in np.atleast_1d(np.array(key, dtype=object))).strip()
             again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
             copy = rows_named(table, again)
             notices.append(f"Participant {who} appears twice with identical answers; {copy} were dropped.")
@@ -202,7 +202,7 @@ def _without_other_names(
                 continue
             others = np.delete(values, same, axis=0)
             agree = (others == values[same[0]]).mean(axis=1)
-            whose = [names[one] for one in same]
+            whose = [names[place] for place in same]
             copied = table["participant_id"].isin(whose[1:])
             rows = table[table["participant_id"] == whose[0]]
             pairs = len(values) * (len(values) - 1) / 2

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import pandas as pd
@@ -15,7 +15,7 @@ from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column
-from focalgradient.user_tables.source import Source, Where, completed, found_columns
+from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, found_columns
 from focalgradient.user_tables.trials import numbered
 
 __all__ = ["OwnConditions", "holds_conditions", "read_conditions"]
@@ -37,26 +37,21 @@ MOST_LEVELS = 50
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnConditions:
+class OwnConditions(ImportedAnswers):
     """Imported ratings with their conditions.
+
+    The columns are participant_id, rating, catch, kind, the conditions, and scene if there is one.
 
     Parameters
     ----------
-    table
-        One row per trial: participant_id, rating, catch, kind, the conditions, and scene if there is one.
     conditions
         Columns of the conditions, each with its levels in ascending order, or in the order of the file.
     log
         True if all ratings are above 0 and are analysed on their logarithm.
-    notes, notices
-        As in `focalgradient.statistics.OwnRatings`.
     """
 
-    table: pd.DataFrame
-    conditions: Mapping[str, Sequence[Any]]
-    log: bool
-    notes: tuple[str, ...]
-    notices: tuple[str, ...] = ()
+    conditions: Mapping[str, Sequence[Any]] = field(default_factory=dict)
+    log: bool = False
 
 
 def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
@@ -141,7 +136,7 @@ def read_conditions(
     table = source.with_catch(table, note=False)
     table = completed(numbered(source, table, [*(["scene"] if "scene" in table else []), *theirs]), "kind")
     log = bool((table["rating"] > 0).all()) and not (steps or order)
-    return OwnConditions(table, levels, log, tuple(source.notes), tuple(source.notices))
+    return OwnConditions.of(source, table, conditions=levels, log=log)
 
 
 def _numeric_levels(source: Source, values: pd.Series[float]) -> list[float]:

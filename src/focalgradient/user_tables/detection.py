@@ -11,7 +11,7 @@ from focalgradient.errors import InputError
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import DETECTION
-from focalgradient.user_tables.source import Source, Where, columns_like, completed, folded
+from focalgradient.user_tables.source import ImportedAnswers, Source, Where, columns_like, completed, folded
 
 __all__ = ["OwnDetection", "read_detection"]
 
@@ -20,24 +20,19 @@ MOST_STEPS = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnDetection:
+class OwnDetection(ImportedAnswers):
     """Imported detection data, in the form that `focalgradient.statistics.detection_by_person` accepts.
+
+    The columns are participant_id, session, condition, signal, answer, catch, kind, and optionally confidence from 1
+    (lowest) to `steps`.
 
     Parameters
     ----------
-    table
-        One row per trial: participant_id, session, condition, signal, answer, catch, kind, and optionally confidence
-        from 1 (lowest) to `steps`. The index contains file and row.
     steps
         Number of confidence steps; 0 without confidence.
-    notes, notices
-        As in `focalgradient.statistics.OwnThresholds`.
     """
 
-    table: pd.DataFrame
-    steps: int
-    notes: tuple[str, ...]
-    notices: tuple[str, ...] = ()
+    steps: int = 0
 
 
 def read_detection(
@@ -89,7 +84,7 @@ def read_detection(
     table = completed(source.with_catch(table), "session", "condition", "kind")
     kept = ["participant_id", "session", "condition", "signal", "answer", "catch", "kind"]
     kept += ["confidence"] * bool(steps)
-    return OwnDetection(table[kept].copy(), steps, tuple(source.notes), tuple(source.notices))
+    return OwnDetection.of(source, table[kept].copy(), steps=steps)
 
 
 def _in_steps(source: Source, table: pd.DataFrame, order: Sequence[str]) -> tuple[pd.DataFrame, int]:

@@ -59,7 +59,7 @@ _SUMMARIES = (
     "平均|平均值|平均値|合计|合計|总计|總計|总和|標準偏差|标准差|標準差|中央値|中位数|평균|합계|총합계|표준편차|중앙값|"
     "المتوسط|المجموع|ממוצע|סך הכל"
 )
-SUMMARIES = frozenset(unicodedata.normalize("NFKC", one).casefold() for one in _SUMMARIES.split("|"))
+SUMMARIES = frozenset(unicodedata.normalize("NFKC", name).casefold() for name in _SUMMARIES.split("|"))
 """Names of summary rows (means, sums, standard deviations), in lower case, in several languages."""
 
 AMBIGUOUS_SUMMARIES = frozenset(
@@ -77,7 +77,7 @@ def clean(text: str) -> str:
     if text.isascii() and text.isprintable() and "  " not in text and text == text.strip():
         return text
     plain = unicodedata.normalize("NFKC", text)
-    visible = "".join(one for one in plain if unicodedata.category(one) not in ("Cf", "Cc") or one.isspace())
+    visible = "".join(sign for sign in plain if unicodedata.category(sign) not in ("Cf", "Cc") or sign.isspace())
     return " ".join(visible.split()).translate(DASHES)
 
 
@@ -94,9 +94,9 @@ def stem_of(header: str) -> str:
 def same_name(name: str) -> str:
     """Return a canonical form that all spelling variants of a name share.
 
-    >>> {same_name(one) for one in ("SUB-01 ", "sub-01", "1", "01", "1.0", "Sub_1")}
+    >>> {same_name(name) for name in ("SUB-01 ", "sub-01", "1", "01", "1.0", "Sub_1")}
     {'1'}
-    >>> [same_name(one) for one in ("S1", "S10", "s-01", "1-1", "0.5", "Аnna")]
+    >>> [same_name(name) for name in ("S1", "S10", "s-01", "1-1", "0.5", "Аnna")]
     ['s1', 's10', 's1', '1-1', '0.5', 'anna']
     """
     found = clean(name).casefold().translate(LOOKALIKES)
@@ -123,7 +123,7 @@ def is_summary(name: str, others: Iterable[str] = ()) -> bool:
         return True
     first, _, rest = bare.partition(" ")
     start, _, last = bare.rpartition(" ")
-    known = {same_name(one) for one in others}
+    known = {same_name(other) for other in others}
     return (first in SUMMARIES and same_name(rest) in known) or (last in SUMMARIES and same_name(start) in known)
 
 
@@ -149,7 +149,7 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
     if numbers[-1] - numbers[0] == len(numbers) - 1:
         return f"rows {numbers[0]} to {numbers[-1]}"
     more = f" and {len(numbers) - 3:,} more" if len(numbers) > 3 else ""
-    return f"rows {', '.join(str(one) for one in numbers[:3])}{more}"
+    return f"rows {', '.join(str(number) for number in numbers[:3])}{more}"
 
 
 def few(names: list[str]) -> str:
@@ -174,20 +174,20 @@ def invalid(table: pd.DataFrame, role: str, wrong: pd.Series[bool], expected: st
 def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.DataFrame:
     """Replace each name by its most frequent spelling; report the merged spellings in `notices`."""
     names = table[role]
-    spelt = names.map({one: clean(one) for one in names.unique()})
+    spelt = names.map({name: clean(name) for name in names.unique()})
     by_name: dict[str, list[str]] = {}
     for spelling in names.value_counts(sort=False).index:
         by_name.setdefault(same_name(spelling), []).append(str(spelling))
     counted = spelt.value_counts()
     chosen = {
-        one: max((clean(spelling) for spelling in spellings), key=lambda text: (counted[text], text))
+        name: max((clean(spelling) for spelling in spellings), key=lambda text: (counted[text], text))
         for spellings in by_name.values()
-        for one in spellings
+        for name in spellings
     }
     several = [spellings for spellings in by_name.values() if len(spellings) > 1]
     if several:
         spelled = [
-            f"{' and '.join(f'“{one}” ({rows_named(table, names == one)})' for one in group)} as {chosen[group[0]]}"
+            f"{' and '.join(f'“{name}” ({rows_named(table, names == name)})' for name in group)} as {chosen[group[0]]}"
             for group in several
         ]
         more = f"; and {len(spelled) - 5} more" if len(spelled) > 5 else ""

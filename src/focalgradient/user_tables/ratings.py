@@ -15,7 +15,7 @@ from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import ABSENT, RATINGS
-from focalgradient.user_tables.source import Source, Where, completed, where_like
+from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, where_like
 from focalgradient.user_tables.tidy import PINHOLE, rating_table
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form
@@ -40,27 +40,15 @@ RATING_WORDS = frozenset(("rating", "ratings", "depth", "perceived", "reported",
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnRatings:
-    """Imported ratings, in the form that `depth_rating` accepts.
+class OwnRatings(ImportedAnswers):
+    """Imported ratings, in the form that `depth_rating` accepts: see `focalgradient.user_tables.tidy.rating_table`.
 
     Parameters
     ----------
-    table
-        One row per trial: see `focalgradient.user_tables.tidy.rating_table`. The index contains file and row.
-    notes
-        Assumptions, omissions and changes, one sentence each.
-    problems
-        Omitted data that may be ratings, one sentence each.
-    notices
-        Interpretations that change the results, one sentence each, shown at the top of a report.
     choices
         True if ratings are choices between a picture and a reference: 1 if the picture was chosen, else 0.
     """
 
-    table: pd.DataFrame
-    notes: tuple[str, ...]
-    problems: tuple[str, ...] = ()
-    notices: tuple[str, ...] = ()
     choices: bool = False
 
 
@@ -146,7 +134,7 @@ def read_ratings(
             notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     checked = rating_table(completed(table, "kind"), Choices() if choices else Ratios())
-    return OwnRatings(checked, tuple(notes), tuple(source.problems), tuple(notices), choices)
+    return OwnRatings.of(source, checked, choices=choices)
 
 
 def check_rating(source: Source) -> None:

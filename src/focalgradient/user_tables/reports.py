@@ -16,7 +16,7 @@ from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.names import place, rows_named
 from focalgradient.user_tables.schema import ABSENT, CUBE, PERCEPTS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, conditions_like, folded
 from focalgradient.user_tables.tidy import CLOCK, report_table
 
 __all__ = ["OwnReports", "holds_reports", "read_reports"]
@@ -29,22 +29,8 @@ LONGEST_REPORT_S = 200.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnReports:
-    """Imported reports, in the form that `necker` accepts.
-
-    Parameters
-    ----------
-    table
-        One row per report: see `focalgradient.user_tables.tidy.report_table`. The index contains file and row.
-    notes
-        Assumptions, omissions and changes, one sentence each.
-    notices
-        Interpretations that change the results, one sentence each, shown at the top of a report.
-    """
-
-    table: pd.DataFrame
-    notes: tuple[str, ...]
-    notices: tuple[str, ...] = ()
+class OwnReports(ImportedAnswers):
+    """Imported reports, in the form that `necker` accepts: see `focalgradient.user_tables.tidy.report_table`."""
 
 
 def holds_reports(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
@@ -97,7 +83,7 @@ def read_reports(
     table["strength"] = _strengths(source, table)
     table = source.with_catch(_in_trials(source, _timed(source, table)))
     table = source.optional(completed(_ended(source, table), "kind"), "dropped_frames")
-    return OwnReports(report_table(table), tuple(source.notes), tuple(source.notices))
+    return OwnReports.of(source, report_table(table))
 
 
 def _meant(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:

@@ -16,7 +16,7 @@ from focalgradient.files import printable
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.names import UNIT, clean, few, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, conditions_like, folded
 
 __all__ = ["OwnThresholds", "read_thresholds"]
 
@@ -39,28 +39,20 @@ MAX_TRIALS = 1_000_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OwnThresholds:
+class OwnThresholds(ImportedAnswers):
     """Imported threshold data, in the form that `focalgradient.statistics.blur_thresholds` accepts.
+
+    The columns are participant_id, session, condition, level, correct, catch and kind.
 
     Parameters
     ----------
-    table
-        One row per trial: participant_id, session, condition, level, correct, catch, kind. The index contains file and
-        row.
     unit
         Unit of the levels from the column name; "" without one.
-    notes
-        Assumptions, omissions and changes, one sentence each.
-    notices
-        Interpretations that change the results, one sentence each, shown at the top of a report.
     guess
         Guess rate: proportion of correct answers without a stimulus.
     """
 
-    table: pd.DataFrame
-    unit: str
-    notes: tuple[str, ...]
-    notices: tuple[str, ...] = ()
+    unit: str = ""
     guess: float = 0.5
 
 
@@ -110,7 +102,7 @@ def read_thresholds(
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
-    return OwnThresholds(table[kept].copy(), name, tuple(source.notes), tuple(source.notices), rate)
+    return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate)
 
 
 def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import curves, find_outlines
-from focalgradient.depth.equalise.robust import Likelihood, detail_halves, refine, reject_outliers
+from focalgradient.depth.equalise.parts import Likelihood, detail_halves, refine, reject_outliers
 from focalgradient.depth.equalise.signal import NEARLY_NOTHING, Signal, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.filters import smoothed

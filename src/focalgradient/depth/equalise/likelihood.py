@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, ndimage, special, stats
+from scipy import integrate, ndimage, stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.levels import Candidates, EvenCoordinate
@@ -28,11 +28,11 @@ from focalgradient.depth.equalise.residuals import (
     whitened_filters,
 )
 from focalgradient.depth.filters import (
-    RADII,
     FloatArray,
     Frequencies,
     Image,
     Spectra,
+    independent_samples,
     mean_in_squares,
     natural_levels,
     natural_power,
@@ -367,7 +367,8 @@ class Equalised:
         rest, cross, slope = (mean_in_squares(image, side) for image in (local.rest, local.cross, local.slope))
         energy = rest - cross**2 / (slope + np.float32(1e-12))
         expected = noise * sum(r.noise for r in self.residuals)
-        variance = sum((noise * r.noise) ** 2 / _freedom(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals)
+        samples = [independent_samples(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals]
+        variance = sum((noise * r.noise) ** 2 / count for r, count in zip(self.residuals, samples, strict=True))
         freedom = expected**2 / variance
         limit = np.asarray(expected * stats.chi2.isf(false_alarm, freedom) / freedom)
         forgiven = slope * numerics.at_levels(tolerance**2, local.level)
@@ -428,7 +429,7 @@ def equalise(
     spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
     frequencies = blurs.frequencies
     if filters is None:
-        power = _scene_power(spectra, assumed, frequencies) if power is None else power
+        power = scene_power(spectra, assumed, frequencies) if power is None else power
         filters = comparing_filters(blurs, noise_sd, power, shared)
     rows, own = filters
     known = None if shared is None else (np.asarray(noise_sd) / assumed) ** 2
@@ -464,13 +465,6 @@ def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | Non
     return np.asarray(noise_sd, float) if shared is None else np.maximum(noise_sd, shared.least_sd)
 
 
-def scene_power(
-    images: Sequence[Image], noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies
-) -> FloatArray:
-    """Estimate the power of the sharp scene of `images` at the `frequencies`, as `equalise` does."""
-    return _scene_power(Spectra.of(images, 16).over(noise_sd), noise_sd, frequencies)
-
-
 def comparing_filters(
     blurs: Blurs, noise_sd: Sequence[float] | FloatArray, power: FloatArray, shared: SharedPower | None
 ) -> Filters:
@@ -497,24 +491,10 @@ def comparing_filters(
     return [one[np.argsort(order)] for one in filters], own
 
 
-def _scene_power(spectra: Spectra, noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies) -> FloatArray:
+def scene_power(spectra: Spectra, noise_sd: Sequence[float] | FloatArray, frequencies: Frequencies) -> FloatArray:
     """Return the power of a natural sharp scene at the `frequencies`, in the images' units.
 
     Its level is that of the view with most. `spectra` are those of the images over their noise.
     """
     share, power = spectra.measure_and_power()
     return natural_power(float(np.max(natural_levels(power, share > 0) * np.square(noise_sd))), frequencies)
-
-
-def _freedom(spectrum: FloatArray, side: int) -> FloatArray:
-    """Return the number of independent samples, in a square of `side` pixels, of noise with power `spectrum` (L x F).
-
-    Noise confined to few frequencies repeats itself over the square and averages out less than white noise does.
-    """
-    lag = np.hypot(*np.mgrid[1 - side : side, 1 - side : side])
-    lags, index = np.unique(lag, return_inverse=True)
-    correlation = spectrum @ special.j0(2 * np.pi * RADII[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
-    ramp = (side - np.abs(np.arange(1 - side, side))) / side**2
-    overlap = np.bincount(index.ravel(), np.outer(ramp, ramp).ravel())
-    samples: FloatArray = 1 / (correlation**2 @ overlap)
-    return samples

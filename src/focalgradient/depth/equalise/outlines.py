@@ -33,9 +33,17 @@ from focalgradient.depth.equalise.outline_places import (
     locate,
     squared_residual,
 )
-from focalgradient.depth.equalise.robust import Likelihood, Part, Refined, refine, refine_without, reject_outliers
+from focalgradient.depth.equalise.parts import (
+    Likelihood,
+    Part,
+    Refined,
+    Tile,
+    refine,
+    refine_without,
+    reject_outliers,
+    tiles_about,
+)
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.equalise.tiles import Tile, tiles_about
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import block_mean, block_sum
 from focalgradient.depth.planes import HELD_APART, SMOOTH

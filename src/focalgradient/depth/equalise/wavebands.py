@@ -147,7 +147,7 @@ def estimate_band_gains(
     gain_sd, local_sd = np.zeros(len(names)), np.zeros(len(names))
 
     spectra = view_spectra(part.images, blurs)
-    power = scene_power(part.images, np.ones(len(sd)), blurs.frequencies)
+    power = scene_power(Spectra.of(part.images, 16), np.ones(len(sd)), blurs.frequencies)
 
     def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
         shared = SharedPower(band, gain, own, floors)

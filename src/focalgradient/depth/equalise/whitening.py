@@ -17,10 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
-from focalgradient.depth.equalise.robust import Part
-from focalgradient.depth.equalise.tiles import Tile, tiles
+from focalgradient.depth.equalise.parts import Part, Tile, tiles
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
-from focalgradient.depth.filters import FloatArray, Image, smoothed
+from focalgradient.depth.filters import FloatArray, Image, Spectra, smoothed
 from focalgradient.depth.noise import LENIENCE, NOISE_SIDE, NoiseLaw, noise_from_residuals, noise_law
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
@@ -110,7 +109,9 @@ class Whitening:
         part = Part(crop, inward, settings.false_alarm, problem.search)
         at = None if noise.raisable is None else _brightness_of_noise(registered)
         for again in (False, True):
-            power = scene_power(crop.images, noise_sd, blurs.frequencies) if is_large else None
+            power = None
+            if is_large:
+                power = scene_power(Spectra.of(crop.images, 16).over(noise_sd), noise_sd, blurs.frequencies)
             first = equalise(
                 crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
             )
