@@ -54,6 +54,16 @@ def test_coarse_detail_alone_must_continue_what_is_around_it(vergence: float, is
         assert found.vergence_sd[100, 106] == pytest.approx(np.hypot(0.02, vergence - 1), rel=1e-3)
 
 
+@pytest.mark.parametrize("distance", [0.95, 1.4])
+def test_coarse_detail_is_used_alone_where_fine_detail_contradicts(distance: float) -> None:
+    sheet = natural(np.random.default_rng(11))
+    depth = recover_depth(views(sheet, distance, 75), near=0.85)
+    off = np.abs(depth.vergence - 1 / distance)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert depth.valid.mean() > 0.9
+    assert (off < 2).mean() > 0.93
+    assert depth.details["coarse_detail"]["share_joined"] == 0
+
+
 @pytest.mark.slow
 def test_a_compressed_sheet_gains_and_an_uncompressed_one_is_as_before(monkeypatch: pytest.MonkeyPatch) -> None:
     sheet = np.where(np.arange(TILE) < TILE // 2, natural(np.random.default_rng(11)), 0.7)
