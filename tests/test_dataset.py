@@ -262,6 +262,10 @@ SPOILT = {
         lambda root: edit(root / "participants.tsv", 2, "participant_id", "sub-9"),
         "sub-01 is mis",
     ),
+    "sidecar a list": (
+        lambda root: rating_file(root).with_suffix(".json").write_text("[]"),
+        "beh.json does not contain the design",
+    ),
     "no sidecar": (lambda root: rating_file(root).with_suffix(".json").unlink(), "beh.json cannot be read"),
     "no description": (lambda root: (root / "dataset_description.json").unlink(), "is not a data set"),
 }

@@ -306,7 +306,7 @@ def _points_are_the_numbers_written(table: TextTable) -> None:
 
 
 @given(st.binary(max_size=200), st.integers(0, 1500), st.sampled_from([b"", b"\xef\xbb\xbf", b"\xff\xfe"]))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=25, deadline=None)
 def test_damaged_tables_are_read_or_refused_in_one_sentence(
     tmp_path_factory: pytest.TempPathFactory, damage: bytes, place: int, start: bytes
 ) -> None:

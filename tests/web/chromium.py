@@ -179,9 +179,10 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         page.keyboard.press("3")
         page.keyboard.press("Enter")
     elif kind == "cube":
-        page.keyboard.down("f")
-        page.wait_for_timeout(300)
-        page.keyboard.up("f")
+        for key in ("f", "ArrowLeft"):
+            page.keyboard.down(key)
+            page.wait_for_timeout(200)
+            page.keyboard.up(key)
     elif kind == "arrows":
         page.keyboard.press("ArrowLeft")
     elif kind == "card":

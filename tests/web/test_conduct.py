@@ -24,7 +24,7 @@ from focalgradient.design.words import load_words
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
 SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
-TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER}
+TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER + 'keys = ["f", "left"]\n'}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
 
 
@@ -78,6 +78,8 @@ def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser
     page.close()
     server.end()
     assert validate(tmp_path / "data", tmp_path / "set" if task != "necker" else None).problems == ()
+    if task == "necker":
+        assert {"rigid", "nonrigid"} <= {*read_dataset(tmp_path / "data").necker["percept"]}, "both keys count"
 
 
 @pytest.mark.slow
