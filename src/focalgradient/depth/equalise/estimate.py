@@ -36,8 +36,9 @@ def estimate(problem: Problem) -> Estimate:
     The views of `problem` are registered (`focalgradient.depth.registration`).
     """
     fine, beside_sd = estimate_at_one_scale(problem)
-    misfits = fine.details["misfit"] > BY_CHANCE and bool(fine.valid.any()) and len(set(problem.search.wavebands)) == 1
-    coarse = halved(problem) if misfits or beside_sd is not None else None
+    is_misfit = fine.details["misfit"] > BY_CHANCE and fine.valid.mean() >= NEARLY_NOTHING
+    is_lost = is_misfit and len(set(problem.search.wavebands)) == 1
+    coarse = halved(problem) if is_lost or beside_sd is not None else None
     if coarse is None:
         return fine
     other = estimate_at_one_scale(coarse)[0]
