@@ -62,7 +62,7 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/web/test_arrival.py",
         "tests/test_damages.py",
     ),
-    "depth": ("tests/depth/test_*.py",),
+    "depth": ("tests/depth/test_*.py", "tests/test_dual_pixel.py", "tests/test_calibration_pairs.py"),
     "eye": ("tests/eye/test_*.py", "tests/test_cli_eye.py", "tests/test_cli_accommodate.py"),
     "optics": (
         "tests/test_optics.py",

@@ -11,7 +11,8 @@ import pandas as pd
 import pytest
 
 from focalgradient.errors import InputError
-from focalgradient.report import make_report, other_than_ratings
+from focalgradient.report import make_report
+from focalgradient.report.reading import kind_of
 from focalgradient.statistics import read_detection
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -115,6 +116,6 @@ def test_what_is_wrong_is_named(tmp_path: Path, change: dict[str, object], said:
 
 def test_tables_of_another_kind_are_not_taken_for_it(tmp_path: Path) -> None:
     table = answers(1, 30)
-    assert other_than_ratings(write(tmp_path, table)) == "answers to signal and noise"
-    assert other_than_ratings(write(tmp_path, table.assign(rating=1.0))) is None
-    assert other_than_ratings(write(tmp_path, table.assign(level=1.0, correct=1))) == "answers at levels"
+    assert kind_of(write(tmp_path, table)).what == "answers to signal and noise"
+    assert kind_of(write(tmp_path, table.assign(rating=1.0))).what == "depth ratings"
+    assert kind_of(write(tmp_path, table.assign(level=1.0, correct=1))).what == "answers at levels"

@@ -132,7 +132,7 @@ def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) ->
     given = ["report", str(file), "--out", str(tmp_path / "out"), "--bound", "1.2", "--columns"]
     result = CliRunner().invoke(main, [*given, ",".join(f"{ours}={theirs}" for ours, theirs in names.items())])
     assert result.exit_code == 2
-    assert "--bound applies to depth ratings" in result.output
+    assert "--bound is for depth ratings" in result.output
 
 
 def test_cells_are_no_formulas() -> None:

@@ -37,7 +37,7 @@ def bound(sigma):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
+@pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
 def test_likelihood_is_near_the_bound_at_any_orientation(sigma):
     found, sd, good = measured(sigma)
     assert abs(found.mean() / sigma - 1) < 0.01

@@ -51,8 +51,8 @@ def test_walls_within_the_range_stay_right(mm, vergence) -> None:
 @pytest.mark.fast_cases(2)
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("foci", [(0.7, 1.0), pytest.param((0.7, 0.85, 1.1), marks=pytest.mark.slow)])
-@pytest.mark.parametrize("distance", [0.2, 0.3, 0.45, 0.6, 2.4, 5.0])
+@pytest.mark.parametrize("foci", [(0.7, 1.0), (0.7, 0.85, 1.1)])
+@pytest.mark.parametrize("distance", [0.2, 0.6, 2.4, 5.0])
 def test_walls_outside_near_and_far_are_rejected(foci, distance) -> None:
     depth = recover_depth(wall([lens(2.8, focus) for focus in foci], distance, seed=2), near=NEAR, far=FAR)
     assert depth.valid.mean() < 0.005

@@ -88,7 +88,7 @@ def test_resampling_a_wave_is_exact(placement: Placement) -> None:
     down, right = np.mgrid[:height, :width] - np.array([(height - 1) / 2, (width - 1) / 2])[:, None, None]
 
     def wave(y: np.ndarray, x: np.ndarray) -> np.ndarray:
-        return np.cos(0.9 * x + 0.6 * y + 0.3)
+        return np.cos(1.9 * x + 1.2 * y + 0.3)  # near the finest that pixels carry
 
     moved, covered = resample(wave(down, right).astype(np.float32), placement)
     cos, sin = placement.scale * math.cos(placement.turn), placement.scale * math.sin(placement.turn)

@@ -130,7 +130,7 @@ def test_an_empty_field_is_filmed_at_half_of_white():
 )
 def test_a_course_is_read_in_the_units_of_its_headings(tmp_path, heading, unit):
     """From 1 to 3 D in 2 s; and by distances, of which 1 m and 0.5 m are 1 and 2 D."""
-    path = tmp_path / "course.csv"
+    path = tmp_path / "course"  # a file that exists needs no ending
     path.write_text(f"time ({heading}),dioptres\n0,1\n{2 / unit:.6g},3\n")
     assert TargetMotion.parse(str(path)).at(1.0) == pytest.approx(2.0, abs=1e-5)
     for length, metres in (("m", 1.0), ("cm", 0.01), ("mm", 0.001)):

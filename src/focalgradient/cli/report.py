@@ -22,6 +22,18 @@ if TYPE_CHECKING:
 
 __all__ = ["report"]
 
+NAMES = {
+    "equivalence_bound is": "--bound is",
+    "bound is": "--bound is",
+    "scale is": "--ordinal is",
+    "bayes is": "--bayes is",
+    "focal_length_mm is": "--focal-length is",
+    "guess_rate is": "--guess-rate is",
+    "guess is": "--guess-rate is",
+    "guess rate is not known: give it": "guess rate is not known: give --guess-rate",
+}
+"""Options by what the library's messages call them."""
+
 
 def _pairs(option: str, given: tuple[str, ...]) -> dict[str, str]:
     """Parse pairs such as "participant=subject,aperture=fstop"; a comma separates only if "=" follows."""
@@ -179,7 +191,7 @@ def report(
     far_effect
         With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.report import Stated, load_rules, make_report, other_than_ratings
+    from focalgradient.report import Stated, load_rules, make_report
     from focalgradient.statistics import Rules
     from focalgradient.user_tables.files import UserTable
 
@@ -200,17 +212,11 @@ def report(
     if preregister:
         from focalgradient.report.preregister import preregistration
 
-        analysing = {
-            "--bayes": bayes,
-            "--observers": observers,
-            "--columns": pairs,
-            "--conditions": meanings,
-            "--focal-length": focal_length,
-        }
-        analysing["--guess-rate"] = guess_rate is not None
+        analysing = {"bayes": bayes, "observers": observers, "columns": pairs, "conditions": meanings, "where": where}
+        analysing |= {"by": by, "order": order, "focal-length": focal_length, "guess-rate": guess_rate is not None}
         if wrong := [option for option, value in analysing.items() if value]:
             raise InputError(
-                f"{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
+                f"--{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
             )
         writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
         with options_named({"far_effect": "--far-effect", "ordinal is": "--ordinal is", "bound is": "--bound is"}):
@@ -232,25 +238,11 @@ def report(
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
-    of_ratings = {"--bound": bound, "--ordinal": ordinal, "--bayes": bayes, "--focal-length": focal_length}
-    given = [option for option, value in of_ratings.items() if value]
     sets = _data_sets(folders, pairs)
-    for one in sets:
-        if given and isinstance(one, UserTable) and (other := other_than_ratings(one, pairs)):
-            raise InputError(f"{given[0]} applies to depth ratings, but {one.name} contains {other}: leave it out.")
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
-        options_named(
-            {
-                "equivalence_bound is": "--bound is",
-                "bound is": "--bound is",
-                "bayes is": "--bayes is",
-                "guess_rate is": "--guess-rate is",
-                "guess is": "--guess-rate is",
-                "guess rate is not known: give it": "guess rate is not known: give --guess-rate",
-            }
-        ),
+        options_named(NAMES),
         workers.shared(seconds) as executor,
     ):
         reports = [

@@ -34,6 +34,7 @@ from focalgradient.report.provenance import provenance
 from focalgradient.report.ratings import POSTERIOR, rating_part, ratings_of_dataset
 from focalgradient.report.reading import BY, CUBE, LEVELS, RATINGS, SIGNALS, kind_of, refuse_unused
 from focalgradient.report.rules import Stated, as_toml, load_rules
+from focalgradient.report.tables import Sheet
 from focalgradient.report.thresholds import thresholds_of_dataset, thresholds_of_table
 from focalgradient.scales import Analysis, Choices, analysis_named
 from focalgradient.statistics import OwnRatings, Rules
@@ -56,7 +57,6 @@ __all__ = [
     "analyse_table",
     "load_rules",
     "make_report",
-    "other_than_ratings",
 ]
 
 
@@ -172,48 +172,74 @@ def make_report(
     else:
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)
-    applied = {name for part in found.parts for name in part.plan.rules}
-    _refuse_unused(applied, bound, stated, bayes, found.parts)
-    output = Output()
-    body: list[Block] = [Notice(f"Problem: {_local(problem, root)}") for problem in found.problems]
-    body += map(Notice, found.notices)
-    simulated = any(part.simulated for part in found.parts)
-    if simulated:
-        body = [Notice("Simulated observers, not people: every answer was computed by a model."), *body]
+    parts = found.parts
+    applied = {name for part in parts for name in part.plan.rules}
+    _refuse_unused(applied, bound, stated, bayes, parts)
+    output, body = Output(), list[Block]()
     fitted: Sequence[FittedObservers] = ()
     if observers:
         from focalgradient.report.observers import fitted_observers  # with eyes and pictures, which no test needs
 
-        fitted = fitted_observers(found.parts, progress)
-    for part in found.parts:
+        fitted = fitted_observers(parts, progress)
+    for part in parts:
         body += [Heading(part.title), *part.findings(output)]
         body += [block for one in fitted if one.part is part for block in one.findings(output)]
     body.append(Heading("Methods"))
-    for part in found.parts:
+    for part in parts:
         body += [Heading(part.title, 3), *part.methods(output)]
         body += [block for one in fitted if one.part is part for block in one.methods()]
-    body += explained([key for part in found.parts for key in part.plan.choices])
+    body += explained([key for part in parts for key in part.plan.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
-    body += output.tables(provenance(paths, found.parts, applied, asked.used_bound, stated))
-    written = _files(found.title, body, output)
-    answers = Answers(tuple(answer for part in found.parts for answer in part.answers))
-    written["results.csv"] = safe_csv(answers.frame())
-    for part in found.parts:
-        written |= part.files
+    body += output.tables(provenance(paths, parts, applied, asked.used_bound, stated))
+    answers = Answers(tuple(answer for part in parts for answer in part.answers))
+    output.sheets.append(Sheet("results.csv", None, answers.frame()))
+    results = []
+    for part in parts:
+        if rows := main_results(part.both):
+            output.sheets.append(Sheet(f"{part.name}{EFFECT}", None, pd.DataFrame(rows)))
+        results += [{"experiment": part.name} | row for row in rows]
+    further = {name: content for part in parts for name, content in part.files.items()}
     if applied:
         used = asked.used_bound if "bound" in applied else None
-        written["rules.toml"] = as_toml(stated.rules, used, applied).encode()
-    results = []
-    for part in found.parts:
-        if rows := main_results(part.both):
-            written[f"{part.name}{EFFECT}"] = safe_csv(pd.DataFrame(rows))
-        results += [{"experiment": part.name} | row for row in rows]
-    problems = [_local(one, root) for one in found.problems]
-    found_in_all = {"simulated": simulated, "problems": problems, "notices": found.notices, "results": results}
-    written["results.json"] = (json.dumps(found_in_all, indent=1, ensure_ascii=False) + "\n").encode()
-    return Report(written, tuple(found.problems), tuple(results), tuple(found.notices))
+        further["rules.toml"] = as_toml(stated.rules, used, applied).encode()
+    return compiled(
+        found.title,
+        body,
+        output,
+        simulated=any(part.simulated for part in parts),
+        problems=[_local(problem, root) for problem in found.problems],
+        notices=found.notices,
+        results=results,
+        files=further,
+    )
+
+
+def compiled(
+    title: str,
+    body: Sequence[Block],
+    output: Output,
+    *,
+    simulated: bool,
+    problems: Sequence[str],
+    results: Sequence[Mapping[str, Any]],
+    notices: Sequence[str] = (),
+    files: Mapping[str, bytes] | None = None,
+) -> Report:
+    """Return the report with all files: page, figures, tables, results.json and further `files`."""
+    warned = ["Simulated observers, not people: every answer was computed by a model."] * simulated
+    warned += [*(f"Problem: {problem}" for problem in problems), *notices]
+    blocks = [*map(Notice, warned), *body]
+    contents = {"simulated": simulated, "problems": problems, "notices": notices, "results": results}
+    written = output.figures | {
+        "report.html": as_html(title, blocks).encode(),
+        "report.md": as_markdown(title, blocks).encode(),
+        **{sheet.file: safe_csv(sheet.digits) for sheet in output.sheets},
+        **(files or {}),
+        "results.json": (json.dumps(contents, indent=1, ensure_ascii=False) + "\n").encode(),
+    }
+    return Report(written, tuple(problems), tuple(results), tuple(notices))
 
 
 def _refuse_unused(
@@ -239,12 +265,6 @@ class _Analysed:
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
-
-
-def other_than_ratings(path: Paths, columns: Mapping[str, str] | None = None) -> str | None:
-    """Return a description of the content of the user's own table; None for ratings."""
-    content = kind_of(path, columns).what
-    return None if content in (RATINGS, BY) else content
 
 
 def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
@@ -324,15 +344,6 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
         f"Left out of the analysis: {one}" if one in left_out else one for one in dict.fromkeys(problems)
     )
     return found
-
-
-def _files(title: str, blocks: list[Block], output: Output) -> dict[str, bytes]:
-    files = dict(output.figures)
-    files["report.html"] = as_html(title, blocks).encode()
-    files["report.md"] = as_markdown(title, blocks).encode()
-    for sheet in output.sheets:
-        files[sheet.file] = safe_csv(sheet.digits)
-    return files
 
 
 def _local(sentence: str, root: Path) -> str:

@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -15,12 +15,11 @@ from numpy.typing import NDArray
 
 from focalgradient.errors import InputError
 from focalgradient.plotting.forest import forest_figure
-from focalgradient.report import Report
-from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
-from focalgradient.report.export import safe_csv
+from focalgradient.report import Report, compiled
+from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.parts import Output
 from focalgradient.report.scene_effects import SCENE_EFFECTS
-from focalgradient.report.tables import listed
+from focalgradient.report.tables import Sheet, listed
 from focalgradient.statistics.meta_analysis import Pooled, random_effects
 from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, p_is
 
@@ -55,11 +54,7 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
     """
     rows = [{"data_set": name} | dict(result) for name, made in reports.items() for result in _main(made.results)]
     output, body = Output(), list[Block]()
-    problems = [f"{name}: {problem}" for name, made in reports.items() for problem in made.problems]
     simulated = any(json.loads(made.files["results.json"])["simulated"] for made in reports.values())
-    if simulated:
-        body.append(Notice("Simulated observers, not people: every answer was computed by a model."))
-    body += [Notice(f"Problem: {problem}") for problem in problems]
     pooled, alone = [], []
     for (experiment, what), found in _grouped(rows).items():
         if len(found) < 2:
@@ -67,29 +62,20 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
             continue
         common = _common_scenes(what, [reports[row["data_set"]] for row in found])
         tested = found if common is None else common.here
-        result = random_effects(
-            [row["estimate"] for row in tested],
-            [row["standard_error"] for row in tested],
-            None if common is None else common.by_scene,
-        )
-        logs = _logs(found[0])
-        pooled.append({"experiment": experiment, "what": what, **_shown(result, logs), **_fields(result)})
-        body += [Heading(what[:1].upper() + what[1:]), Paragraph(_sentence(result, logs, common))]
-        name = f"forest_{len(pooled):02}"
-        studies = [(row["data_set"], row["value"], row["value_low"], row["value_high"]) for row in found]
+        estimates, errors = ([row[name] for row in tested] for name in ("estimate", "standard_error"))
+        result = random_effects(estimates, errors, None if common is None else common.by_scene)
+        # the displayed value may be the exponential of the estimate
+        logs = math.isclose(found[0]["value"], math.exp(min(found[0]["estimate"], 700.0)), rel_tol=1e-9)
         shown = _shown(result, logs)
-        ends = None if result.predicted_low is None else (shown["value_predicted_low"], shown["value_predicted_high"])
-        figure = forest_figure(
-            what,
-            studies,
-            (shown["value"], shown["value_low"], shown["value_high"]),
-            ends,
-            none=1.0 if logs else 0.0,
-            simulated=simulated,
-        )
+        pooled.append({"experiment": experiment, "what": what, **shown, **asdict(result)})
         title = what[:1].upper() + what[1:]
+        body += [Heading(title), Paragraph(_sentence(result, shown, logs, common))]
+        studies = [(row["data_set"], row["value"], row["value_low"], row["value_high"]) for row in found]
+        mean = shown["value"], shown["value_low"], shown["value_high"]
+        ends = (shown["value_predicted_low"], shown["value_predicted_high"]) if len(shown) > 3 else None
+        figure = forest_figure(what, studies, mean, ends, none=1.0 if logs else 0.0, simulated=simulated)
         caption = f"{title}: each data set with its 95 % interval, mean of all, and dashed the interval of prediction."
-        body.append(output.figure(name, figure, caption))
+        body.append(output.figure(f"forest_{len(pooled):02}", figure, caption))
     if not pooled:
         raise InputError("no two of the data sets have a main result in common: give data sets of one design.")
     if alone:
@@ -107,17 +93,18 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
         if row.get("value") is not None
     ]
     body += output.tables([listed("studies_read.csv", "Data sets", head, cells)])
-    body += [Heading("Methods"), Paragraph(METHODS)]
-    title = f"Meta-analysis of {many(len(reports), 'data set')}"
-    files = dict(output.figures)
-    files["report.html"] = as_html(title, body).encode()
-    files["report.md"] = as_markdown(title, body).encode()
-    files["studies.csv"] = safe_csv(pd.DataFrame(rows))
-    files["meta_analysis.csv"] = safe_csv(pd.DataFrame(pooled))
-    files |= {sheet.file: safe_csv(sheet.digits) for sheet in output.sheets}
-    contents = {"simulated": simulated, "problems": problems, "notices": [], "results": pooled}
-    files["results.json"] = (json.dumps(contents, indent=1, ensure_ascii=False) + "\n").encode()
-    return Report(files, tuple(problems), tuple(pooled))
+    output.sheets += [
+        Sheet("studies.csv", None, pd.DataFrame(rows)),
+        Sheet("meta_analysis.csv", None, pd.DataFrame(pooled)),
+    ]
+    return compiled(
+        f"Meta-analysis of {many(len(reports), 'data set')}",
+        [*body, Heading("Methods"), Paragraph(METHODS)],
+        output,
+        simulated=simulated,
+        problems=[f"{name}: {problem}" for name, made in reports.items() for problem in made.problems],
+        results=pooled,
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,29 +174,15 @@ def _grouped(rows: Sequence[Mapping[str, Any]]) -> dict[tuple[str, str], list[Ma
     return found
 
 
-def _logs(row: Mapping[str, Any]) -> bool:
-    """Return whether the displayed value is the exponential of the estimate."""
-    return math.isclose(row["value"], math.exp(min(row["estimate"], 700.0)), rel_tol=1e-9)
-
-
-def _scale(row: float, logs: bool) -> float:
-    return math.exp(row) if logs else row
-
-
 def _shown(result: Pooled, logs: bool) -> dict[str, float]:
-    """Return the mean and its ends, as ratios if `logs`."""
+    """Return the mean, its ends, and those of the prediction if there are any; as ratios if `logs`."""
     ends = {"value": result.estimate, "value_low": result.low, "value_high": result.high}
     if result.predicted_low is not None and result.predicted_high is not None:
         ends |= {"value_predicted_low": result.predicted_low, "value_predicted_high": result.predicted_high}
-    return {name: _scale(end, logs) for name, end in ends.items()}
+    return {name: math.exp(end) if logs else end for name, end in ends.items()}
 
 
-def _fields(result: Pooled) -> dict[str, Any]:
-    return {name: getattr(result, name) for name in result.__dataclass_fields__}
-
-
-def _sentence(result: Pooled, logs: bool, common: _CommonScenes | None) -> str:
-    shown = _shown(result, logs)
+def _sentence(result: Pooled, shown: Mapping[str, float], logs: bool, common: _CommonScenes | None) -> str:
     new = ""
     if "value_predicted_low" in shown:
         ends = interval(shown["value_predicted_low"], shown["value_predicted_high"])

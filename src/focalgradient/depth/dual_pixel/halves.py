@@ -95,15 +95,12 @@ def half_radius(
     for level, radius in enumerate(radii):
         each = compared.energies(radius, sets)
         energies[level] = each[0] if len(each) == 1 else np.maximum((shares * each).sum(axis=0), 1e-12)
-    count = compared.count
     found: list[NDArray[np.floating]] = []
     for wider in range(WINDOWS):
         size = window * 2**wider
         if wider and size > min(left.shape) / 4:
             break
-        smooth = np.stack([gaussian_filter(one * count, size / POOL) for one in energies])
-        smooth /= np.maximum(gaussian_filter(count, size / POOL), 1e-3)
-        now = _minimum(smooth, radii, 4 * np.pi * size**2 * compared.share)
+        now = compared.minimum(energies, radii, size)
         if not found:
             found = list(now)
         else:
@@ -130,11 +127,12 @@ def half_asymmetry(
         the evenly spaced `candidates`.
     """
     compared = _Compared.of(left, right, usable)
-    energies = compared.energies(radius, candidates)
-    smooth = np.stack([gaussian_filter(one * compared.count, window / POOL) for one in energies])
-    smooth /= np.maximum(gaussian_filter(compared.count, window / POOL), 1e-3)
-    found, sd, clear, _ = _minimum(smooth, candidates, 4 * np.pi * window**2 * compared.share)
+    found, sd, clear, _ = compared.minimum(compared.energies(radius, candidates), candidates, window)
     return found, sd, clear > 0
+
+
+SECOND = 4.5
+"""Minimum log-likelihood ratio of the best radius to any other mode: three standard deviations."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -187,26 +185,27 @@ class _Compared:
             each.append(_blocks(off**2 * self.weight) / self.count)
         return np.stack(each)
 
+    def minimum(
+        self, energies: NDArray[np.floating], radii: FloatArray, window: float
+    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Locate the minimum of the mean energy in a `window` (pixels) over `radii`.
 
-def _minimum(
-    cost: NDArray[np.floating], radii: FloatArray, independent: float
-) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Locate the minimum of the mean energy: return radius, sd, whether it is unambiguous (1 or 0), and value."""
-    step = radii[1] - radii[0]
-    place, least, bend = parabola_minimum(cost)
-    least = np.maximum(least, 1e-30)
-    sd = step * np.sqrt(2 * least / (independent * bend))
-    radius = radii[0] + step * place
-    # The best of what lies farther off than the minimum itself reaches must be clearly worse.
-    away = np.abs(radii[:, None, None] - radius) > np.maximum(4 * sd, 6 * step)
-    second = np.where(away, cost, np.inf).min(axis=0)
-    best = cost.argmin(axis=0)
-    clear = (independent / 2 * (second / least - 1) > SECOND) & (best > 1) & (best < len(radii) - 2)
-    return radius, sd, clear.astype(float), least
-
-
-SECOND = 4.5
-"""Minimum log-likelihood ratio of the best radius to any other mode: three standard deviations."""
+        Returns radius, sd, whether it is unambiguous (1 or 0), and value.
+        """
+        cost = np.stack([gaussian_filter(one * self.count, window / POOL) for one in energies])
+        cost /= np.maximum(gaussian_filter(self.count, window / POOL), 1e-3)
+        independent = 4 * np.pi * window**2 * self.share
+        step = radii[1] - radii[0]
+        place, least, bend = parabola_minimum(cost)
+        least = np.maximum(least, 1e-30)
+        sd = step * np.sqrt(2 * least / (independent * bend))
+        radius = radii[0] + step * place
+        # The best of what lies farther off than the minimum itself reaches must be clearly worse.
+        away = np.abs(radii[:, None, None] - radius) > np.maximum(4 * sd, 6 * step)
+        second = np.where(away, cost, np.inf).min(axis=0)
+        best = cost.argmin(axis=0)
+        clear = (independent / 2 * (second / least - 1) > SECOND) & (best > 1) & (best < len(radii) - 2)
+        return radius, sd, clear.astype(float), least
 
 
 def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
