@@ -9,7 +9,7 @@ from scipy import stats
 from statsmodels.stats.meta_analysis import combine_effects  # type: ignore[import-untyped]
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign
-from focalgradient.power import Model, Study, cube, latent, rise_power
+from focalgradient.power import Model, Study, cube, latent, quick_power
 from focalgradient.power.cube import CubeModel, _reports, quick_cube_power
 from focalgradient.power.latent import SIZES, LatentModel, _by_size
 from focalgradient.power.running import power, subjects_needed
@@ -29,7 +29,7 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
     error = noise * math.sqrt(2 / (repetitions * len(scenes) * subjects))
     effect = 2.2 * error
     model = Model(effect=math.exp(effect), between=0.0, between_scenes=0.0, noise=noise)
-    found = rise_power(model, design, 1.2, subjects, 4000)
+    found = quick_power(Study(model, design), subjects, 4000)
     df = subjects - 1
     upper = float(stats.nct.sf(stats.t.isf(0.025, df), df, effect / error))
     assert upper - 0.03 < found["near_rise"] < upper + 0.03
@@ -38,7 +38,7 @@ def test_power_is_that_of_the_noncentral_t(noise: float, repetitions: int, subje
 def test_rises_that_differ_by_nothing_are_found_to_differ_in_no_more_than_the_level() -> None:
     design = DepthRatingDesign(scenes=("spheres-01", "spheres-02"), repetitions=2)
     model = Model(effect=1.3, far_effect=1.3, between=0.1, between_scenes=0.0, noise=0.3)
-    found = rise_power(model, design, 1.2, 10, 2000)
+    found = quick_power(Study(model, design), 10, 2000)
     assert found["near_rise"] > 0.5
     assert found["interaction"] < 0.05
 
@@ -48,7 +48,7 @@ def test_scenes_are_random_from_their_fewest_on(scenes: int, least: float, most:
     """Scenes that differ by much and people by little: without an effect, a test for these scenes finds one often."""
     design = DepthRatingDesign(scenes=tuple(f"spheres-{n:02}" for n in range(scenes)), fixations=("nearest",))
     model = Model(effect=1.0, between=0.05, between_scenes=0.5, noise=0.1)
-    assert least <= rise_power(model, design, 1.2, 12, 1000)["near_rise"] <= most
+    assert least <= quick_power(Study(model, design), 12, 1000)["near_rise"] <= most
 
 
 @pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])

@@ -14,8 +14,10 @@ from test_scales import design_of, honest, record
 
 from focalgradient.dataset import Noted, Rated, Session
 from focalgradient.report import make_report
+from focalgradient.report.conditions import condition_part
 from focalgradient.report.detection import detection_part
 from focalgradient.report.export import report_files, safe_csv, trial_files
+from focalgradient.report.parts import Plan
 from focalgradient.report.thresholds import threshold_part
 from focalgradient.statistics import (
     Effect,
@@ -24,8 +26,10 @@ from focalgradient.statistics import (
     ThresholdFit,
     ThresholdResult,
     compare_pictures,
+    condition_tests,
     depth_rating,
     necker,
+    planned_tests,
     read_detection,
 )
 from focalgradient.statistics.cells import cells
@@ -357,6 +361,25 @@ def test_r_corrects_the_secondary_gradients_of_the_cube_only(tmp_path: Path) -> 
     levels = [f"{effect.gradient} gradient, {effect.strength:g} mm" for effect in result.effects]
     assert [level for _, level in printed(said)] == levels
     assert ["p_corrected" in (values or {}) for values in printed(said).values()] == [False, True, True, True]
+
+
+@needs_r
+def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None:
+    """A slope, a difference within people, and one between groups, of ratios and of other answers."""
+    rng = np.random.default_rng(3)
+    conditions = [
+        (f"sub-{who}", mm, eye, who > 4) for who in range(9) for mm in (0.5, 1.0, 4.0) for eye in ("left", "right")
+    ]
+    table = pd.DataFrame(conditions * 2, columns=["participant_id", "mm", "eye", "expert"])
+    table = table.assign(blur=np.exp(rng.normal(0, 1, len(table)) + 0.2 * table["mm"]), catch=False)
+    table = table.assign(correct=rng.random(len(table)) < 0.7)[rng.random(len(table)) < 0.9]
+    factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
+    tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
+    names = ("Own", "own", "trial")
+    part = condition_part(names, Plan(), table, table, tests, tests, simulated=False, repeated_in_r=True)
+    said = run(tmp_path, {**part.files}, "conditions.R")
+    agree(said, part.answers)
+    assert len(printed(said)) == 6
 
 
 @needs_r

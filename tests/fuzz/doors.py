@@ -301,7 +301,7 @@ def caches(chance: random.Random, folder: Path) -> None:
 
 def resumables(chance: random.Random, folder: Path) -> None:
     from focalgradient.design import DepthRatingDesign
-    from focalgradient.power import TESTS, Model, Study, run
+    from focalgradient.power import Model, Study, run
     from focalgradient.stimuli.folder import Folder
 
     listed = {"set": "x", "versions": {"a": "1"}, "files": {"a.png": "0" * 64}, "conditions": {}}
@@ -311,7 +311,9 @@ def resumables(chance: random.Random, folder: Path) -> None:
     with contextlib.suppress(InputError):
         Folder(folder, {"set": "x"}, {"a": "1"})
     study = Study(Model(), DepthRatingDesign())
-    row = {"subjects": 3, "number": 0, "width": 0.1, "far_width": None, "left_out": 0.0} | dict.fromkeys(TESTS, 1.0)
+    row = {"subjects": 3, "number": 0, "width": 0.1, "far_width": None, "left_out": 0.0} | dict.fromkeys(
+        study.tests, 1.0
+    )
     file = folder / "experiments.jsonl"
     run(study, [3], 0, file)
     head = file.read_bytes()

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.errors import InputError
+from focalgradient.statistics.durations import lognormal_log_density
 from focalgradient.statistics.hessian import covariance_at, polished
 
 __all__ = [
@@ -213,12 +214,7 @@ class Durations:
             raise InputError("A duration is not positive; remove that row.")
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         log_median, spread = self.law(columns, values, np.atleast_2d(own))
-        logs = np.log(answers.answer)[:, None]
-        score = (logs - log_median) / spread
-        density = np.asarray(-(score**2) / 2 - np.log(spread) - math.log(2 * math.pi) / 2 - logs)
-        cut = answers.conditions["censored"] > 0.5
-        density[cut] = special.log_ndtr(-score[cut])
-        return density
+        return lognormal_log_density(answers.answer[:, None], log_median, spread, columns["censored"] > 0.5)
 
 
 Respond = Callable[[Conditions, Values, FloatArray, np.random.Generator], FloatArray]

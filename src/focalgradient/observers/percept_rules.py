@@ -2,7 +2,6 @@
 
 Durations are log-normal. The median of a reading is the person's own level, shifted by the preference for the rigid
 reading, by a blur gradient that favours a reading, by being first in the trial, and by the preceding percept.
-reading, by a gradient of blur that favours one of them, by being the first of its trial, and by the percept before.
 """
 
 from __future__ import annotations
@@ -12,9 +11,9 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import special
 
 from focalgradient.observers.likelihood import AnswerModel, Answers, Conditions, Durations, Values
+from focalgradient.statistics.durations import gamma_log_density
 
 __all__ = ["PERCEPT_OBSERVERS", "GammaDurations", "percept_observer"]
 
@@ -64,12 +63,7 @@ class GammaDurations:
         columns = {name: array[:, None] for name, array in answers.conditions.items()}
         shape = values["shape"]
         log_scale = _median(columns, values) + values["people"] * own - math.log(shape)
-        logs = np.log(answers.answer)[:, None]
-        scaled = np.exp(logs - log_scale)
-        density = np.asarray((shape - 1) * (logs - log_scale) - scaled - special.gammaln(shape) - log_scale)
-        cut = answers.conditions["censored"] > 0.5
-        density[cut] = np.log(np.maximum(special.gammaincc(shape, scaled[cut]), 1e-300))
-        return density
+        return gamma_log_density(answers.answer[:, None], shape, log_scale, columns["censored"] > 0.5)
 
 
 PERCEPT_OBSERVERS: Mapping[str, AnswerModel] = {

@@ -7,7 +7,7 @@ Subjects are drawn from a *statistical* model, not simulated from pictures: resu
 from focalgradient.power.cube import CUBE_TESTS, CubeModel, quick_cube_power, simulated_reports
 from focalgradient.power.latent import LatentModel, latent_power, simulated_answers
 from focalgradient.power.own_tasks import Observers
-from focalgradient.power.ratings import TESTS, Model, quick_power, rise_power, simulated_ratings
+from focalgradient.power.ratings import Model, quick_power, simulated_ratings
 from focalgradient.power.running import Power, power, run, run_here, share_interval, subjects_needed
 from focalgradient.power.sensitivity import sensitivity
 from focalgradient.power.studies import study_of
@@ -16,7 +16,6 @@ from focalgradient.power.thresholds import ThresholdModel
 
 __all__ = [
     "CUBE_TESTS",
-    "TESTS",
     "AnyStudy",
     "Claim",
     "CubeModel",
@@ -31,7 +30,6 @@ __all__ = [
     "power",
     "quick_cube_power",
     "quick_power",
-    "rise_power",
     "run",
     "run_here",
     "sensitivity",

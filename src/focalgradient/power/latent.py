@@ -9,8 +9,8 @@ part that subjects do not change.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Annotated, ClassVar
 
@@ -22,11 +22,10 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.study import ODDS_RATIOS, SPREAD, Claim, People, Study
-from focalgradient.statistics import Effect, NotComputed, slope_questions, step_questions
-from focalgradient.statistics.effects import questions_of
+from focalgradient.power.ratings import Raters, main_questions
+from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
+from focalgradient.statistics import Effect, NotComputed
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.questions import Analysis, less
 from focalgradient.statistics.records import ALPHA
 from focalgradient.user_tables.tidy import in_order
 
@@ -45,7 +44,7 @@ benchmarks/simulated_experiments.py).
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LatentModel(People):
+class LatentModel(Raters):
     """Statistical model of subjects who answer in steps or by choices.
 
     Parameters
@@ -68,7 +67,6 @@ class LatentModel(People):
 
     width_label: ClassVar[str] = "95 % interval of the change with the aperture: width"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes")
-    designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -77,35 +75,12 @@ class LatentModel(People):
         return design.response_scale.analysis.seconds
 
     def check(self, design: DepthRatingDesign) -> None:
-        People.check(self, design)
+        Raters.check(self, design)
         if design.response_scale.analysis.ratios:
             raise InputError(f"scale is {design.scale!r}, whose answers are ratios: use Model, or another scale.")
-        if len(design.apertures) < 2:
-            raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
 
-    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
-        asked = questions_of(design.response_scale.analysis, design.fixations, len(design.scenes), {})
-        return replace(asked, generator=lambda subjects, rng: simulated_answers(self, design, subjects, rng))
-
-    def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
-        effect, difference = _questions(design)
-        first, *others = in_order(design.fixations)
-        claims = {"near_rise": Claim(f"{first} in focus: rises with blur", effect, (first,))}
-        if others and design.response_scale.analysis.compares_slopes:
-            levels = tuple(less(first, other) for other in others)
-            claims["interaction"] = Claim(f"{first} rises more than {' and '.join(others)}", difference, levels)
-        return claims
-
-    def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:
-        effect, _ = _questions(design)
-        return tuple((f"{name} in focus", effect, name) for name in in_order(design.fixations)[:2])
-
-
-def _questions(design: DepthRatingDesign) -> tuple[str, str]:
-    """Return the names of the questions about the change with the aperture, and about its differences."""
-    if design.response_scale.analysis.whole:
-        return step_questions.EFFECT, step_questions.DIFFERENCE
-    return slope_questions.SLOPE, slope_questions.DIFFERENCE
+    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        return simulated_answers(self, design, subjects, rng)
 
 
 def simulated_answers(
@@ -145,7 +120,7 @@ def simulated_answers(
 
 def _tests(study: Study, subjects: int, number: int) -> list[Effect | NotComputed]:
     """Return the tests of one experiment: slopes by fixation, then their differences if the report tests them."""
-    asked, (effect, difference) = study.analysis, _questions(study.design)
+    asked, (effect, difference) = study.analysis, main_questions(study.design)
     answers = asked.asked(study.table(subjects, study.stream(subjects, number)))
     pairs = answers.to(difference).values() if study.design.response_scale.analysis.compares_slopes else ()
     return [*answers.to(effect).values(), *pairs]

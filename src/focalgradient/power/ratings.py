@@ -7,6 +7,7 @@ largest, a term for the scene, and noise.
 from __future__ import annotations
 
 import math
+from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache
@@ -22,29 +23,71 @@ from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
+from focalgradient.statistics import rating_questions, slope_questions, step_questions
 from focalgradient.statistics.crossed import mean_tests
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Analysis, less
-from focalgradient.statistics.rating_questions import DIFFERENCE, EFFECT, EQUIVALENT
+from focalgradient.statistics.rating_questions import EQUIVALENT
 from focalgradient.statistics.records import ALPHA
+from focalgradient.user_tables.tidy import in_order
 
-__all__ = ["TESTS", "Model", "quick_power", "rise_power", "simulated_ratings"]
-
-TESTS = {
-    "near_rise": "near: rises with blur",
-    "far_equivalent": "far: equivalent to zero",
-    "interaction": "near rises more than far",
-}
-"""Tests and their meaning, each at .05 as in the report."""
-
+__all__ = ["Model", "Raters", "quick_power", "simulated_ratings"]
 
 RATIO = Range("ratios, where 1 is no effect,", 0.1, 10)
 
 
+class Raters(People):
+    """People who rate depth: on each scale the effect of the aperture, and how it differs between fixations."""
+
+    __slots__ = ()
+
+    designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
+
+    @abstractmethod
+    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        """Simulate answers, with the columns of a data set."""
+
+    def check(self, design: DepthRatingDesign) -> None:
+        People.check(self, design)
+        if len(design.apertures) < 2:
+            raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
+
+    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
+        scale = design.response_scale.analysis
+        asked = questions_of(scale, design.fixations, len(design.scenes), {}, bound)
+        return replace(asked, generator=lambda subjects, rng: self.simulated(design, subjects, rng))
+
+    def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
+        scale, (effect, difference) = design.response_scale.analysis, main_questions(design)
+        first, *others = in_order(design.fixations)
+        rest = " and ".join(others)
+        claims = {"near_rise": Claim(f"{first}: rises with blur", effect, (first,))}
+        if others and scale.ratios:
+            claims["far_equivalent"] = Claim(f"{rest}: equivalent to zero", EQUIVALENT, tuple(others))
+        if others and scale.compares_slopes:
+            levels = tuple(less(first, other) for other in others)
+            claims["interaction"] = Claim(f"{first} rises more than {rest}", difference, levels)
+        return claims
+
+    def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:
+        effect, _ = main_questions(design)
+        return tuple((f"{name} in focus", effect, name) for name in in_order(design.fixations)[:2])
+
+
+def main_questions(design: DepthRatingDesign) -> tuple[str, str]:
+    """Return the names of the questions about the change with the aperture, and about its differences."""
+    scale = design.response_scale.analysis
+    if scale.ratios:
+        return rating_questions.EFFECT, rating_questions.DIFFERENCE
+    if scale.whole:
+        return step_questions.EFFECT, step_questions.DIFFERENCE
+    return slope_questions.SLOPE, slope_questions.DIFFERENCE
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Model(People):
+class Model(Raters):
     """Statistical model of subjects in experiment 1; docs/power.md gives the source of each value.
 
     Parameters
@@ -82,7 +125,6 @@ class Model(People):
     bounded: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes", "scenes", "noise")
-    designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
 
     def __post_init__(self) -> None:
         check_fields(self)
@@ -91,32 +133,16 @@ class Model(People):
         return 0.005
 
     def check(self, design: DepthRatingDesign) -> None:
-        People.check(self, design)
+        Raters.check(self, design)
         if not design.response_scale.analysis.ratios:
             raise InputError(
                 f"scale is {design.scale!r}, but must have answers that are ratios: use LatentModel, or another scale."
             )
-        if len(design.apertures) < 2 or len(design.fixations) < 2:
-            raise InputError(
-                "apertures and fixations must have at least two entries each, because they are compared: add another."
-            )
         if "pinhole" not in design.apertures:
             raise InputError("apertures must have 'pinhole', from which the depth effect is measured: add it.")
 
-    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
-        asked = questions_of("ratio", design.fixations, len(design.scenes), {}, bound)
-        return replace(asked, generator=lambda subjects, rng: simulated_ratings(design, subjects, self, rng))
-
-    def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
-        at = {
-            "near_rise": (EFFECT, "nearest"),
-            "far_equivalent": (EQUIVALENT, "farthest"),
-            "interaction": (DIFFERENCE, less("nearest", "farthest")),
-        }
-        return {name: Claim(TESTS[name], question, (level,)) for name, (question, level) in at.items()}
-
-    def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:
-        return ("near object in focus", EFFECT, "nearest"), ("far object in focus", EFFECT, "farthest")
+    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+        return simulated_ratings(design, subjects, self, rng)
 
 
 EXAMPLES = {"example-flat": -1.0, "example-deep": 1.0}
@@ -189,7 +215,7 @@ def _columns(design_json: str, participant: str) -> pd.DataFrame:
 
 
 def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[str, float]:
-    """Return the power of the three tests from directly drawn tables of log ratios, without lapses and exclusion.
+    """Return the power from directly drawn tables of log ratios, without lapses and exclusion.
 
     Parameters
     ----------
@@ -203,7 +229,7 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     Returns
     -------
     dict
-        Proportion of experiments in which each of `TESTS` is significant.
+        Proportion of experiments in which each claim of the study is supported.
 
     Examples
     --------
@@ -211,26 +237,9 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     >>> found["near_rise"] > 0.95
     True
     """
-    assert isinstance(study.model, Model)
-    return rise_power(study.model, study.design, study.bound, subjects, experiments, seed=study.seed)
-
-
-def rise_power(
-    model: Model,
-    design: DepthRatingDesign,
-    bound: float,
-    subjects: int,
-    experiments: int = 2000,
-    *,
-    seed: int = 1,
-) -> dict[str, float]:
-    """Return the power as `quick_power` does, for a design with any number of fixations.
-
-    The first fixation in the order of the report has the near effect, the others the far effect. "far_equivalent" means
-    that all others are equivalent to zero, "interaction" that the first effect exceeds each of them; both are absent
-    without other fixations.
-    """
-    rng = default_rng(SeedSequence([seed, subjects, experiments]))
+    model, design = study.model, study.design
+    assert isinstance(model, Model)
+    rng = default_rng(SeedSequence([study.seed, subjects, experiments]))
     shape = (experiments, subjects, len(design.scenes))
     noise = model.noise * math.sqrt(2 / design.repetitions)
     rises = [
@@ -248,7 +257,7 @@ def rise_power(
         return shares
     none = np.ones(experiments, bool)
     for mean, error, df in found[1 : len(rises)]:
-        none &= np.maximum(*one_sided(mean, error, df, math.log(bound))) < ALPHA
+        none &= np.maximum(*one_sided(mean, error, df, math.log(study.bound))) < ALPHA
     larger, apart = np.ones(experiments, bool), holm(p[:, len(rises) :])
     for at, (first, _) in enumerate(pairs):
         if first == 0:

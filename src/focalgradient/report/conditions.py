@@ -19,7 +19,7 @@ from focalgradient.plotting.traces import trace_figure
 from focalgradient.power.own_tasks import tested_of
 from focalgradient.report.choices import OWN
 from focalgradient.report.exclusions import TRIALS, WITHOUT
-from focalgradient.report.export import table_files
+from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
@@ -34,7 +34,7 @@ from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
 from focalgradient.user_tables import OwnConditions
 
-__all__ = ["conditions_of_dataset", "conditions_of_table", "task_plan"]
+__all__ = ["condition_part", "conditions_of_dataset", "conditions_of_table", "task_plan"]
 
 TRACE = (
     "Levels that the procedure set, trial by trial, of each participant (open: wrong answers). They are not answers "
@@ -77,7 +77,7 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")
     simulated = bool((own.table["kind"] == "simulated").any())
-    return _part(names, plan, own.table, rows, tests, rating_tests(own), left_out, simulated=simulated)
+    return condition_part(names, plan, own.table, rows, tests, rating_tests(own), left_out, simulated=simulated)
 
 
 def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
@@ -99,7 +99,8 @@ def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
     plan = task_plan(task, settings, tests, called(task, "factors", task.factors, design))
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
-    part = _part(names, plan, table, rows, tests, tests, simulated=data.simulated, units=units, data=data)
+    shown = names, plan, table, rows, tests, tests
+    part = condition_part(*shown, simulated=data.simulated, units=units, data=data, repeated_in_r=task.tested is None)
     by, traces = tests[0].factor if tests else None, []
     for level in task.adapted_fields:
         drawn = partial(trace_figure, rows, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
@@ -112,7 +113,7 @@ def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
     )
 
 
-def _part(
+def condition_part(
     names: tuple[str, str, str],
     plan: Plan,
     table: pd.DataFrame,
@@ -124,10 +125,12 @@ def _part(
     simulated: bool,
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
+    repeated_in_r: bool = False,
 ) -> Part:
     """Return the section on tests with and without (`before`) exclusions; `names` are heading, prefix and answers."""
     title, name, noun = names
-    kept, everyone = (condition_questions(of).answers(of) for of in (tests, before))
+    kept, everyone = (condition_questions(of, repeated_in_r=repeated_in_r).answers(of) for of in (tests, before))
+    script = r_script("conditions", kept).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
@@ -151,7 +154,7 @@ def _part(
             for place, factor in enumerate(factors)
         ],
         captions={EFFECTS: f"Tests of the conditions; Holm’s correction is over those of answers{effects}"},
-        files=table_files(f"{name}_trials", table),
+        files=table_files(f"{name}_trials", table) | ({"conditions.R": script} if kept.r_code else {}),
     )
 
 

@@ -14,6 +14,7 @@ from focalgradient.observers.percept_rules import PERCEPT_OBSERVERS
 from focalgradient.observers.transducers import transducer_observers
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed
+from focalgradient.statistics.cube import percepts_in_order
 
 __all__ = ["Observed", "observed_percepts", "observed_ratings", "observed_thresholds"]
 
@@ -81,15 +82,12 @@ def observed_ratings(kept: pd.DataFrame, analysis: Analysis) -> Observed | NotCo
 
 def observed_percepts(kept: pd.DataFrame) -> Observed | NotComputed:
     """Prepare percept durations of the cube, for both readings."""
-    rows = kept[~kept["catch"] & kept["percept"].isin(["rigid", "nonrigid"]) & (kept["duration"] > 0)]
+    rows, first = percepts_in_order(kept[~kept["catch"]])
     if rows.empty:
         return NotComputed("No reading was reported for any time: no observer can be fitted.")
     if few := _too_few(rows):
         return few
-    keys = [name for name in ("participant_id", "session", "trial") if name in rows]
-    rows = rows.sort_values([*keys, "onset"], kind="stable")
-    first = ~rows.duplicated(keys).to_numpy()
-    reading = np.where(rows["percept"] == "rigid", 0.5, -0.5)
+    reading = rows["reading"].to_numpy()
     strengths = rows["strength"].to_numpy(float)
     size = np.where(rows["gradient"] == "none", 0.0, strengths / max(float(strengths.max()), 1e-9))
     favours = np.where(rows["gradient"] == "rigid", 1.0, -1.0)

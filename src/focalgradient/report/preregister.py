@@ -8,6 +8,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import pandas as pd
+from numpy.random import default_rng
+
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, load_design
 from focalgradient.errors import InputError
 from focalgradient.power import (
@@ -19,7 +23,7 @@ from focalgradient.power import (
     latent_power,
     power,
     quick_cube_power,
-    rise_power,
+    quick_power,
     run_here,
 )
 from focalgradient.power.own_tasks import planned_of
@@ -31,16 +35,8 @@ from focalgradient.report.ratings import rating_plan, shown_ratings
 from focalgradient.report.rules import MEANING, Stated, as_toml
 from focalgradient.report.thresholds import threshold_plan
 from focalgradient.scales import Analysis, OrdinalSteps
-from focalgradient.statistics.exclusions import (
-    FEW_OF_CONDITION,
-    FEW_PLACES,
-    NO_CATCH,
-    NO_STARTS,
-    NOT_DIFFERENT,
-    NOT_REPEATED,
-)
+from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.hypotheses import check_bound
-from focalgradient.statistics.judging import MIN_ANSWERS, MIN_STARTS
 from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
 from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.tasks import Task, task_named
@@ -274,19 +270,15 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
         bound=asked.used_bound,
         further=[CONFIDENCE_METHOD] * design.confidence,
     )
-    assumed, powers = (_ratios if analysis.ratios else _latent)(design, asked)
-    first, rest = fixations[0], " and ".join(fixations[1:])
+    study = Study((Model if analysis.ratios else LatentModel)(**asked.effects), design, asked.used_bound)
+    assumed, powers = (_ratios if analysis.ratios else _latent)(study)
     skipped = {"bound", *unjudged, *(() if analysis.ratios else ("catch_factor",))}
     return Preregistered(
         about="depth ratings by aperture and fixation",
         plan=plan,
         subjects=assumed,
         powers=powers,
-        tests={
-            "near_rise": f"{first}: rises with blur",
-            "far_equivalent": f"{rest}: equivalent to zero",
-            "interaction": f"{first} rises more than {rest}",
-        },
+        tests=study.tests,
         neutral=_neutral(design, analysis),
         failed=[FAILED_RATIOS if analysis.ratios else FAILED_OTHERS],
         stated=asked.stated,
@@ -306,25 +298,28 @@ FAILED_OTHERS = (
 
 
 def _unjudged(design: DepthRatingDesign, stated: Stated) -> dict[str, str]:
-    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give."""
-    reasons = {}
-    trials = len(design.scenes) * design.repetitions
-    analysis = design.response_scale.analysis
-    if not design.catch_trials:
-        reasons["catch_passed"] = NO_CATCH
-    if not analysis.ratios:
-        reasons |= {"repeat_factor": analysis.no_ratios, "lapses": analysis.no_ratios}
-    if analysis.ratios and design.repetitions < 2:
-        reasons["repeat_factor"] = NOT_REPEATED
-    if analysis.ratios and trials < 3:
-        reasons["lapses"] = FEW_OF_CONDITION
-    if analysis.binary and design.catch_trials < MIN_ANSWERS:
-        reasons["same_answer"] = NOT_DIFFERENT
-    if analysis.binary or design.answer == "typed":
-        reasons["first_press"] = NO_STARTS
-    elif trials * len(design.apertures) * len(design.fixations) < MIN_STARTS:
-        reasons["first_press"] = FEW_PLACES
-    return {name: reason for name, reason in reasons.items() if getattr(stated.rules, name) is not None}
+    """Return rules that cannot be applied to answers of a design, with the reasons that the report will give.
+
+    They are those that cannot be applied to answers of three people to whom scenes differ. Whether ratings of scenes
+    differ enough for `same_answer` depends on the answers, not on the design.
+    """
+    scale, rng = design.response_scale, default_rng(0)
+    levels = dict(zip(design.scenes, np.linspace(-1, 1, len(design.scenes)), strict=True))
+    rows = [
+        (f"sub-{who}", *(getattr(trial, name) for name in SHOWN), scale.simulated(levels.get(trial.scene, 0.0), 1.0))
+        for who in ("01", "02", "03")
+        for trial in design.trials(who)
+        if trial.phase == "main"
+    ]
+    table = pd.DataFrame(rows, columns=["participant_id", *SHOWN, "rating"]).assign(response_time=1.0, dropped_frames=0)
+    if not scale.analysis.binary and design.answer != "typed":
+        table["start"] = [scale.simulated(level, 1.0) for level in rng.uniform(-1, 1, len(table))]
+    unjudged = quality(table, stated.rules, scale.analysis)[1].unjudged
+    return {one.rule: one.reason for one in unjudged if scale.analysis.binary or one.rule != "same_answer"}
+
+
+SHOWN = ("trial", "scene", "aperture", "aperture_mm", "fixation", "interval", "catch")
+"""Fields of a trial that are columns of a table of ratings."""
 
 
 def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
@@ -341,11 +336,11 @@ def _neutral(design: DepthRatingDesign, analysis: Analysis) -> list[str]:
     return tests
 
 
-def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
+def _ratios(study: Study) -> tuple[str, Powers]:
     """Return the assumptions about ratios in words, and the power of their tests."""
-    model = Model(**asked.effects)
-    powers = {number: rise_power(model, design, asked.used_bound, number, EXPERIMENTS) for number in SUBJECTS}
-    far = "" if len(design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
+    model: Any = study.model
+    powers = {number: quick_power(study, number, EXPERIMENTS) for number in SUBJECTS}
+    far = "" if len(study.design.fixations) == 1 else f" and of {model.far_effect:g} with the other objects in focus"
     assumed = (
         f"by {EXPERIMENTS:,} simulated experiments each, analysed as above, none excluded. Assumed: a mean depth "
         f"effect of {model.effect:g} with the first object in focus{far} (ratios), standard deviations of the log "
@@ -355,17 +350,17 @@ def _ratios(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
     return assumed, powers
 
 
-def _latent(design: DepthRatingDesign, asked: Planned) -> tuple[str, Powers]:
+def _latent(study: Study) -> tuple[str, Powers]:
     """Return the assumptions about ordinal answers or choices in words, and the power of their tests."""
-    latent = LatentModel(**asked.effects)
-    far = "" if len(design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
+    latent: Any = study.model
+    far = "" if len(study.design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
     assumed = (
         "by simulated experiments with 8 and 24 subjects, analysed as above, none excluded, whose standard errors give "
         f"those of other numbers. Assumed: a ratio of the odds of a higher answer of {latent.effect:g} at the largest "
         f"aperture with the first object in focus{far}, standard deviations of its logarithm of {latent.between:g} "
         f"over subjects and {latent.between_scenes:g} over scenes."
     )
-    return assumed, latent_power(Study(latent, design), SUBJECTS)
+    return assumed, latent_power(study, SUBJECTS)
 
 
 def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
@@ -378,7 +373,8 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     """
     model, rules = CubeModel(**asked.effects), asked.stated.rules
     study = Study(model, design)
-    unjudged = {} if design.catch_trials or rules.catch_passed is None else {"catch_passed": NO_CATCH}
+    judged = quality(study.table(1, study.stream(1)), rules)[1]
+    unjudged = {one.rule: one.reason for one in judged.unjudged}
     largest = max(design.strengths_mm)
     plan = cube_plan(shown_cube(design.model_dump()), rules, unjudged, design.gradients, largest)
     return Preregistered(

@@ -12,7 +12,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import between_levels, family, paired_effect
-from focalgradient.statistics.questions import Analysis, Answers, Question, less
+from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import many, number, statistic
 
@@ -172,8 +172,15 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     )
 
 
-def condition_questions(tests: Sequence[ConditionTest]) -> Analysis:
+def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool = False) -> Analysis:
     """Return a question for each test, asked of the tests with their effects; tests without effects have no answer.
+
+    Parameters
+    ----------
+    tests
+        Tests.
+    repeated_in_r
+        True for tests by `condition_tests`, which have R code.
 
     Examples
     --------
@@ -181,10 +188,21 @@ def condition_questions(tests: Sequence[ConditionTest]) -> Analysis:
     >>> [answer.name for answer in condition_questions(tests).answers(tests)]
     ['slope of blur on sigma']
     """
-    return Analysis([_question(place, test) for place, test in enumerate(tests)])
+    factors = ", ".join(dict.fromkeys(quoted(test.factor) for test in tests))
+    codes = [_in_r(test, factors) * repeated_in_r for test in tests]
+    return Analysis([_question(*asked) for asked in zip(range(len(tests)), tests, codes, strict=True)])
 
 
-def _question(place: int, test: ConditionTest) -> Question:
+def _in_r(test: ConditionTest, factors: str) -> str:
+    of = f"means({quoted(test.answer)}, {str(test.log).upper()}, {quoted(test.factor)}, c({factors}))"
+    if test.level is None or test.against is None:
+        return f'show({quoted(test.name)}, "", over_people(slopes({of})))\n'
+    levels = (quoted({"True": "TRUE", "False": "FALSE"}.get(name, name)) for name in (test.level, test.against))
+    one, other = (f"level({of}, {name})" for name in levels)
+    return f'show({quoted(test.name)}, "", compared({one}, {other}))\n'
+
+
+def _question(place: int, test: ConditionTest, r_code: str) -> Question:
     def fit(tests: Sequence[ConditionTest]) -> dict[str, Effect | NotComputed]:
         effect = tests[place].effect
         return {} if effect is None else {"": effect}
@@ -194,7 +212,8 @@ def _question(place: int, test: ConditionTest) -> Question:
 
     unit = f"log {test.answer}" if test.log else test.answer
     hypothesis = (f"The {test.name} differs from 0.",)
-    return Question(test.name, fit, "main", unit, headline=test.name, sentence=sentence, hypothesis=hypothesis)
+    described = {"headline": test.name, "sentence": sentence, "hypothesis": hypothesis}
+    return Question(test.name, fit, "main", unit, r_code=r_code, **described)  # type: ignore[arg-type]
 
 
 def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> str:

@@ -43,6 +43,7 @@ __all__ = [
     "cube_questions",
     "necker",
     "own_odds",
+    "percepts_in_order",
 ]
 
 READINGS = ("rigid", "nonrigid")
@@ -504,20 +505,28 @@ def _people(condition: tuple[str, float], percept: str, reported: pd.DataFrame) 
     )
 
 
-def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> DominanceModel | NotComputed:
-    rows = reported[_of(reported, condition) & (reported["duration"] > 0)].copy()
+def percepts_in_order(reported: pd.DataFrame) -> tuple[pd.DataFrame, NDArray[np.bool_]]:
+    """Return the reports of either reading in the order of report, and which are the first of their trial.
+
+    The column `reading` is 0.5 for the rigid reading, -0.5 for the nonrigid one.
+    """
+    rows = reported[reported["percept"].isin(READINGS) & (reported["duration"] > 0)]
     keys = [name for name in ("participant_id", "session", "trial") if name in rows]
     rows = rows.sort_values([*keys, "onset"], kind="stable")
-    trial = rows.drop_duplicates(keys).groupby("participant_id").cumcount() + 1
-    first = ~rows.duplicated(keys)
+    return rows.assign(reading=np.where(rows["percept"] == "rigid", 0.5, -0.5)), ~rows.duplicated(keys).to_numpy()
+
+
+def _over_people(condition: tuple[str, float], reported: pd.DataFrame) -> DominanceModel | NotComputed:
+    rows, first = percepts_in_order(reported[_of(reported, condition)])
+    trial = rows[first].groupby("participant_id").cumcount() + 1
     return fit_dominance(
         PerceptDurations(
             seconds=rows["duration"].to_numpy(),
             censored=rows["censored"].to_numpy(),
             participant=rows["participant_id"].to_numpy(),
-            reading=np.where(rows["percept"] == "rigid", 0.5, -0.5),
+            reading=rows["reading"].to_numpy(),
             trial=np.asarray(trial.reindex(rows.index).ffill(), float),
-            first=first.to_numpy(),
+            first=first,
         )
     )
 

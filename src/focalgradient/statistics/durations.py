@@ -26,6 +26,8 @@ __all__ = [
     "Family",
     "fit_durations",
     "fit_durations_of_people",
+    "gamma_log_density",
+    "lognormal_log_density",
 ]
 
 FloatArray = NDArray[np.float64]
@@ -141,22 +143,22 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
         return NotComputed(f"A fit needs {FEWEST} uncensored durations, and there are {complete.size}.")
     if np.ptp(complete) == 0:
         return NotComputed(f"All durations are identical ({complete[0]:.3g} s): no distribution can be fitted.")
-    cut, logs = durations[censored], np.log(complete)
-    spread = float(logs.std())
-    if family == "gamma":
-        start, cost = (spread**-2, float(complete.mean()) * spread**2), _gamma_cost
-    else:
-        start, cost = (spread, math.exp(float(logs.mean()))), _lognormal_cost
+    spread = float(np.log(complete).std())
+    start = np.array([-2 * math.log(spread), math.log(complete.mean() * spread**2)])
+    if family == "lognormal":
+        start = np.array([math.log(spread), np.log(complete).mean()])
+
+    def cost(free: FloatArray) -> float:
+        if family == "gamma":
+            return -float(gamma_log_density(durations, float(np.exp(free[0])), free[1], censored).sum())
+        return -float(lognormal_log_density(durations, free[1], math.exp(free[0]), censored).sum())
+
     with np.errstate(over="ignore", invalid="ignore"):  # the search may evaluate extreme parameters
         found = optimize.minimize(
-            cost,
-            np.log(start),
-            args=(complete, logs, cut),
-            method="Nelder-Mead",
-            options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000},
+            cost, start, method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 2000}
         )
-        at = polished(lambda free: cost(free, complete, logs, cut), found.x)
-        covariance = None if at is None else covariance_at(lambda free: cost(free, complete, logs, cut), at)
+        at = polished(cost, found.x)
+        covariance = None if at is None else covariance_at(cost, at)
     if at is None or covariance is None:
         return NotComputed(
             f"The likelihood of the {family} distribution has no maximum: too many durations are censored."
@@ -169,8 +171,7 @@ def fit_durations(durations: ArrayLike, censored: ArrayLike, family: Family) -> 
         of_mean = np.array([shape**2, 1.0])  # derivatives of the log mean by the logarithms of shape and scale
     shape_se = shape * math.sqrt(covariance[0, 0])
     mean_se = mean * math.sqrt(float(of_mean @ covariance @ of_mean))
-    log_likelihood = -cost(at, complete, logs, cut)
-    return DurationFit(family, shape, scale, mean, cv, log_likelihood, shape_se, mean_se)
+    return DurationFit(family, shape, scale, mean, cv, -cost(at), shape_se, mean_se)
 
 
 def fit_durations_of_people(
@@ -287,18 +288,33 @@ class _PeopleCost:
         return -float((special.logsumexp(density, axis=1) + np.log(sd * (NODES[1] - NODES[0]))).sum())
 
 
-def _gamma_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
-    """Return the negative log likelihood by log shape and log scale."""
-    shape, scale = np.exp(free)
-    density = (shape - 1) * logs - complete / scale - special.gammaln(shape) - shape * free[1]
-    with np.errstate(divide="ignore"):  # impossible survival times give an infinite cost
-        beyond = np.log(special.gammaincc(shape, cut / scale))
-    return -float(density.sum() + beyond.sum())
+def gamma_log_density(
+    seconds: ArrayLike, shape: float, log_scale: float | FloatArray, censored: ArrayLike
+) -> FloatArray:
+    """Return the log density of gamma-distributed durations, or of lasting longer where they are censored.
+
+    >>> gamma_log_density([2.0, 2.0], 1.0, 0.0, [False, True]).round(6).tolist()
+    [-2.0, -2.0]
+    """
+    seconds = np.asarray(seconds, float)
+    scaled = np.asarray(seconds * np.exp(-log_scale))
+    density = np.asarray((shape - 1) * np.log(seconds) - scaled - special.gammaln(shape) - shape * log_scale)
+    cut = np.broadcast_to(censored, density.shape)
+    density[cut] = np.log(np.maximum(special.gammaincc(shape, scaled[cut]), 1e-300))
+    return density
 
 
-def _lognormal_cost(free: FloatArray, complete: FloatArray, logs: FloatArray, cut: FloatArray) -> float:
-    """Return the negative log likelihood by log SD and median of the logarithm."""
-    shape = math.exp(free[0])
-    density = -(((logs - free[1]) / shape) ** 2) / 2 - free[0] - logs - math.log(2 * math.pi) / 2
-    beyond = special.log_ndtr((free[1] - np.log(cut)) / shape)
-    return -float(density.sum() + beyond.sum())
+def lognormal_log_density(
+    seconds: ArrayLike, log_median: float | FloatArray, sd: float | FloatArray, censored: ArrayLike
+) -> FloatArray:
+    """Return the same of log-normal durations, given log median and standard deviation of the logarithm.
+
+    >>> lognormal_log_density([1.0, 1.0], 0.0, 1.0, [False, True]).round(6).tolist()
+    [-0.918939, -0.693147]
+    """
+    logs = np.log(np.asarray(seconds, float))
+    score = np.asarray((logs - log_median) / sd)
+    density = np.asarray(-(score**2) / 2 - np.log(sd) - math.log(2 * math.pi) / 2 - logs)
+    cut = np.broadcast_to(censored, density.shape)
+    density[cut] = special.log_ndtr(-score[cut])
+    return density

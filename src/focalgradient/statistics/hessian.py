@@ -47,14 +47,9 @@ def hessian(function: Callable[[FloatArray], float], at: FloatArray) -> FloatArr
     >>> hessian(lambda x: 3 * x[0] ** 2 - x[0] * x[1], np.array([1.0, 2.0])).round(6).tolist()
     [[6.0, -1.0], [-1.0, 0.0]]
     """
-    steps = STEP * np.eye(len(at))
-    second = np.empty((len(at), len(at)))
-    for i in range(len(at)):
-        for j in range(i + 1):
-            corners = ((1, 1), (1, -1), (-1, 1), (-1, -1))
-            found = sum(a * b * function(at + a * steps[i] + b * steps[j]) for a, b in corners)
-            second[i, j] = second[j, i] = found / (4 * STEP**2)
-    return second
+    from statsmodels.tools.numdiff import approx_hess3  # type: ignore[import-untyped]
+
+    return np.asarray(approx_hess3(at, function, epsilon=STEP))
 
 
 def polished(
@@ -151,6 +146,7 @@ def _curvature(
 ) -> FloatArray:
     if gradient is None:
         return hessian(cost, at)
-    rows = [(gradient(at + step) - gradient(at - step)) / (2 * STEP) for step in STEP * np.eye(len(at))]
-    second = np.stack(rows)
+    from statsmodels.tools.numdiff import approx_fprime
+
+    second = np.atleast_2d(approx_fprime(at, gradient, epsilon=STEP, centered=True))
     return np.asarray((second + second.T) / 2)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -35,6 +36,7 @@ __all__ = [
     "corrections",
     "in_r",
     "less",
+    "quoted",
     "stated",
     "tested",
 ]
@@ -223,6 +225,11 @@ def in_r(name: str, tables: str, test: str) -> str:
     for (f in names(effects)) show("depth effect", f, crossed(effects[[f]]))
     """
     return f'for (f in names({tables})) show("{name}", f, {test}({tables}[[f]]))\n'
+
+
+def quoted(text: str) -> str:
+    """Quote a text for R."""
+    return json.dumps(text, ensure_ascii=False)
 
 
 def stated(

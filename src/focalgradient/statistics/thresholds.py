@@ -6,7 +6,6 @@ lapse rate on a grid. The function is a Weibull function of the level that start
 
 from __future__ import annotations
 
-import json
 import math
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -22,7 +21,7 @@ from focalgradient.errors import InputError, check_installed
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.means import between_levels, t_interval
-from focalgradient.statistics.questions import Analysis, Answers, Question, Tested
+from focalgradient.statistics.questions import Analysis, Answers, Question, Tested, quoted
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.wording import statistic, with_interval
 
@@ -463,7 +462,7 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
             sentence=ratio,
             method=f"{compared[0].upper()}{compared[1:]}, several by Holm’s method." if pairs else "",
             r_code="".join(
-                f"show({_quoted(RATIO)}, {_quoted(level)}, ratio(of({_quoted(one)}), of({_quoted(other)})))\n"
+                f"show({quoted(RATIO)}, {quoted(level)}, compared(of({quoted(one)}), of({quoted(other)})))\n"
                 for level, (one, other) in pairs.items()
             ),
         ),
@@ -475,11 +474,6 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
 
 Results = Mapping[str, ThresholdResult]
 """Thresholds by condition."""
-
-
-def _quoted(text: str) -> str:
-    """Quote a text for R."""
-    return json.dumps(text, ensure_ascii=False)
 
 
 def attending(results: Results) -> tuple[Results, Quality]:

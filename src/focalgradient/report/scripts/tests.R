@@ -17,3 +17,10 @@ interval <- function(own) {  # mean of one value a person with its interval
   found <- over_people(own)
   if (is.character(found)) c(estimate = mean(own, na.rm = TRUE)) else found[c("estimate", "low", "high")]
 }
+compared <- function(one, other) {  # difference of two named vectors: within people, else Welch's test of two groups
+  one <- one[!is.na(one)]; other <- other[!is.na(other)]; both <- intersect(names(one), names(other))
+  if (length(both)) return(over_people(one[both] - other[both]))
+  if (min(length(one), length(other)) < 2) return("Fewer than two subjects in a group: no test.")
+  v <- c(var(one) / length(one), var(other) / length(other)); n <- c(length(one), length(other)) - 1
+  student(mean(one) - mean(other), sqrt(sum(v)), sum(v)^2 / sum(v^2 / n))
+}

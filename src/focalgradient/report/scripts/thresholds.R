@@ -9,10 +9,3 @@ d$condition <- if (is.null(d$condition)) rep("", nrow(d)) else ifelse(is.na(d$co
 of <- function(condition) {  # of each person, averaged over sessions
   own <- d[d$condition == condition, ]; tapply(own$log, own$participant, mean)
 }
-ratio <- function(one, other) {
-  both <- intersect(names(one), names(other))
-  if (length(both)) return(over_people(one[both] - other[both]))
-  if (min(length(one), length(other)) < 2) return("Fewer than two subjects in a group: no test.")
-  v <- c(var(one) / length(one), var(other) / length(other)); n <- c(length(one), length(other)) - 1  # Welch
-  student(mean(one) - mean(other), sqrt(sum(v)), sum(v)^2 / sum(v^2 / n))
-}
