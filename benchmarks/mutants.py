@@ -14,9 +14,9 @@ kept beside the results (``mutants-ROOM.json``); of tests that changed, and of a
 made anew. Then each mutant runs, in a process forked from one that has loaded the libraries, only the tests that
 execute the changed expression, files of little time first, up to the first that fails; after them the tests that start
 processes, whose lines are unknown. A changed constant of a module runs the tests that execute functions of its file,
-or of files that name it; so does a function that Numba compiles. A mutant is caught if a test fails that passes on the
-unchanged copy. A run that reaches ``--limit`` seconds counts as neither. The tests of other rooms and of the commands
-are not run, so the shares are lower bounds.
+or of files that name it; a changed function that Numba compiles also those in files that name it or its module. A
+mutant is caught if a test fails that passes on the unchanged copy. A run that reaches ``--limit`` seconds counts as
+neither. The tests of other rooms and of the commands are not run, so the shares are lower bounds.
 
 Each result is a row of the CSV file ``--results``; mutants with a row there are not run again, so that a run continues
 where it was stopped. ``--again`` runs those of the room that survived again, after tests were added, and no others;
@@ -241,18 +241,23 @@ class Copy:
         source = (self.folder / module).read_text(encoding="utf-8")
         places = {module: set(new.lines or ())}
         seen = {line for row in self.tests.values() for line in row["lines"].get(module, ())}
-        if new.lines is None or (not places[module] & seen and ("numba" in source or "_compiled" in source)):
-            names = "|".join(named_at(source, new.mutant.line)) or "\0"
+        compiled = new.lines is not None and not places[module] & seen and ("numba" in source or "_compiled" in source)
+        users: set[str] = set()
+        if new.lines is None or compiled:
+            names = "|".join([*named_at(source, new.mutant.line), *([Path(module).stem] if compiled else [])]) or "\0"
             for path in files(self.folder, self.room):
                 text = path.read_text(encoding="utf-8")
                 file = path.relative_to(self.folder).as_posix()
                 if file == module or re.search(rf"\b({names})\b", text):
                     places[file] = function_lines(text)
+            for file in {test.partition("::")[0] for test in self.tests} if compiled else ():
+                if re.search(rf"\b({names})\b", (self.folder / file).read_text(encoding="utf-8")):
+                    users.add(file)
 
         def executes(row: dict[str, Any]) -> bool:
             return any(not lines.isdisjoint(row["lines"].get(file, ())) for file, lines in places.items())
 
-        executing = [test for test, row in self.tests.items() if executes(row)]
+        executing = [test for test, row in self.tests.items() if executes(row) or test.partition("::")[0] in users]
         unknown = [test for test, row in self.tests.items() if row["starts_processes"] and test not in executing]
         time_of: dict[str, float] = {}
         for test in executing:

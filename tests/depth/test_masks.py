@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from blurred import lens, wall
+from scipy import ndimage
 from stepped import image_of, step
 
 from focalgradient import InputError, View, recover_depth
@@ -74,6 +75,21 @@ def test_a_saturated_photograph_says_so_by_its_mask_and_not_by_its_highest_value
     trusted = recover_depth(flat, near=0.85)
     guessed = recover_depth([replace(view, mask=None) for view in flat], near=0.85)
     assert trusted.details["share_disagreeing"] < guessed.details["share_disagreeing"]
+
+
+def test_hot_and_dead_pixels_reach_nothing_beside_them() -> None:
+    views = wall([lens(16), lens(5.6)], 1.3, noise=0.005)
+    image, random = views[-1].image.copy(), np.random.default_rng(1)
+    places = tuple(random.integers(20, n - 20, 30) for n in image.shape)
+    image[places] = random.choice([0.0, image.max() * 1.5], 30)
+    is_bad = np.zeros(image.shape, bool)
+    is_bad[places] = True
+    depth = recover_depth([*views[:-1], replace(views[-1], image=image)], near=0.85)
+    beside = ndimage.distance_transform_edt(~is_bad)
+    assert not depth.valid[is_bad].any()
+    assert depth.valid[(beside > 3) & (beside < 8)].mean() > 0.95
+    error = np.abs(depth.vergence - 1 / 1.3)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert (error < 2).mean() > 0.93
 
 
 def test_a_view_that_is_mostly_masked() -> None:

@@ -7,8 +7,9 @@ import pandas as pd
 import pytest
 from statsmodels.stats.inter_rater import cohens_kappa  # type: ignore[import-untyped]
 
+from focalgradient.scales import analysis_named
 from focalgradient.statistics import Rules, blur_thresholds, depth_rating, quality
-from focalgradient.statistics.judging import _start_agreement
+from focalgradient.statistics.judging import _most_frequent, _passed, _start_agreement
 from focalgradient.statistics.thresholds import Interval
 
 APERTURES = (("pinhole", 0.0), ("f/22", 2.27), ("f/11", 4.55), ("f/5.6", 8.93))
@@ -171,6 +172,17 @@ def test_agreement_with_the_start_is_cohens_kappa_and_needs_twenty_answers_in_tw
         assert (_start_agreement({"rating": two, "start": two}) is not None) == judged
     same = np.ones(40)
     assert _start_agreement({"rating": same, "start": same}) is None  # one step: every answer agrees by chance
+
+
+def test_sameness_is_judged_from_five_answers_on_and_the_standard_is_passed_within_one_step() -> None:
+    for count, share in ((4, None), (5, 0.6)):
+        rating, whole = np.array([1.0, 1.0, 1.0, 2.0, 3.0])[:count], np.ones(count, bool)
+        assert _most_frequent({"rating": rating, "side": np.full(count, np.nan), "pinhole": whole}, True) == share
+        side = np.array([-1.0, 1.0, -1.0, 1.0, -1.0])[:count]
+        assert _most_frequent({"rating": rating, "side": side, "pinhole": ~whole}, True) == share
+    answers = np.array([0.0, 1.0, -1.0, 2.0, -2.0])
+    passed = _passed(answers, np.zeros(5), Rules(), analysis_named("bipolar"))
+    assert passed.tolist() == [True, True, True, False, False]
 
 
 def test_keys_are_judged_without_a_gradient_only() -> None:

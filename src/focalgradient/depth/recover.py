@@ -134,8 +134,9 @@ def recover_depth(
         Two or more views of one scene, of one size, that differ in aperture, in focus, or in both. Depth comes on
         the first view's pixels. Views whose pixel angles differ (focusing changes magnification) are brought to the
         first view's; exposures may differ by an unknown gain. Pixels outside a view's mask are left out; of a view
-        without a mask, pixels at its highest value, where many share it, are taken for saturated. The left and right
-        view of dual pixels (`focalgradient.optics.DualPixel`) are compared by what displaces them: signed depth from
+        without a mask, pixels at its highest value, where many share it, are taken for saturated, and lone pixels
+        far outside the texture around them for hot or dead. The left and right view of dual pixels
+        (`focalgradient.optics.DualPixel`) are compared by what displaces them: signed depth from
         one shot, by ``"dual-pixels"``, which takes the place of ``"equalise"``.
     method
         How blur is measured.

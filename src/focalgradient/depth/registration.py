@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
+from focalgradient.depth.filters import mean_in_squares
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens, capabilities
@@ -55,6 +56,11 @@ ENOUGH = 0.25
 
 LEAST_MASKED = 0.05
 """Maximum proportion of masked pixels in a resampled pixel that is still usable. Chosen by hand."""
+
+DEFECT_SIDE, DEFECT, PLAIN = 5, 12.0, 2.0
+"""Side in pixels of the surroundings of a pixel; difference from their mean, in their standard deviations, above which
+it is defective (random dots on a tenth of the pixels reach 3.3); and standard deviation of surroundings, in that of
+noise, up to which they are plain. Chosen by hand."""
 
 LEAST_USABLE = 0.05
 """Minimum proportion of the frame that must be usable in all views. Chosen by hand."""
@@ -417,14 +423,34 @@ def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float,
 
 
 def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
-    """Return a view's image, pixels outside its mask replaced by the nearest inside, and the mask.
+    """Return a view's image, defective pixels and those outside its mask filled, and the mask without the defective.
 
     Of a view without a mask, pixels at the image's ceiling are left out, where many share the highest value.
     """
     image = np.asarray(view.image, np.float32)
-    if view.mask is None:
-        return image, ~at_ceiling(image)
-    return filled(image, view.mask), view.mask
+    mask = np.ones(image.shape, np.bool_) if view.mask is None else view.mask
+    image = filled(image, mask)
+    is_sound = ~_is_defective(image)
+    shown = ~at_ceiling(image) if view.mask is None else mask
+    return filled(image, is_sound), shown & is_sound
+
+
+def _is_defective(image: Image) -> NDArray[np.bool_]:
+    """Return the hot and dead pixels (H x W): lone ones far outside the texture around them.
+
+    On a plain ground the same may be a point of the scene.
+
+    >>> image = np.random.default_rng(0).standard_normal((64, 64)).astype(np.float32).cumsum(0).cumsum(1)
+    >>> image[20, 30] += 500
+    >>> np.argwhere(_is_defective(image)).tolist()
+    [[20, 30]]
+    """
+    count = DEFECT_SIDE**2
+    level = image - image.mean()
+    mean, square = ((count * mean_in_squares(some, DEFECT_SIDE) - some) / (count - 1) for some in (level, level**2))
+    sd = np.sqrt(np.maximum(square - mean**2, 0))
+    noise = np.median(np.abs(np.diff(np.diff(image, 2, axis=0), 2, axis=1))) / 4  # of which 6 times 0.67 is the median
+    return (np.abs(level - mean) > DEFECT * sd) & (sd > PLAIN * noise)
 
 
 def _shown(mask: NDArray[np.bool_], placement: Placement) -> NDArray[np.bool_]:

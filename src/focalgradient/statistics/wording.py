@@ -49,8 +49,8 @@ RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
 def number(value: float | None, digits: int = 3) -> str:
     r"""Format a number with a given number of significant digits.
 
-    >>> number(0.12345), number(1234.5), number(-0.0000456), number(None)
-    ('0.123', '1230', '−4.56\xa0×\xa010⁻⁵', '–')
+    >>> number(0.12345), number(1234.5), number(-0.0000456), number(None), number(0.0), number(1.0)
+    ('0.123', '1230', '−4.56\xa0×\xa010⁻⁵', '–', '0', '1.00')
     """
     if value is None or not math.isfinite(value):
         return NONE

@@ -2,7 +2,8 @@
 
 JPEG leaves less of fine detail, and less still of the blurred: depth of compressed views is estimated again at half
 their size, where most of what compression took away is averaged out, in a window twice as wide in the scene. It is used
-where fine detail gives no depth, and joined with that of fine detail where both are valid.
+where fine detail gives no depth, and joined with that of fine detail where both are valid; where fine detail leaves
+more than noise, and coarse detail does not, it is used alone.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from numpy.typing import NDArray
 from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.outlines import curves, find_outlines
-from focalgradient.depth.equalise.parts import Likelihood, detail_halves, refine, reject_outliers
-from focalgradient.depth.equalise.signal import NEARLY_NOTHING, Signal, beyond_ends, beyond_infinity
+from focalgradient.depth.equalise.parts import ERRS, Likelihood, detail_halves, refine, reject_outliers
+from focalgradient.depth.equalise.signal import BY_CHANCE, NEARLY_NOTHING, Signal, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
 from focalgradient.depth.filters import smoothed
 from focalgradient.depth.numerics import interpolate_nodes, repeat_blocks
@@ -35,10 +36,14 @@ def estimate(problem: Problem) -> Estimate:
     The views of `problem` are registered (`focalgradient.depth.registration`).
     """
     fine, beside_sd = estimate_at_one_scale(problem)
-    coarse = None if beside_sd is None else halved(problem)
-    if beside_sd is None or coarse is None:
+    is_misfit = fine.details["misfit"] > BY_CHANCE and fine.valid.mean() >= NEARLY_NOTHING
+    is_lost = is_misfit and len(set(problem.search.wavebands)) == 1
+    coarse = halved(problem) if is_lost or beside_sd is not None else None
+    if coarse is None:
         return fine
-    return joined(fine, estimate_at_one_scale(coarse)[0], beside_sd, problem.settings.window)
+    other = estimate_at_one_scale(coarse)[0]
+    is_joined = beside_sd is not None or other.details["misfit"] < ERRS
+    return joined(fine, other, beside_sd, problem.settings.window) if is_joined else fine
 
 
 def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float32] | None]:
@@ -134,7 +139,7 @@ CONTINUED = 0.12
 vergence. Without this limit 50 % of the pixels of 20 rooms are valid instead of 40 %, with a mean relative error of
 0.12 instead of 0.11, and a completed map is worse than one from fine detail alone (`benchmarks/rooms.py`)."""
 
-ALIKE = 0.7
+ALIKE = 0.65
 """Correlation of the errors of fine and of coarse detail, which come of the same texture: 0.65 in 18 rooms (median; 0.3
 to 0.9), 0.8 on rendered layers, each error over its standard deviation (`benchmarks/rooms.py`)."""
 
@@ -170,13 +175,15 @@ def halved(problem: Problem) -> Problem | None:
     )
 
 
-def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], window: float) -> Estimate:
+def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32] | None, window: float) -> Estimate:
     """Join estimates from fine detail, in a `window` (pixels), and from the `halved` problem.
 
-    Where both are valid each has the weight of its precision, and their errors are correlated (`ALIKE`). Coarse detail
-    alone is valid where it continues the depth around it at which both are. The standard deviation includes what the
-    two differ by, or what differs from that around, and is `least_sd` (H x W, in dioptres) at least wherever coarse
-    detail contributes: it says less of where a surface ends.
+    Where both are valid each has a weight of 1 over its standard deviation, as precision would trust the smaller of two
+    rough ones too much, and their errors are correlated (`ALIKE`). Coarse detail alone is valid where it continues the
+    depth around it at which both are. The standard deviation includes what the two differ by, or what differs from that
+    around, beyond what their errors make likely, and is `least_sd` (H x W, in dioptres) at least wherever coarse
+    detail contributes: it says less of where a surface ends. None: coarse detail is used alone, unless it gives depth
+    at fewer pixels.
     """
     shape = fine.valid.shape
     vergence, sd, known = (
@@ -184,13 +191,17 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], wind
         for values in (coarse.vergence, coarse.vergence_sd, coarse.valid)
     )
     is_coarse = known > 0.5
-    is_both = fine.valid & is_coarse
+    if least_sd is None and is_coarse.mean() < fine.valid.mean():
+        return fine
+    is_both = fine.valid & is_coarse & (least_sd is not None)
     near = smoothed(is_both.astype(np.float32), AROUND * window)
     around = smoothed(is_both * fine.vergence, AROUND * window) / np.maximum(near, 1e-6)
     apart = CONTINUED * abs(float(np.median(fine.vergence[fine.valid])))
     is_added = is_coarse & ~fine.valid & (near > KNOWN) & (np.abs(vergence - around) < apart)
-    share = np.where(is_both, 1 / (1 + (fine.vergence_sd / sd) ** 2), ~is_added).astype(np.float32)  # of fine detail
     valid = fine.valid | is_added
+    if least_sd is None:
+        is_added, valid, around, least_sd = is_coarse, is_coarse, vergence, np.zeros_like(sd)
+    share = np.where(is_both, sd / (fine.vergence_sd + sd), ~is_added).astype(np.float32)  # of fine detail
     outdated = set() if valid.mean() < NEARLY_NOTHING else {"rejected", "share_outside_range"}
     details = {
         **{name: value for name, value in fine.details.items() if name not in outdated},
@@ -200,9 +211,11 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32], wind
             "tau": coarse.details["split_band"]["tau"],
         },
     }
-    differ = np.where(is_added, vergence - around, np.sqrt(share * (1 - share)) * (vergence - fine.vergence))
-    one, other = share * fine.vergence_sd, (1 - share) * sd
-    joint_sd = np.sqrt(one**2 + other**2 + 2 * ALIKE * one * other + differ**2)
+    one, other, product = share * fine.vergence_sd, (1 - share) * sd, share * (1 - share)
+    covariance = ALIKE * fine.vergence_sd * sd
+    differ = np.where(is_added, (vergence - around) ** 2, product * (vergence - fine.vergence) ** 2)
+    likely = np.where(is_added, sd**2, product * (fine.vergence_sd**2 + sd**2 - 2 * covariance))
+    joint_sd = np.sqrt(one**2 + other**2 + 2 * product * covariance + np.maximum(differ - likely, 0))
     return replace(
         fine,
         vergence=share * fine.vergence + (1 - share) * vergence,

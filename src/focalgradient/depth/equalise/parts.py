@@ -31,6 +31,7 @@ from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = [
+    "ERRS",
     "Inliers",
     "Likelihood",
     "Part",

@@ -18,6 +18,7 @@ from focalgradient.depth.validity import LEAST_BLUR_SD, MIN_SUPPORT, OUTSIDE
 
 __all__ = [
     "AROUND",
+    "BY_CHANCE",
     "EXPLAINED",
     "NEARLY_NOTHING",
     "Signal",
