@@ -55,6 +55,7 @@ class BlurThreshold(Task[BlurThresholdDesign, Any, Chosen]):
     title: ClassVar[str] = "Threshold of blur, or of depth from blur, by an adaptive procedure"
     command: ClassVar[str] = "blur-threshold"
     modelled: ClassVar[bool] = True
+    no_pictures: ClassVar[str] = ""
     observer_s: ClassVar[float] = 1.5
     settings_file: ClassVar[str] = "blur_threshold"
     table: ClassVar[tuple[Column, ...]] = COLUMNS
