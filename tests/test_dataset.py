@@ -404,6 +404,9 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     (others / "manifest.json").write_text((others / "manifest.json").read_text().replace('"seed": 1', '"seed": 2'))
     assert "is not the set of pictures that was shown" in validate(data, others).problems[0]
     assert validate(data, others).problems[0].endswith("give another folder.")
+    Session.begin(tmp_path / "unseen", RATING, "01", apparatus=APPARATUS)._journal.close()
+    unseen = " ".join(validate(tmp_path / "unseen", pictures).problems)
+    assert "the sessions name no pictures: leave out --stimuli." in unseen
     killed = Session.begin(tmp_path / "killed", RATING, "06", apparatus=APPARATUS, stimuli=pictures)
     killed._journal.close()
     assert not any("set of pictures" in problem for problem in validate(tmp_path / "killed", pictures).problems)

@@ -430,7 +430,9 @@ def _other_stimuli(stimuli: Path, manifests: set[Any]) -> Iterator[str]:
     except InputError as error:
         yield str(error)
         return
-    if sha256 not in manifests:
+    if manifests == {None}:
+        yield f"{stimuli} cannot be compared: the sessions name no pictures: leave out --stimuli."
+    elif sha256 not in manifests:
         yield (
             f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]}); "
             "give another folder."
