@@ -138,9 +138,8 @@ def _analysed(table: pd.DataFrame, asked: Questions, analyse: Callable[[pd.DataF
     elif not found.subjects_before:
         main = NotComputed("All trials are catch trials: there is nothing to analyse.")
     else:
-        main = NotComputed(
-            f"The rules of exclusion leave out all {found.subjects_before} subjects: there is nothing to analyse."
-        )
+        who = "the only subject" if found.subjects_before == 1 else f"all {found.subjects_before} subjects"
+        main = NotComputed(f"The rules of exclusion leave out {who}: there is nothing to analyse.")
     return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone}
 
 

@@ -419,11 +419,11 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
         "blur-threshold gives how precisely a number of them determines the mean.",
         neutral=[
             f"Participants answer {ATTENDING:.0%} or more of the catch trials, at the greatest level, correctly.",
-            "The levels reach beyond the thresholds: no interval of a threshold reaches an end of the levels.",
+            "The levels reach beyond the thresholds: no interval of a threshold ends within 10 % of their ends.",
         ],
         failed=[
-            "Where a psychometric function cannot be fitted, or its interval reaches an end of the levels, the report "
-            "names the participant; the mean is over those with a fitted function.",
+            "Where a psychometric function cannot be fitted, or its interval ends within 10 % of an end of the "
+            "levels, the report names the participant; the mean is over those with a fitted function.",
         ],
     )
 

@@ -123,7 +123,7 @@ def shown_ratings(design: Mapping[str, Any], answers: str) -> str:
     names = tuple(design.get("fixations", FIXATIONS))
     focused = f"each with {in_words([f'“{name}”' for name in names])}"
     if names == FIXATIONS:
-        focused = "once with the nearest and once with the farthest object"
+        focused = "with the nearest and with the farthest object"
     elif len(names) == 1 and names[0] in FIXATIONS:
         focused = f"with the {names[0]} object"
     texts = [

@@ -170,8 +170,8 @@ def threshold_part(
         answers=answers,
         simulated=simulated,
         sample=[
-            f"Thresholds of {many(people, who).replace('persons', 'people')}{several}, of {many(len(table), 'trial')} "
-            f"at levels from {ends}."
+            f"{many(people, who).replace('persons', 'people')}{several} answered {many(len(table), 'trial')} at levels "
+            f"from {ends}."
         ],
         shown=everyone,
         data=data,
@@ -190,7 +190,7 @@ def _notices(condition: str, one: SubjectThreshold, levels: tuple[float, float],
     if isinstance(one.fit, NotComputed):
         yield f"{who}: {one.fit.reason}"
     elif one.fit.low < 1.1 * levels[0] or one.fit.high > levels[1] / 1.1:
-        yield f"{who}: the interval reaches the end of the levels, which go from {ends}: the threshold may lie beyond."
+        yield f"{who}: the interval ends within 10 % of an end of the levels ({ends}): the threshold may lie beyond."
     if not one.kept:
         yield (
             f"{who} was right in {one.catch_right} of {one.catch_trials} catch trials, fewer than {ATTENDING:.0%}: by "

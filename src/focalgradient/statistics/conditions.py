@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.files.cells import name_and_unit
 from focalgradient.statistics.means import between_levels, family, paired_effect
 from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
 from focalgradient.statistics.records import Effect, NotComputed
@@ -25,6 +26,9 @@ __all__ = [
     "planned_tests",
     "subject_effects",
 ]
+
+UNITS = {"mm": "millimetre", "cm": "centimetre", "deg": "degree", "arcmin": "minute of arc", "ms": "millisecond"}
+"""Names of the units that the heading of a condition may state."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +68,9 @@ class ConditionTest:
             return ""
         if isinstance(effect, NotComputed):
             return f"{self.name}: {effect.reason}"
+        name, unit = name_and_unit(self.factor)
         what = (
-            f"each unit of {self.factor}"
+            f"each {UNITS.get(unit, 'unit')} of {name if unit in UNITS else self.factor}"
             if self.level is None
             else f"{self.factor} {self.level} instead of {self.against}"
         )
