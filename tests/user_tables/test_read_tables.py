@@ -40,6 +40,14 @@ def test_trials_that_are_numbered_alike_are_numbered_anew(tmp_path: Path) -> Non
     assert any("does not tell all trials apart" in note for note in own.notices)
 
 
+def test_a_name_with_twice_the_trials_of_the_others_is_noted(tmp_path: Path) -> None:
+    shown = [f"s{scene},{aperture},near" for scene in range(3) for aperture in ("0", "f11")]
+    rows = [f"{name},{cells},{1 + number / 7:.3f}" for name in "ABCB" for number, cells in enumerate(shown, ord(name))]
+    rows[-6:] = [f"{row}1" for row in rows[-6:]]
+    own = read_ratings(write(tmp_path, "\n".join(["subject,scene,aperture,focus,rating", *rows])))
+    assert "B has 12 trials, each other participant 6: give people of one name different names." in own.notices
+
+
 def test_decimal_commas_and_conditions_in_another_language(tmp_path: Path) -> None:
     text = "Versuchsperson;Blende;Fokus;Urteil\nÄ;scharf;vorn;1,0\nÄ;offen;vorn;1,45\nÄ;f/11,0;hinten;0,9\n"
     own = read_ratings(
@@ -224,13 +232,15 @@ def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str
 
 
 BAD = {
-    "nothing": ("", "no header"),
+    "nothing": ("", "own.csv is empty"),
+    "no rows": ("subject,aperture,focus,rating\n", "has no rows below its header: give a row for each trial"),
+    "percent": ("subject,aperture,focus,rating\n1,0,near,30%\n", r"'30%', but .*below the heading 'rating \(%\)'"),
     "no participant": ("a,aperture,focus,rating\n1,0,near,1\n", r"participant \(its columns are a, aperture, focus"),
     "no rating": ("subject,focus\n1,near\n", "no columns for aperture, rating "),
     "no names": (
         "Name,Stop,Mark\n1,0,1\n",
-        r"participant, aperture, fixation, rating \(its columns are Name, Stop, Mark\): name them with columns="
-        r'\{"participant": "NAME", "aperture": "NAME", "fixation": "NAME", "rating": "NAME"\}, or give each',
+        r"participant, aperture, rating \(its columns are Name, Stop, Mark\): name them with columns="
+        r'\{"participant": "NAME", "aperture": "NAME", "rating": "NAME"\}, or give each',
     ),
     "no aperture and fixation": ("subject,rating\n1,1\n", r"no columns for aperture, fixation .*, add columns that"),
     "wide without fixation": ("subject,f/8,f/4\n1,1,1\n", "no column for fixation .*add one that says near or far"),

@@ -162,6 +162,14 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
     several = [str(name) for name in counts.index[counts > 1]]
     if 0 < len(several) < len(counts) / 2 and "session" not in table:
         notices.append(f"Rows in several places of the table count as of one person: {few(several)}.")
+    trials = people.value_counts()
+    usual = int(trials.mode().iloc[0]) if len(trials) else 0
+    more = trials[(trials > usual) & (trials % max(usual, 1) == 0)]
+    if usual >= MIN_BLOCK_ROWS and len(more) == 1 and (trials == usual).sum() == len(trials) - 1 > 1:
+        notices.append(
+            f"{few([str(more.index[0])])} has {more.iloc[0]} trials, each other participant {usual}: give people of "
+            "one name different names."
+        )
     return _without_other_names(table, shown, conditions, notices, notes)
 
 

@@ -113,6 +113,8 @@ def _user_table(path: Path, data: bytes) -> UserTable:
         if is_named:
             raise
         raise no_table from error
+    if not data.strip():
+        raise InputError(f"{table.name} is empty: give a header and a row for each trial.")
     header, rows, places = list(table.header), list(table.rows), list(table.places)
     if not any(header) or all(as_number(name.replace(",", ".")) is not None for name in header):
         raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")

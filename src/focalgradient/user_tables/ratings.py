@@ -173,7 +173,8 @@ def _require(source: Source, *present: str) -> None:
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
         otherwise = f', {add}, or say what was varied with by=["NAME"]'
-    source.require(also=present, otherwise=otherwise)
+    roles = [role for role in RATINGS.required if role != "fixation" or "rating" in here]  # optional in a report
+    source.require(*roles, also=present, otherwise=otherwise)
 
 
 def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:

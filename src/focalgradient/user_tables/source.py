@@ -117,6 +117,8 @@ class Source:
     ) -> Source:
         """Read a table, or the tables of one data set, and find the column of each role."""
         table = read_table(paths)
+        if table.cells.empty:
+            raise InputError(f"{table.name} has no rows below its header: give a row for each trial.")
         notes = [*table.notes]
         cells = _chosen_rows(table.name, table.cells, where or {}, notes)
         columns = columns or {}
@@ -288,6 +290,8 @@ class Source:
                 if text.startswith("=")
                 else others(texts[wrong])
             )
+            if role == "rating" and text.endswith("%"):
+                damaged += f": write the numbers alone, below the heading '{role} (%)'"
             if role in ("rating", "confidence") and not texts[~absent].str.contains(r"\d").any():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
