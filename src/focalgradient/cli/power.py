@@ -68,15 +68,15 @@ class Model:
         the mean must be known.  [default: 1.2]
     """
 
-    effect: float | None = None
-    far_effect: float | None = None
-    between: float | None = None
-    between_scenes: float | None = None
-    noise: float | None = None
-    nonrigid: float | None = None
-    between_levels: float | None = None
-    lapses: float | None = None
-    bound: Annotated[float | None, POSITIVE] = None
+    effect: Annotated[float | None, "FACTOR"] = None
+    far_effect: Annotated[float | None, "FACTOR"] = None
+    between: Annotated[float | None, "SD"] = None
+    between_scenes: Annotated[float | None, "SD"] = None
+    noise: Annotated[float | None, "SD"] = None
+    nonrigid: Annotated[float | None, "SHARE"] = None
+    between_levels: Annotated[float | None, "SD"] = None
+    lapses: Annotated[float | None, "SHARE"] = None
+    bound: Annotated[float | None, POSITIVE, "FACTOR"] = None
 
     def given(self) -> dict[str, Any]:
         """Return the parameters that were given."""
@@ -89,7 +89,7 @@ def power(
     /,
     *,
     out: Folder,
-    subjects: Annotated[Sequence[int], _counts] = (6, 10, 20),
+    subjects: Annotated[Sequence[int], _counts, "N,..."] = (6, 10, 20),
     model: Annotated[Model, Made(Model)],
     sensitivity: bool = False,
     design: File | None = None,
@@ -159,14 +159,14 @@ def power(
     for name, meaning in study.tests.items():
         lines.append(f"  {meaning}: {_shares({one.subjects: one.found[name] for one in found}, experiments)}")
     if len(study.tests) > 1:
-        lines.append(f"  all of them: {_shares({one.subjects: one.joint for one in found}, experiments)}")
+        lines.append(f"  all tests: {_shares({one.subjects: one.joint for one in found}, experiments)}")
     lines.append("In brackets: 95 % intervals (Wilson) for this number of simulated experiments.")
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.model.width_label} ({study.widths[0]}): {widths}")
     if varied is not None:
         lines += [
-            f"With {one.assumed} times {one.factor:g}, N = {one.subjects}: all of them {one.power:.1%}"
+            f"With {one.assumed} times {one.factor:g}, N = {one.subjects}: all tests {one.power:.1%}"
             for one in varied[varied["test"] == "joint"].itertuples()
         ]
     written = [printable(out / name) for name in files]

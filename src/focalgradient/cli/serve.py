@@ -54,7 +54,7 @@ def serve(
     participants: Annotated[str, "N"] = "100",
     datapipe: Annotated[str | None, "ID"] = None,
 ) -> None:
-    """Run the experiment of DESIGN.toml (depth rating or the cube) in participants' browsers.
+    """Run the experiment of DESIGN.toml (depth rating, thresholds, the cube, pinhole or your own) in browsers.
 
     Reads the design, the pictures of --stimuli, and the links of earlier runs. Writes the same journals and tables
     as 'focalgradient run': 'validate' and 'report' read both. Each answer is on disk before it is acknowledged; a
