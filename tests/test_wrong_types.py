@@ -73,6 +73,8 @@ RECORDS = [
         eye.Eye(0.004, 1.0),
         eye.ZonedLens((0.004,), (1.0,)),
         eye.Cones.of(eye.Eye(0.004, 1.0), "S"),
+        eye.EyeDescription(),
+        eye.ViewingConditions(),
         FixationalMovements(),
     ),
 ]

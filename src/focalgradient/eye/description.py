@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.eye.measured import read_zernike
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
@@ -69,6 +69,7 @@ class EyeDescription:
     zones: Annotated[str | None, "MM:D,..."] = None
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if self.zones is not None:
             ZonedLens.parse(self.zones)
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from focalgradient.errors import check_fields
 from focalgradient.eye.accommodation import Cue
 from focalgradient.eye.age import aged_light
 from focalgradient.eye.cones import S_FINEST_CPD, Cones
@@ -53,6 +54,9 @@ class ViewingConditions:
     scatter: bool = False
     eccentricity_deg: float | None = None
     meridian: Meridian = "temporal"
+
+    def __post_init__(self) -> None:
+        check_fields(self)
 
     def light(self, band: Band) -> Light:
         """Return the light that the cones of a `band` catch."""
