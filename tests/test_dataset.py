@@ -406,7 +406,7 @@ def test_pictures_are_checked_against_their_manifest(data, pictures, tmp_path):
     assert validate(data, others).problems[0].endswith("give another folder.")
     Session.begin(tmp_path / "unseen", RATING, "01", apparatus=APPARATUS)._journal.close()
     unseen = " ".join(validate(tmp_path / "unseen", pictures).problems)
-    assert "the sessions name no pictures: leave out --stimuli." in unseen
+    assert "as the sessions name no pictures: leave it out." in unseen
     killed = Session.begin(tmp_path / "killed", RATING, "06", apparatus=APPARATUS, stimuli=pictures)
     killed._journal.close()
     assert not any("set of pictures" in problem for problem in validate(tmp_path / "killed", pictures).problems)

@@ -431,7 +431,7 @@ def _other_stimuli(stimuli: Path, manifests: set[Any]) -> Iterator[str]:
         yield str(error)
         return
     if manifests == {None}:
-        yield f"{stimuli} cannot be compared: the sessions name no pictures: leave out --stimuli."
+        yield f"{stimuli} cannot be compared, as the sessions name no pictures: leave it out."
     elif sha256 not in manifests:
         yield (
             f"{stimuli} is not the set of pictures that was shown: no session names its manifest ({sha256[:12]}); "
