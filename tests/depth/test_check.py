@@ -58,6 +58,18 @@ def test_false_alarms_are_as_many_as_asked_for() -> None:
     assert np.mean(statistic > stats.chi2.isf(0.01, 1)) <= 0.03
 
 
+@pytest.mark.filterwarnings("ignore:the blur is not quite")
+def test_an_error_of_the_blur_adds_its_share_of_the_defocus_to_the_uncertainty() -> None:
+    """Discs taken for Gaussians: the variance beyond that of noise is (tau times the defocus) squared."""
+    discs = wall(LENSES, 1.2, psf="disc")
+    depth = recover_depth(discs, method="spectra", **LIMITS)
+    noise = check_views(discs, **LIMITS).joint_sd
+    assert depth.details["tau"] > 0.01
+    of_model = np.sqrt(depth.vergence_sd**2 - noise**2)[INSIDE]
+    focus = 1 / LENSES[-1].focus_distance
+    assert of_model == pytest.approx(depth.details["tau"] * np.abs(depth.vergence - focus)[INSIDE], rel=0.02)
+
+
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_contradiction_is_found_and_rejected(views: list[View]) -> None:
     """The third view is of a wall nearer by a third: no depth explains all three."""

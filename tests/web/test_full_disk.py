@@ -66,18 +66,3 @@ def test_no_address_answers_with_an_error_of_the_servers(tmp_path: Path, monkeyp
             assert client.post("/experimenter/stop/001", auth=("experimenter", PASSWORD)).status_code == 503
         assert someone.answer(0).json()["done"] == 1
         assert new.begin().status_code == 200
-
-
-def test_links_that_an_earlier_version_glued_to_one_cut_short_are_read(tmp_path: Path) -> None:
-    links = tmp_path / "links.jsonl"
-    people = People(links)
-    token, other = people.join({"id": "1"}), people.join({"id": "2"})
-    people.close()
-    first, second = links.read_bytes().splitlines(keepends=True)
-    for cut in (1, 5, 20, 60):
-        links.write_bytes(first + second[:cut] + second)
-        again = People(links)
-        assert [again.of(one).participant for one in (token, other)] == ["001", "002"]  # type: ignore[union-attr]
-        assert again.of(again.join({})).participant == "003"  # type: ignore[union-attr]
-        again.close()
-        assert len(read_links(links).links) == 3

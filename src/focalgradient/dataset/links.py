@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -28,9 +27,6 @@ BEGINNING = START + b'"'
 
 NOBODY = START + b"null, "
 """Start of an overwritten line, which is padded with spaces."""
-
-PIECES = re.compile(b"(?=%s)" % re.escape(START))
-"""Start of a line, also after a truncated one: its quotes cannot occur in an identifier."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,21 +118,17 @@ def read_links(path: Path) -> Links:
     """
     found, offset = Links(), 0
     for number, line in enumerate(read_bytes(path, "the links of a server").split(b"\n"), 1):
-        for piece in PIECES.split(line):
-            content = piece.strip()
-            try:
-                known = not content or found.add(json.loads(content), offset, len(piece))
-                torn = piece.startswith(NOBODY) or (piece.startswith(START) and piece.endswith(b" "))
-            except (ValueError, RecursionError):
-                known, torn = False, content.startswith(START) or START.startswith(content)
-            if not (known or torn):
-                raise InputError(
-                    f"{path}, line {number}, is not a link: give a file of links of 'focalgradient serve'."
-                )
-            if not known:
-                found.torn.append((offset, len(piece)))
-            offset += len(piece)
-        offset += 1
+        content = line.strip()
+        try:
+            known = not content or found.add(json.loads(content), offset, len(line))
+            torn = line.startswith(NOBODY) or (line.startswith(START) and line.endswith(b" "))
+        except (ValueError, RecursionError):
+            known, torn = False, content.startswith(START) or START.startswith(content)
+        if not (known or torn):
+            raise InputError(f"{path}, line {number}, is not a link: give a file of links of 'focalgradient serve'.")
+        if not known:
+            found.torn.append((offset, len(line)))
+        offset += len(line) + 1
     return found
 
 

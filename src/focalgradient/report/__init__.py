@@ -21,23 +21,22 @@ from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable
 from focalgradient.progress import Progress
-from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_report_table, analyse_table
+from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_table
 from focalgradient.report.choices import explained
-from focalgradient.report.conditions import conditions_of_dataset, conditions_of_table
-from focalgradient.report.cube import cube_of_dataset, cube_part
-from focalgradient.report.detection import detection_part
+from focalgradient.report.conditions import conditions_of_dataset
+from focalgradient.report.cube import cube_of_dataset
 from focalgradient.report.document import Block, Heading, Notice, Paragraph, as_html, as_markdown
 from focalgradient.report.exclusions import EFFECT, main_results
 from focalgradient.report.export import safe_csv
 from focalgradient.report.parts import BOUND, Asked, Output, Part
 from focalgradient.report.provenance import provenance
-from focalgradient.report.ratings import POSTERIOR, rating_part, ratings_of_dataset
-from focalgradient.report.reading import BY, CUBE, LEVELS, RATINGS, SIGNALS, kind_of, refuse_unused
+from focalgradient.report.ratings import POSTERIOR, ratings_of_dataset
+from focalgradient.report.reading import RATINGS, kind_of, refuse_unused
 from focalgradient.report.rules import Stated, as_toml, load_rules
 from focalgradient.report.tables import Sheet
-from focalgradient.report.thresholds import thresholds_of_dataset, thresholds_of_table
-from focalgradient.scales import Analysis, Choices, analysis_named
-from focalgradient.statistics import OwnRatings, Rules
+from focalgradient.report.thresholds import thresholds_of_dataset
+from focalgradient.scales import Analysis, analysis_named
+from focalgradient.statistics import Rules
 from focalgradient.statistics.bayes import NEEDED
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import many
@@ -155,7 +154,7 @@ def make_report(
         raise InputError("several data sets are reported by themselves: give the folder of one, or tables of one.")
     if bayes:
         check_installed(*NEEDED)
-    asked = Asked(stated.rules, stated.bound if bound is None else bound, scale, bayes, progress)
+    asked = Asked(stated, bound, scale, bayes, progress)
     settings: dict[str, Any] = {"bound": bound, "scale": scale, "bayes": bayes, "focal_length_mm": focal_length_mm}
     settings |= {"by": tuple(by), "order": tuple(order), "guess_rate": guess_rate}
     if root.is_file():
@@ -168,7 +167,7 @@ def make_report(
         how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
         own = kind.read(files, how | {"steps": steps})
         problems = [*own.problems]
-        found = _Analysed(root.stem, [PARTS[kind.what](own, asked)], problems, [*own.notes], [*own.notices])
+        found = _Analysed(root.stem, [kind.part(own, asked)], problems, [*own.notes], [*own.notices])
     else:
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)
@@ -265,23 +264,6 @@ class _Analysed:
     problems: list[str] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
-
-
-def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
-    """Analyse ratings by aperture and fixation of the user's own table."""
-    asked = replace(asked, scale=Choices() if asked.scale is None and own.choices else asked.scale)
-    bound, scale, rules, progress = asked.used_bound, asked.scale, asked.rules, asked.progress
-    return rating_part(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
-
-
-PARTS: Mapping[str, Callable[[Any, Asked], Part]] = {
-    CUBE: lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules)),
-    SIGNALS: lambda own, asked: detection_part(own),
-    LEVELS: lambda own, asked: thresholds_of_table(own),
-    BY: lambda own, asked: conditions_of_table(own, asked.rules),
-    RATINGS: _of_ratings,
-}
-"""Sections on the user's own table, by its content."""
 
 
 def _is_ours(path: Path) -> bool:

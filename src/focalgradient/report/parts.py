@@ -12,6 +12,7 @@ from focalgradient.progress import Progress
 from focalgradient.report.choices import chosen
 from focalgradient.report.document import FURTHER, Block, Details, Figure, Notice, Paragraph
 from focalgradient.report.exclusions import WITH, WITHOUT, both_results, changed, exclusions_table, with_and_without
+from focalgradient.report.rules import Stated
 from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, answer_tables, listed, quality_sheets
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed, Quality, Rules
@@ -24,27 +25,43 @@ __all__ = ["BOUND", "Asked", "Drawing", "Output", "Part", "Plan"]
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """Settings of a report.
+    """Settings of a report, or of a preregistration.
 
     Parameters
     ----------
-    rules
-        Exclusion rules.
-    bound
-        Equivalence bound, a ratio; None if not stated.
+    stated
+        Exclusion rules, with the equivalence bound if the file states it.
+    given_bound
+        Equivalence bound, a ratio, which goes before that of the file; None if not given.
     scale
         Analysis of the ratings; None: that of the design.
     bayes
         True to add a Bayesian analysis of the ratings.
     progress
         Function called with the completed fraction of the slow models.
+    effects
+        Effects and standard deviations assumed by a preregistration, by the name of their option.
+    ordinal
+        True to preregister an analysis of the answers as ordinal.
     """
 
-    rules: Rules
-    bound: float | None = None
+    stated: Stated
+    given_bound: float | None = None
     scale: Analysis | str | None = None
     bayes: bool = False
     progress: Progress | None = None
+    effects: Mapping[str, float] = field(default_factory=dict)
+    ordinal: bool = False
+
+    @property
+    def rules(self) -> Rules:
+        """Exclusion rules."""
+        return self.stated.rules
+
+    @property
+    def bound(self) -> float | None:
+        """Equivalence bound: the given one, or that of the file; None if neither states it."""
+        return self.stated.bound if self.given_bound is None else self.given_bound
 
     @property
     def used_bound(self) -> float:

@@ -30,7 +30,7 @@ from focalgradient.power.own_tasks import planned_of
 from focalgradient.report.conditions import task_plan
 from focalgradient.report.cube import cube_plan, shown_cube
 from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
-from focalgradient.report.parts import BOUND, Plan
+from focalgradient.report.parts import Asked, Plan
 from focalgradient.report.ratings import rating_plan, shown_ratings
 from focalgradient.report.rules import MEANING, Stated, as_toml
 from focalgradient.report.thresholds import threshold_plan
@@ -42,7 +42,7 @@ from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.tasks import Task, task_named
 from focalgradient.user_tables.tidy import in_order
 
-__all__ = ["Planned", "Preregistered", "preregistration"]
+__all__ = ["Preregistered", "preregistration"]
 
 SUBJECTS = (6, 8, 10, 12, 16, 20, 24, 30, 40)
 """Sample sizes of the power analysis."""
@@ -63,36 +63,6 @@ STOPPING = (
 )
 AFTERWARDS = "Results are shown with and without exclusions; the file rules.toml holds the rules."
 IN_WORDS = "In the words in which the report will describe it:"
-
-
-@dataclass(frozen=True, slots=True)
-class Planned:
-    """Settings of a preregistration.
-
-    Parameters
-    ----------
-    stated
-        Exclusion rules, with the equivalence bound if the file states it.
-    bound
-        Equivalence bound; None if not given.
-    effects
-        Given effects and standard deviations, by the name of their option.
-    ordinal
-        True to analyse the answers as ordinal.
-    seed
-        Random seed of the simulations.
-    """
-
-    stated: Stated
-    bound: float | None = None
-    effects: Mapping[str, float] = field(default_factory=dict)
-    ordinal: bool = False
-    seed: int = 1
-
-    @property
-    def used_bound(self) -> float:
-        """Equivalence bound: the given one, that of the rules, or the default."""
-        return next((one for one in (self.bound, self.stated.bound) if one is not None), BOUND)
 
 
 Powers = Mapping[int, Mapping[str, float]]
@@ -225,7 +195,7 @@ def preregistration(
     effects = {name: one for name, one in (("effect", effect), ("far_effect", far_effect)) if one is not None}
     if model is not None:
         effects = dataclasses.asdict(model) | effects
-    asked = Planned(stated, bound, effects, ordinal)
+    asked = Asked(stated, bound, effects=effects, ordinal=ordinal)
     check_bound("bound", asked.used_bound)
     task = task_named(design.task)
     given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": far_effect is not None}
@@ -245,7 +215,7 @@ def preregistration(
     return files
 
 
-def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregistered:
+def preregister_ratings(design: DepthRatingDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of depth ratings.
 
     Raises
@@ -265,7 +235,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Planned) -> Preregiste
     plan = rating_plan(
         *(analysis, settings, fixations, len(design.scenes)),
         shown=shown_ratings(settings, scale.reported or scale.answered),
-        rules=asked.stated.rules,
+        rules=asked.rules,
         unjudged=unjudged,
         bound=asked.used_bound,
         further=[CONFIDENCE_METHOD] * design.confidence,
@@ -363,7 +333,7 @@ def _latent(study: Study) -> tuple[str, Powers]:
     return assumed, latent_power(study, SUBJECTS)
 
 
-def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
+def preregister_cube(design: NeckerDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of reports on the cube.
 
     Raises
@@ -371,7 +341,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     InputError
         If the design contains no comparison.
     """
-    model, rules = CubeModel(**asked.effects), asked.stated.rules
+    model, rules = CubeModel(**asked.effects), asked.rules
     study = Study(model, design)
     judged = quality(study.table(1, study.stream(1)), rules)[1]
     unjudged = {one.rule: one.reason for one in judged.unjudged}
@@ -402,7 +372,7 @@ def preregister_cube(design: NeckerDesign, asked: Planned) -> Preregistered:
     )
 
 
-def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Preregistered:
+def preregister_thresholds(design: BlurThresholdDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of thresholds of blur, or of depth from blur.
 
     Raises
@@ -428,7 +398,7 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Planned) -> Prere
     )
 
 
-PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
+PREREGISTERED: Mapping[str, Callable[[Any, Asked], Preregistered]] = {
     "depthrating": preregister_ratings,
     "necker": preregister_cube,
     "blurthreshold": preregister_thresholds,
@@ -436,7 +406,7 @@ PREREGISTERED: Mapping[str, Callable[[Any, Planned], Preregistered]] = {
 """Preregistrations of the built-in tasks, used instead of `Task.preregistered`."""
 
 
-def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
+def preregister_task(task: Task, design: Any, asked: Asked) -> Preregistered:
     """Write the preregistration of a user-defined task.
 
     Raises
@@ -452,7 +422,7 @@ def preregister_task(task: Task, design: Any, asked: Planned) -> Preregistered:
     if not tests:
         subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
-        study = Study(Observers(task), design, seed=asked.seed)
+        study = Study(Observers(task), design)
         powers = {one.subjects: one.found for one in power(run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS))}
         named = dict(study.tests)
         subjects = (

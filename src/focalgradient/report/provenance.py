@@ -63,7 +63,8 @@ def provenance(
     if "bound" in applied:
         facts["bound of equivalence"] = {f"{bound:g}": None}
     rows = [[name, ", ".join(values)] for name, values in facts.items()]
-    yield listed("data_set.csv", "Data set", ["what", "value"], rows, folded=True)
+    if rows:
+        yield listed("data_set.csv", "Data set", ["what", "value"], rows, folded=True)
     hashes = []
     for files in sidecars:
         for path in (files.table, files.sidecar):

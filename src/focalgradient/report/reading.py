@@ -1,49 +1,47 @@
-"""How the columns of a user's table are read, before anything is computed."""
+"""Kinds of the user's tables: how the columns of each are read, and its section of the report."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from inspect import signature
 from typing import Any, NamedTuple
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import read_detection, read_ratings, read_reports, read_thresholds
+from focalgradient.report.analysed import analyse_report_table, analyse_table
+from focalgradient.report.conditions import conditions_of_table
+from focalgradient.report.cube import cube_part
+from focalgradient.report.detection import detection_part
+from focalgradient.report.parts import Asked, Part
+from focalgradient.report.ratings import rating_part
+from focalgradient.report.thresholds import thresholds_of_table
+from focalgradient.scales import Choices
+from focalgradient.statistics import OwnRatings, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.conditions import holds_conditions, read_conditions
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
-from focalgradient.user_tables.schema import CUBE as CUBE_TABLE
-from focalgradient.user_tables.schema import DETECTION, THRESHOLDS, Schema
+from focalgradient.user_tables.schema import CUBE, DETECTION, THRESHOLDS, Schema
 from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
 from focalgradient.user_tables.source import Source, Where, holds
 from focalgradient.user_tables.wide import long_columns
 
-__all__ = [
-    "BY",
-    "CUBE",
-    "LEVELS",
-    "RATINGS",
-    "SIGNALS",
-    "Kind",
-    "explained_table",
-    "kind_of",
-    "refuse_unused",
-]
+__all__ = ["RATINGS", "Kind", "explained_table", "kind_of", "refuse_unused"]
 
-CUBE, SIGNALS, LEVELS = "reports on the cube", "answers to signal and noise", "answers at levels"
-RATINGS, BY = "depth ratings", "ratings"
+LEVELS, RATINGS, BY = "answers at levels", "depth ratings", "ratings"
 """Descriptions of the content of tables."""
 
 
 class Kind(NamedTuple):
-    """Kind of table: content, test for it, schema, reader, and settings of the analysis."""
+    """Kind of table: content, test for it, schema, reader, section of the report, and settings of the analysis."""
 
     what: str
     holds: Callable[[Paths, Mapping[str, str] | None], bool]
     schema: Schema
     reader: Callable[..., Any]
+    part: Callable[[Any, Asked], Part]
     further: frozenset[str] = frozenset()
 
     def read(self, paths: Paths, given: Mapping[str, Any]) -> Any:
@@ -56,12 +54,36 @@ class Kind(NamedTuple):
         return {*signature(self.reader).parameters, *self.further}
 
 
+def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
+    """Analyse ratings by aperture and fixation of the user's own table."""
+    asked = replace(asked, scale=Choices() if asked.scale is None and own.choices else asked.scale)
+    bound, scale, rules, progress = asked.used_bound, asked.scale, asked.rules, asked.progress
+    return rating_part(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
+
+
 KINDS = (
-    Kind(CUBE, holds_reports, CUBE_TABLE, read_reports),
-    Kind(SIGNALS, partial(holds, DETECTION), DETECTION, read_detection),
-    Kind(LEVELS, partial(holds, THRESHOLDS), THRESHOLDS, read_thresholds, frozenset({"guess_rate"})),
-    Kind(BY, holds_conditions, RATING_TABLE, read_conditions, frozenset({"scale"})),
-    Kind(RATINGS, lambda *_: True, RATING_TABLE, read_ratings, frozenset({"scale", "bound", "bayes"})),
+    Kind(
+        *("reports on the cube", holds_reports, CUBE, read_reports),
+        lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules)),
+    ),
+    Kind(
+        *("answers to signal and noise", partial(holds, DETECTION), DETECTION, read_detection),
+        lambda own, _: detection_part(own),
+    ),
+    Kind(
+        *(LEVELS, partial(holds, THRESHOLDS), THRESHOLDS, read_thresholds),
+        lambda own, _: thresholds_of_table(own),
+        frozenset({"guess_rate"}),
+    ),
+    Kind(
+        *(BY, holds_conditions, RATING_TABLE, read_conditions),
+        lambda own, asked: conditions_of_table(own, asked.rules),
+        frozenset({"scale"}),
+    ),
+    Kind(
+        *(RATINGS, lambda *_: True, RATING_TABLE, read_ratings, _of_ratings),
+        frozenset({"scale", "bound", "bayes"}),
+    ),
 )
 """Kinds of tables; each but the last is recognised before the next."""
 

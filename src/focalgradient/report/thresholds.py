@@ -212,12 +212,14 @@ def _attending(result: ThresholdResult, unit: str) -> str:
 
 
 def _sheet(results: Mapping[str, ThresholdResult], unit: str, *, is_design: bool) -> Sheet:
-    """Return the threshold of each session; columns about catch trials and truth where there are any."""
+    """Return the threshold of each session; columns of sessions, catch trials and truth where there are any."""
     of = f" ({unit})" if unit else ""
     rows: list[dict[str, Any]] = []
+    has_sessions = any(one.session for result in results.values() for one in result.subjects)
     for name, one in ((name, one) for name, result in results.items() for one in result.subjects):
         fit = one.fit if isinstance(one.fit, ThresholdFit) else None
-        row: dict[str, Any] = {"participant": one.participant, "session": one.session}
+        row: dict[str, Any] = {"participant": one.participant}
+        row |= {"session": one.session} if has_sessions else {}
         row |= {} if is_design else {"condition": name}
         row["threshold" + of * is_design] = fit and fit.threshold
         row |= {key: getattr(fit, key, None) for key in ("low", "high", "slope")}

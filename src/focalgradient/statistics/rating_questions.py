@@ -100,9 +100,7 @@ class LogRatios:
 
     def level(self, fixation: str, mm: float) -> str:
         """Name a fixation with an aperture."""
-        name = self.apertures[mm]
-        unique = list(self.apertures.values()).count(name) == 1
-        return f"{fixation}, {name}" if unique else f"{fixation}, {name} ({mm:g} mm)"
+        return f"{fixation}, {self.apertures[mm]}"
 
     def rises(self, fixation: str, aperture: int = -1) -> pd.DataFrame | NotComputed:
         """Return log ratios of an aperture to the pinhole (subjects x scenes)."""
