@@ -15,7 +15,7 @@ from PIL import Image, ImageCms
 
 from focalgradient import Lens
 from focalgradient.cli import main
-from focalgradient.errors import InputError
+from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye import natural_pupil
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
@@ -214,6 +214,12 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
             {},
             "contains integers of type int32, but not what one step is: give the scale",
         ),
+        (
+            (1e3 * METRES).astype(np.uint16),
+            {"unit": "mm"},
+            "give the scale, 1 if a step is one millimetre, or a file of floating-point",
+        ),
+        ((1e3 * METRES).astype(np.uint8), {"unit": "dioptres"}, "the scale, 1 if a step is one dioptre"),
         (1e-300 * METRES, {}, "they must be 1e-06 m or more: check the unit and the scale"),
     ],
 )
@@ -223,6 +229,14 @@ def test_depth_that_would_silently_be_another_is_refused(
     np.save(tmp_path / "d.npy", values)
     with pytest.raises(InputError, match=said):
         read_distances(tmp_path / "d.npy", **options)
+
+
+def test_the_encoding_assumed_of_16_bits_is_stated(tmp_path: Path) -> None:
+    path = tmp_path / "16.png"
+    cv2.imwrite(str(path), (1e4 * METRES).astype(np.uint16))
+    with pytest.warns(FocalGradientWarning, match="16.png does not state its encoding of light"):
+        assert read_picture(path).encoding == "linear"
+    assert read_picture(path, "srgb").encoding == "srgb"  # without a warning
 
 
 @pytest.mark.parametrize("channels", [(), (3,)])

@@ -141,6 +141,18 @@ def test_a_tone_curve_that_is_neither_is_warned_of(tmp_path):
     assert (silent.encoding, silent.assumed) == ("linear", True)
 
 
+def test_views_of_unequal_encodings_are_warned_of(tmp_path):
+    paths = tmp_path / "deep.png", tmp_path / "flat.png"
+    for path, pixels in zip(paths, (RGB16[..., 0], RGB8[..., 0]), strict=True):
+        Image.fromarray(pixels).save(path)
+    with pytest.warns(FocalGradientWarning, match=r"deep.png \(uint16\) is assumed to be linear, but .* sRGB"):
+        read_photographs(paths)
+    read_photographs(paths, "srgb")  # without a warning
+    Image.fromarray(RGB16[..., 0]).save(paths[0], icc_profile=_with_gamma(1.0))
+    with pytest.warns(FocalGradientWarning, match=r"deep.png \(uint16\) is linear, but"):
+        read_photographs(paths)
+
+
 @pytest.mark.parametrize("suffix", ["jpg", "tif"])
 def test_orientation_is_obeyed_alike_in_every_format(tmp_path, suffix):
     upright = np.zeros((16, 32), np.uint8)

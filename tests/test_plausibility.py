@@ -72,6 +72,10 @@ REFUSED: dict[str, tuple[Callable[[], object], str]] = {
     "a diameter": (lambda: Lens(0.025, 0.0045, 1.0), "f_number is 0.0045, .* 5.56 for 0.0045 m"),
     "focus in km": (lambda: Lens(0.025, 4, 8e-4), "lies within the focal length 0.025 m"),
     "focus in cm": (lambda: search(0.025, (16, 5.6), (85,), 8e-6), r"focus_distance is 85 m, .* 0\.85 for 85 cm"),
+    "focal length and f-number exchanged": (
+        lambda: search(0.0056, (25, 25), (0.8,), 8e-6),
+        r"focus_distance is 0\.8 m, .*; or focal_length and f_number are exchanged",
+    ),
     "limits in mm": (
         lambda: search(0.025, (16, 5.6), (0.8,), 8e-6, near=900, far=2200),
         r"near is 900 m and far is 2200 m, .* 0\.9 for 900 mm",
@@ -155,6 +159,7 @@ BLUR = {
 @pytest.mark.parametrize("slip", BLUR)
 def test_slips_of_blur(folder: Path, slip: tuple[str, str]) -> None:
     words = ["--focal-length", "25", "--f-number", "2.8", "--focus", "0.8", "--field", "6"]
+    words += ["--encoding", "linear"]
     words[words.index(slip[0]) + 1] = slip[1]
     assert re.search(BLUR[slip], sentence(run("blur", "a.png", "metres.npy", "--out", "out", *words)))
 
@@ -163,6 +168,7 @@ def test_slips_of_blur(folder: Path, slip: tuple[str, str]) -> None:
 def test_depth_in_another_unit_is_refused_unless_its_unit_is_stated(folder: Path, factor: float, unit: str) -> None:
     np.save("other.npy", factor * np.load("metres.npy"))
     words = ["blur", "a.png", "other.npy", "--out", "out", "--pupil", "4", "--focus", "0.8", "--field", "3"]
+    words += ["--encoding", "linear"]
     said = sentence(run(*words))
     assert re.search(rf"most likely, these are 0\.6 to 3 m in {unit}\. If all is correct, give --depth-unit m", said)
     stated = run(*words, "--depth-unit", "m")

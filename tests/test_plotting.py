@@ -1,5 +1,6 @@
 """Figures of depth maps: what they say, and what reaches the canvas."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -152,6 +153,23 @@ def test_an_assumed_side_of_focus_is_stated(known, side, said):
     depth = ramp(side_known=np.full(SHAPE, known), details={"side": side})
     title = panel(depth_figure(views(16, 5.6), depth), "Recovered").get_title(loc="left")
     assert title.partition("\n")[2] == said
+
+
+def test_the_title_of_uncertainty_says_which_the_colours_show():
+    depth = ramp(
+        common_errors=np.full((1, *SHAPE), 0.05),
+        details={"side": "known", "blurred_alike_D": [0.65, 1.15], "searched_vergence_D": [0.1, 0.65]},
+    )
+    figure = depth_figure(views(16, 5.6), depth)
+    assert written(figure).count("or 0.87 to 1.5 m for points nearer than the focus") == 1
+    uncertainty = panel(figure, "Uncertainty")
+    title = uncertainty.get_title(loc="left")
+    assert re.fullmatch(r"Uncertainty: median sd\nbetween pixels [\d.]+ % \(colours\), whole frame [\d.]+ %", title)
+    left, right = (
+        text.get_window_extent() for text in texts(figure) if text.get_text().startswith(("Recovered", "Uncertainty"))
+    )
+    assert left.x1 < right.x0
+    assert right.x1 <= figure.bbox.x1
 
 
 @pytest.mark.fast_cases(6)

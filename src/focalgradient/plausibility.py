@@ -264,7 +264,7 @@ def check_screen_width(width: float, distance: float) -> None:
 
 
 def check_range(
-    foci: Sequence[tuple[float, float | None]],
+    foci: Sequence[tuple[float, float | None, float | None]],
     slope: float,
     searched: tuple[float, float],
     near: float | None,
@@ -275,7 +275,7 @@ def check_range(
     Parameters
     ----------
     foci
-        Focus vergence (D) of each view, and its focal length (m) or None.
+        Focus vergence (D) of each view, and its focal length (m) and f-number, or None.
     slope
         Blur radius in pixels per dioptre of defocus, in the view with the largest aperture.
     searched
@@ -294,10 +294,10 @@ def check_range(
     FocalGradientWarning
         If a finite focus lies beyond the hyperfocal distance and `MAX_FOCUS_FOCAL_LENGTHS` focal lengths.
     """
-    shortest = min((length for _, length in foci if length is not None), default=0.0)
-    for vergence, length in foci:
+    shortest = min((length for _, length, _ in foci if length is not None), default=0.0)
+    for vergence, length, f_number in foci:
         if length is not None and vergence > 0:
-            check_hyperfocal(1 / vergence, length, slope)
+            check_hyperfocal(1 / vergence, length, slope, f_number or 0.0)
     change = slope * (searched[1] - searched[0])
     if change < RESOLVED:
         which = [(name, limit) for name, limit in (("near", near), ("far", far)) if limit is not None]
@@ -402,11 +402,14 @@ def picture_slip(
     return None
 
 
-def check_hyperfocal(distance: float, focal_length: float, slope: float) -> None:
+def check_hyperfocal(distance: float, focal_length: float, slope: float, f_number: float) -> None:
     """Raise `InputError` if a finite focus (m) is indistinguishable from infinity; warn if it nearly is."""
     remedy = likely("focus_distance", distance, partial(_near_focus, focal_length=focal_length))
     text = f"{stated('focus_distance', distance)}, beyond the hyperfocal distance, where infinity is blurred by "
     text += f"{slope / distance:.2g} px only: {remedy}, or inf for infinity"
+    ratio = f_number / (1e3 * focal_length)  # exchanging the two multiplies the slope by its cube
+    if ratio > 1 and math.isfinite(ratio) and ratio**3 * slope / distance >= HYPERFOCAL_BLUR_PX:
+        text += f"; or {named('focal_length')} and {named('f_number')} are exchanged"
     if slope / distance < RESOLVED:
         raise InputError(f"{text}; or check the units of focal length ({focal_length:g} m), f-number and pixel.")
     if slope / distance < HYPERFOCAL_BLUR_PX and distance > MAX_FOCUS_FOCAL_LENGTHS * focal_length:

@@ -81,7 +81,7 @@ def test_spectra_and_shifts_are_measured_where_the_field_is_known(photos: Path, 
     assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}
     assert all(one["met"] for name, one in controls.items() if name != "scenes"), controls
     table = blurred_series(photos, 1.6)
-    with pytest.raises(InputError, match="wall/f2-nearest is sharper than its blur allows"):
+    with pytest.raises(InputError, match=r"wall/f2-nearest is sharper than its blur allows, .*; or leave out .*field"):
         import_pictures(photos, table, tmp_path / "wrong", field=np.radians(10))
     assert set(import_pictures(photos, table, tmp_path / "plain").manifest["controls"]) == {
         "scenes",

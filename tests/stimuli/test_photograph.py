@@ -54,6 +54,19 @@ def test_a_blur_too_wide_is_refused_with_its_radius(tmp_path: Path) -> None:
     assert int(str(refused.value).split()[3]) == pytest.approx(radius, rel=0.05)
 
 
+def test_errors_of_a_depth_map_are_refused_with_the_way_out(tmp_path: Path) -> None:
+    """Light and dark patches, and depth with other patches: refused, unless 1 / distance is smoothed."""
+    random = np.random.default_rng(1)
+    patches, others = (gaussian_filter(random.standard_normal((96, 128)), sd) for sd in (6, 5))
+    light = np.where(patches > 0, 0.95, 0.02)[..., None].repeat(3, axis=2).astype(np.float32)
+    vergence = np.where(others > 0.05, 2.0, 0.5)
+    how = {"pixel_angle": ANGLE, "apertures": [2.8], "display": Display(pixel_pitch=1e-3)}
+    with pytest.raises(InputError, match=r"if they do, smooth 1 / distance .* by a Gaussian of 4 pixels"):
+        make_from_photographs(tmp_path / "rough", {"wall": (light, 1 / vergence)}, **how)
+    smooth = {"wall": (light, 1 / gaussian_filter(vergence, 4))}
+    assert make_from_photographs(tmp_path / "smooth", smooth, **how).manifest["controls"]["sharpest"]["met"]
+
+
 def test_controls_are_measured_and_met(made: StimulusSet) -> None:
     controls = made.manifest["controls"]
     assert set(controls) == {"scenes", "mean_luminance_percent", "shift_px", "spectrum_percent", "sharpest"}

@@ -190,8 +190,8 @@ def import_(
     width and height, and are shown unchanged.
 
     Mean luminance is compared with that of the scene's pinhole picture. With --field and the column depth, spectra and
-    shifts are compared with those predicted by blurring the pinhole picture; pictures made by 'focalgradient blur' meet
-    the limits of rendered sets.
+    shifts are compared with those predicted by blurring the pinhole picture. Pictures made by 'focalgradient blur' meet
+    the limits of rendered sets if the depth map is exact at occlusion boundaries.
 
     DIR/manifest.json has all results, and every file's SHA-256. After an interruption the same command continues. Takes
     about a second per picture.

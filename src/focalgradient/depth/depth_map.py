@@ -185,18 +185,19 @@ class DepthMap:
         return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
 
     def blurred_alike_in_words(self) -> str:
-        """Return which distances, on the other side of focus, are blurred as those searched; empty if views tell them.
+        """Return the distances, on the other side of focus, with the blur of those searched; empty if views tell them.
 
         >>> one = np.ones((1, 1))
-        >>> DepthMap(one, one, one > 0, one > 0, {"blurred_alike_D": [0.625, 1.25]}).blurred_alike_in_words()
-        '0.8 to 1.6 m have the same blur'
+        >>> details = {"blurred_alike_D": [0.625, 1.25], "searched_vergence_D": [0.1, 0.625]}
+        >>> DepthMap(one, one, one > 0, one > 0, details).blurred_alike_in_words()
+        'or 0.8 to 1.6 m for points nearer than the focus'
         """
         if not (alike := self.details.get("blurred_alike_D")):
             return ""
         far, near = alike
-        if far > 0:
-            return f"{1 / near:.2g} to {1 / far:.2g} m have the same blur"
-        return f"from {1 / near:.2g} m on, the blur is the same"
+        side = "nearer" if far >= self.details["searched_vergence_D"][1] else "farther"
+        range_m = f"{1 / near:.2g} to {1 / far:.2g} m" if far > 0 else f"{1 / near:.2g} m or more"
+        return f"or {range_m} for points {side} than the focus"
 
     def outside_in_words(self) -> tuple[str, str]:
         """Return what it means that `beyond` is -1, and that it is 1."""

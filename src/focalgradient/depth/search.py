@@ -160,7 +160,8 @@ class Search:
                     "the views share one plane of focus, so that their blur leaves the side of it open: everything is "
                     "taken to lie beyond it; limit the search (near, far) or focus one view elsewhere"
                 )
-        foci = [(one.focus_vergence, getattr(one, "focal_length", None)) for one in optics]
+        lens = [(getattr(one, "focal_length", None), getattr(one, "f_number", None)) for one in optics]
+        foci = [(one.focus_vergence, *pair) for one, pair in zip(optics, lens, strict=True)]
         check_range(foci, float(pixels.max()), (lowest, highest), near, far)
         step = OWN_STEP if all(one.forms_views for one in stated) else LEVEL_STEP
         if not all(one.isotropic for one in stated if one.forms_views):

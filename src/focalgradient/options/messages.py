@@ -19,6 +19,8 @@ OPTIONS = {
     "(align=True)": "(--align)",
     "(calibration)": "(--calibration)",
     "(crop=True)": "(--align)",
+    "(encoding": "(--encoding",
+    "(field)": "(--field)",
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
     "(near, far)": "(--near, --far)",

@@ -145,12 +145,18 @@ def read_photographs(
     ------
     InputError
         As for `read_photograph`, and if the sizes differ.
+
+    Warns
+    -----
+    FocalGradientWarning
+        As for `read_photograph`, and if encodings differ, at least one of them assumed.
     """
     sizes = [_size(Path(path)) or 0 for path in paths]
     needed = _BYTES_KEPT * sum(sizes) + _BYTES_MADE * max(sizes, default=0)
     require(needed, f"reading {len(paths)} images of {max(sizes, default=0) / 1e6:.3g} million pixels", _MEMORY_REMEDY)
     each = zip(paths, flats or [None] * len(paths), strict=True)
     photographs = [read_photograph(path, encoding, flat) for path, flat in each]
+    _warn_of_mixed_encodings(photographs)
     if crop and len({photograph.luminance.shape for photograph in photographs}) > 1:
         photographs = cropped(photographs)
     for number, other in enumerate(photographs[1:], 1):
@@ -168,6 +174,23 @@ def read_photographs(
                 "to their common field (crop=True)."
             )
     return photographs
+
+
+def _warn_of_mixed_encodings(photographs: Sequence[Photograph]) -> None:
+    """Warn if photographs are decoded by different encodings, at least one of them assumed."""
+    by_encoding = {photograph.encoding: photograph for photograph in photographs}
+    if len(by_encoding) > 1 and any(photograph.assumed for photograph in photographs):
+        texts = [
+            f"{printable(photograph.path)} ({photograph.pixel_type}) is "
+            f"{'assumed to be ' if photograph.assumed else ''}{encoding.replace('srgb', 'sRGB')}"
+            for encoding, photograph in by_encoding.items()
+        ]
+        warnings.warn(
+            f"{', but '.join(texts)}: export all photographs with the same encoding and bit depth, or state the "
+            "encoding that all have (encoding, or encoding under [camera]).",
+            FocalGradientWarning,
+            stacklevel=3,
+        )
 
 
 def read_pixels(path: Path, encoding: Encoding | None) -> tuple[NDArray[Any], Encoding, bool]:

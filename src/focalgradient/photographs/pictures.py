@@ -75,7 +75,8 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     Warns
     -----
     FocalGradientWarning
-        If it is decoded as sRGB but has another colour profile, which is not applied.
+        If it is decoded as sRGB but has another colour profile, which is not applied; or if it has 16 bits and does not
+        state its encoding.
 
     Examples
     --------
@@ -89,8 +90,15 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
     if path.suffix.lower() == ".exr":
         pixels, encoding = _colours_of_exr(path), encoding or "linear"
     else:
-        pixels, encoding, _ = read_pixels(path, encoding)
+        pixels, encoding, assumed = read_pixels(path, encoding)
         _check_colours(path, encoding)
+        if assumed and pixels.dtype == np.uint16:
+            warnings.warn(
+                f"{printable(path)} does not state its encoding of light and is assumed to be linear, as its pixels "
+                f"have 16 bits: state it if known (encoding).",
+                FocalGradientWarning,
+                stacklevel=2,
+            )
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
         raise InputError(
@@ -171,7 +179,7 @@ def read_distances(
             f"{named('baseline')} and {named('offset')} are for disparity, but {printable(path)} contains {unit}: "
             "leave them out."
         )
-    stored = _depth_values(path, scale)
+    stored = _depth_values(path, scale, unit)
     marker = _marker(stored)
     marked = np.zeros(stored.shape, bool) if marker is None else stored == stored.dtype.type(marker)
     values = np.where(marked, np.nan, stored.astype(float)) * (1.0 if scale is None else scale)
@@ -243,7 +251,7 @@ def _transparent(path: Path) -> InputError:
     return InputError(f"{printable(path)} is transparent in places, but must be opaque: flatten it.")
 
 
-def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
+def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[Any]:
     suffix = path.suffix.lower()
     if suffix == ".exr":
         values = _depth_of_exr(path)
@@ -260,15 +268,18 @@ def _depth_values(path: Path, scale: float | None) -> NDArray[Any]:
         )
     if values.dtype.kind not in "fiu":
         raise InputError(f"{printable(path)} contains values of type {values.dtype}, but depth must be real numbers.")
+    step = {"mm": "millimetre", "dioptres": "dioptre", "disparity": "pixel of disparity"}.get(unit)
     if values.dtype == np.uint8 and scale is None:
+        example = f"1 if a step is one {step}" if step else "such as 0.01 for centimetres read as metres"
         raise InputError(
             f"{printable(path)} contains 8-bit integers, as a picture does: give the picture first, then its depth; or "
-            f"for a depth map of 8 bits the {named('scale')}, such as 0.01 for centimetres read as metres."
+            f"for a depth map of 8 bits the {named('scale')}, {example}."
         )
     if values.dtype.kind in "iu" and scale is None:
+        example = f"1 if a step is one {step}" if step else "such as 0.001 for millimetres read as metres"
         raise InputError(
             f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: give the "
-            f"{named('scale')}, such as 0.001 for millimetres read as metres, or a file of floating-point numbers."
+            f"{named('scale')}, {example}, or a file of floating-point numbers."
         )
     return values
 

@@ -236,7 +236,7 @@ def _check_units(targets: Targets) -> None:
     for shot in targets.shots:
         if shot.focus_distance_m is not None:
             check_focus(shot.focus_distance_m, focal_length)
-            check_hyperfocal(shot.focus_distance_m, focal_length, slope)
+            check_hyperfocal(shot.focus_distance_m, focal_length, slope, shot.f_number)
     nearest = min(shot.distance_m for shot in targets.shots)
     check_target(nearest, focal_length, slope)  # other distances are judged by the photographs themselves
     for name in ("offset", "offset_sd", "distance_sd"):

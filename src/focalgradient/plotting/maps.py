@@ -218,13 +218,13 @@ def _draw_metres(ax: Axes, depth: DepthMap, drawn: NDArray[np.bool_], limits: tu
     """Draw a map in vergence relative to the entrance pupil, with a colour bar labelled in the user's distance."""
     plane = f"distance from {depth.plane} (m)"
     label = plane if len(plane) <= LONGEST_LABEL else "distance (m)"
-    bar = _map(ax, np.maximum(depth.vergence, 0), drawn, "viridis", limits, label, "metres")
+    bar = _map(ax, np.maximum(depth.vergence, 0), drawn, "viridis", limits, label, "distance (m)")
     return _with_metres(ax, bar, limits, title, depth.offset)
 
 
 def draw_distance(ax: Axes, distance: NDArray[np.floating], *, limits: tuple[float, float], title: str = "") -> Axes:
     """Draw `distance` (m, H x W, ``nan`` where unknown) as `draw_depth` does, between `limits` in dioptres."""
-    bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)", "metres")
+    bar = _map(ax, 1 / distance, ~np.isnan(distance), "viridis", limits, "distance (m)")
     return _with_metres(ax, bar, limits, title)
 
 
@@ -250,7 +250,8 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
         title = _summary("Uncertainty: median sd", percent[depth.valid])
         if len(depth.common_errors) and depth.valid.any():
             common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
-            title += f"\ncommon {100 * common:.2g} %"
+            pixels = _summary("between pixels", percent[depth.valid])
+            title = f"Uncertainty: median sd\n{pixels} (colours), whole frame {100 * common:.2g} %"
     return _picture(ax, title)
 
 

@@ -22,7 +22,7 @@ from focalgradient.psf import disc_transfer
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
 
-__all__ = ["LIMITS", "Sharp", "against_discs", "against_prediction", "judged", "refuse_seams", "spectrum"]
+__all__ = ["LIMITS", "SMOOTH", "Sharp", "against_discs", "against_prediction", "judged", "refuse_seams", "spectrum"]
 
 LIMITS = {
     "mean_luminance_percent": 0.5,
@@ -34,6 +34,12 @@ LIMITS = {
 """Limits up to which a property counts as controlled: change of mean luminance from the pinhole picture; shift from the
 prediction; amplitude difference from the prediction per octave of spatial frequency; rendering noise in 8-bit steps of
 the display; and maximum gradient relative to that allowed by the blur of its surroundings."""
+
+SMOOTH = (
+    "and if they do, smooth 1 / distance before blurring (such as by a Gaussian of 4 pixels), as errors of a depth map "
+    "at occlusion boundaries have this effect"
+)
+"""Remedy for a picture, blurred by a measured depth map, that is sharper than its blur allows."""
 
 BOUNDARY_D = 0.05  # difference between neighbouring pixels (D) that counts as an occlusion boundary
 MIN_CYCLES = 4  # minimum number of cycles within the analysed part of the picture for an octave to be analysed
@@ -200,10 +206,11 @@ def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArr
     return made
 
 
-def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
+def refuse_seams(scenes: Mapping[str, Mapping[str, Any]], remedy: str = "and make it again") -> None:
     """Raise `InputError`, naming the picture, if one is sharper somewhere than its blur allows.
 
-    `scenes` is `controls.scenes` of a manifest: the pictures of each scene, with their measures.
+    `scenes` is `controls.scenes` of a manifest: the pictures of each scene, with their measures. `remedy` is what to do
+    if picture, depth and focus belong together.
     """
     for name, scene in scenes.items():
         for stem, one in scene["pictures"].items():
@@ -212,7 +219,7 @@ def refuse_seams(scenes: Mapping[str, Mapping[str, Any]]) -> None:
                 raise InputError(
                     f"{name}/{stem} is sharper than its blur allows, {one['sharpest']:.3g} times at column {column}, "
                     f"row {row} (limit {LIMITS['sharpest']:g}): check that picture, depth and focus belong together, "
-                    "and make it again."
+                    f"{remedy}."
                 )
 
 

@@ -27,7 +27,7 @@ from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress, silent
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs
+from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
 from focalgradient.stimuli.sets import (
@@ -169,7 +169,7 @@ def import_pictures(
             _picture(made, folder, row, display, focal_length)
         if field is not None:
             _measure(out, made.content, parameters["pixel_angle_rad"])
-    return finish_set(made, say)
+    return finish_set(made, say, remedy=f"{SMOOTH}; or leave out the control (field)")
 
 
 def _rows(table: Path) -> list[Row]:

@@ -20,7 +20,7 @@ from focalgradient.parallel import in_order
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
-from focalgradient.stimuli.controls import against_discs
+from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.depth_rating import F_NUMBERS, FOCAL_LENGTH, named_apertures
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import Folder
@@ -115,7 +115,7 @@ def make_from_photographs(
         for number, (name, pair) in enumerate(photographs.items()):
             share = part_of(say, number, len(photographs))
             _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
-    return finish_set(folder, say, display)
+    return finish_set(folder, say, display, SMOOTH)
 
 
 def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:

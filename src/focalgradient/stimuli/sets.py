@@ -368,11 +368,13 @@ def add_picture(
     )
 
 
-def finish_set(folder: Folder, say: Progress, display: Display | None = None) -> StimulusSet:
+def finish_set(
+    folder: Folder, say: Progress, display: Display | None = None, remedy: str = "and make it again"
+) -> StimulusSet:
     """Finish a set whose pictures are made and listed, unless it is finished, and return it.
 
     Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
-    blurred pictures, and draws the contact sheet for a `display`, if given.
+    blurred pictures, and draws the contact sheet for a `display`, if given. `remedy` is as for `refuse_seams`.
 
     Raises
     ------
@@ -387,7 +389,7 @@ def finish_set(folder: Folder, say: Progress, display: Display | None = None) ->
             for one in stems.values() if sharp["mean_luminance"] > 0 else ():
                 if one is not sharp:
                     one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
-        refuse_seams(controls["scenes"])
+        refuse_seams(controls["scenes"], remedy)
         controls |= judged([one for stems in measured for stem, one in stems.items() if stem != "pinhole"])
         if display is not None:
             say(1.0, "sheet")
