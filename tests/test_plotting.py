@@ -155,7 +155,7 @@ def test_an_assumed_side_of_focus_is_stated(known, side, said):
     assert title.partition("\n")[2] == said
 
 
-def test_the_title_of_uncertainty_says_which_the_colours_show():
+def test_the_title_of_uncertainty_states_that_of_pixels_and_of_the_frame():
     depth = ramp(
         common_errors=np.full((1, *SHAPE), 0.05),
         details={"side": "known", "blurred_alike_D": [0.65, 1.15], "searched_vergence_D": [0.1, 0.65]},
@@ -164,7 +164,7 @@ def test_the_title_of_uncertainty_says_which_the_colours_show():
     assert written(figure).count("or 0.87 to 1.5 m for points nearer than the focus") == 1
     uncertainty = panel(figure, "Uncertainty")
     title = uncertainty.get_title(loc="left")
-    assert re.fullmatch(r"Uncertainty: median sd\nbetween pixels [\d.]+ % \(colours\), whole frame [\d.]+ %", title)
+    assert re.fullmatch(r"Uncertainty: median sd [\d.]+ %\nbetween pixels, frame [\d.]+ %", title)
     left, right = (
         text.get_window_extent() for text in texts(figure) if text.get_text().startswith(("Recovered", "Uncertainty"))
     )

@@ -250,8 +250,7 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
         title = _summary("Uncertainty: median sd", percent[depth.valid])
         if len(depth.common_errors) and depth.valid.any():
             common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
-            pixels = _summary("between pixels", percent[depth.valid])
-            title = f"Uncertainty: median sd\n{pixels} (colours), whole frame {100 * common:.2g} %"
+            title += f"\nbetween pixels, frame {100 * common:.2g} %"
     return _picture(ax, title)
 
 
