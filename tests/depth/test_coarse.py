@@ -28,15 +28,13 @@ def estimate_of(vergence: float, sd: float, valid: NDArray[np.bool_]) -> Estimat
     return Estimate(*values, valid, [0.01, 0.01], details={"split_band": {"tau": 0.02}})
 
 
-@pytest.mark.parametrize("apart", [0.01, 0.06])
-def test_both_are_weighted_by_their_sd_and_their_errors_are_correlated(apart: float) -> None:
+def test_both_are_weighted_by_precision_and_their_errors_are_correlated() -> None:
     every = np.ones((SIDE, SIDE), np.bool_)
-    found = joined(estimate_of(1.0, 0.02, every), estimate_of(1.0 + apart, 0.04, every[::2, ::2]), NOTHING, 8.0)
-    assert found.vergence == pytest.approx(1.0 + apart / 3)
-    # 2/3 x 0.02 and 1/3 x 0.04 with a correlation of 0.65, and what the two differ by beyond what this makes likely.
-    by_errors = 2 * (0.04 / 3) ** 2 * (1 + 0.65)
-    excess = 2 / 9 * max(apart**2 - (0.02**2 + 0.04**2 - 2 * 0.65 * 0.02 * 0.04), 0)
-    assert found.vergence_sd == pytest.approx(np.sqrt(by_errors + excess), rel=1e-5)
+    found = joined(estimate_of(1.0, 0.02, every), estimate_of(1.03, 0.04, every[::2, ::2]), NOTHING, 8.0)
+    assert found.vergence == pytest.approx(0.8 * 1.0 + 0.2 * 1.03)
+    # 0.8 x 0.02 and 0.2 x 0.04 with a correlation of 0.7, and the spread of the two, 0.03 x root of 0.8 x 0.2.
+    by_errors = 0.016**2 + 0.008**2 + 2 * 0.7 * 0.016 * 0.008
+    assert found.vergence_sd == pytest.approx(np.sqrt(by_errors + 0.012**2), rel=1e-5)
     assert found.valid.all()
     assert found.details["coarse_detail"] == {"share_joined": 1.0, "share_added": 0.0, "tau": 0.02}
 
@@ -52,8 +50,8 @@ def test_coarse_detail_alone_must_continue_what_is_around_it(vergence: float, is
     assert found.valid[:, 104:110].any() == is_added
     assert not found.valid[:, 190:].any()  # nothing is known around
     assert (found.vergence[:, 104:110] == pytest.approx(vergence)) == is_added
-    if is_added:  # it is as uncertain as it differs from what is around
-        assert found.vergence_sd[100, 106] == pytest.approx(vergence - 1, rel=1e-3)
+    if is_added:  # the difference from what is around is part of the uncertainty
+        assert found.vergence_sd[100, 106] == pytest.approx(np.hypot(0.02, vergence - 1), rel=1e-3)
 
 
 @pytest.mark.parametrize("distance", [0.95, 1.4])

@@ -139,7 +139,7 @@ CONTINUED = 0.12
 vergence. Without this limit 50 % of the pixels of 20 rooms are valid instead of 40 %, with a mean relative error of
 0.12 instead of 0.11, and a completed map is worse than one from fine detail alone (`benchmarks/rooms.py`)."""
 
-ALIKE = 0.65
+ALIKE = 0.7
 """Correlation of the errors of fine and of coarse detail, which come of the same texture: 0.65 in 18 rooms (median; 0.3
 to 0.9), 0.8 on rendered layers, each error over its standard deviation (`benchmarks/rooms.py`)."""
 
@@ -178,10 +178,9 @@ def halved(problem: Problem) -> Problem | None:
 def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32] | None, window: float) -> Estimate:
     """Join estimates from fine detail, in a `window` (pixels), and from the `halved` problem.
 
-    Where both are valid each has a weight of 1 over its standard deviation, as precision would trust the smaller of two
-    rough ones too much, and their errors are correlated (`ALIKE`). Coarse detail alone is valid where it continues the
-    depth around it at which both are. The standard deviation includes what the two differ by, or what differs from that
-    around, beyond what their errors make likely, and is `least_sd` (H x W, in dioptres) at least wherever coarse
+    Where both are valid each has the weight of its precision, and their errors are correlated (`ALIKE`). Coarse detail
+    alone is valid where it continues the depth around it at which both are. The standard deviation includes what the
+    two differ by, or what differs from that around, and is `least_sd` (H x W, in dioptres) at least wherever coarse
     detail contributes: it says less of where a surface ends. None: coarse detail is used alone, unless it gives depth
     at fewer pixels.
     """
@@ -201,7 +200,7 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32] | Non
     valid = fine.valid | is_added
     if least_sd is None:
         is_added, valid, around, least_sd = is_coarse, is_coarse, vergence, np.zeros_like(sd)
-    share = np.where(is_both, sd / (fine.vergence_sd + sd), ~is_added).astype(np.float32)  # of fine detail
+    share = np.where(is_both, 1 / (1 + (fine.vergence_sd / sd) ** 2), ~is_added).astype(np.float32)  # of fine detail
     outdated = set() if valid.mean() < NEARLY_NOTHING else {"rejected", "share_outside_range"}
     details = {
         **{name: value for name, value in fine.details.items() if name not in outdated},
@@ -211,11 +210,9 @@ def joined(fine: Estimate, coarse: Estimate, least_sd: NDArray[np.float32] | Non
             "tau": coarse.details["split_band"]["tau"],
         },
     }
-    one, other, product = share * fine.vergence_sd, (1 - share) * sd, share * (1 - share)
-    covariance = ALIKE * fine.vergence_sd * sd
-    differ = np.where(is_added, (vergence - around) ** 2, product * (vergence - fine.vergence) ** 2)
-    likely = np.where(is_added, sd**2, product * (fine.vergence_sd**2 + sd**2 - 2 * covariance))
-    joint_sd = np.sqrt(one**2 + other**2 + 2 * product * covariance + np.maximum(differ - likely, 0))
+    differ = np.where(is_added, vergence - around, np.sqrt(share * (1 - share)) * (vergence - fine.vergence))
+    one, other = share * fine.vergence_sd, (1 - share) * sd
+    joint_sd = np.sqrt(one**2 + other**2 + 2 * ALIKE * one * other + differ**2)
     return replace(
         fine,
         vergence=share * fine.vergence + (1 - share) * vergence,
