@@ -63,25 +63,41 @@ def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
 
 KINDS = (
     Kind(
-        *("reports on the cube", holds_reports, CUBE, read_reports),
+        "reports on the cube",
+        holds_reports,
+        CUBE,
+        read_reports,
         lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules)),
     ),
     Kind(
-        *("answers to signal and noise", partial(holds, DETECTION), DETECTION, read_detection),
+        "answers to signal and noise",
+        partial(holds, DETECTION),
+        DETECTION,
+        read_detection,
         lambda own, _: detection_part(own),
     ),
     Kind(
-        *(LEVELS, partial(holds, THRESHOLDS), THRESHOLDS, read_thresholds),
+        LEVELS,
+        partial(holds, THRESHOLDS),
+        THRESHOLDS,
+        read_thresholds,
         lambda own, _: thresholds_of_table(own),
         frozenset({"guess_rate"}),
     ),
     Kind(
-        *(BY, holds_conditions, RATING_TABLE, read_conditions),
+        BY,
+        holds_conditions,
+        RATING_TABLE,
+        read_conditions,
         lambda own, asked: conditions_of_table(own, asked.rules),
         frozenset({"scale"}),
     ),
     Kind(
-        *(RATINGS, lambda *_: True, RATING_TABLE, read_ratings, _of_ratings),
+        RATINGS,
+        lambda *_: True,
+        RATING_TABLE,
+        read_ratings,
+        _of_ratings,
         frozenset({"scale", "bound", "bayes"}),
     ),
 )

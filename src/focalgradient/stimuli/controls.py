@@ -22,7 +22,17 @@ from focalgradient.psf import disc_transfer
 from focalgradient.render.blurred import blur_picture
 from focalgradient.render.rendered import LUMINANCE
 
-__all__ = ["LIMITS", "SMOOTH", "Sharp", "against_discs", "against_prediction", "judged", "refuse_seams", "spectrum"]
+__all__ = [
+    "AGAIN",
+    "LIMITS",
+    "SMOOTH",
+    "Sharp",
+    "against_discs",
+    "against_prediction",
+    "judged",
+    "refuse_seams",
+    "spectrum",
+]
 
 LIMITS = {
     "mean_luminance_percent": 0.5,
@@ -34,6 +44,9 @@ LIMITS = {
 """Limits up to which a property counts as controlled: change of mean luminance from the pinhole picture; shift from the
 prediction; amplitude difference from the prediction per octave of spatial frequency; rendering noise in 8-bit steps of
 the display; and maximum gradient relative to that allowed by the blur of its surroundings."""
+
+AGAIN = "and make it again"
+"""Remedy for a picture that is sharper than its blur allows."""
 
 SMOOTH = (
     "and if they do, smooth 1 / distance before blurring (such as by a Gaussian of 4 pixels), as errors of a depth map "
@@ -206,7 +219,7 @@ def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArr
     return made
 
 
-def refuse_seams(scenes: Mapping[str, Mapping[str, Any]], remedy: str = "and make it again") -> None:
+def refuse_seams(scenes: Mapping[str, Mapping[str, Any]], remedy: str = AGAIN) -> None:
     """Raise `InputError`, naming the picture, if one is sharper somewhere than its blur allows.
 
     `scenes` is `controls.scenes` of a manifest: the pictures of each scene, with their measures. `remedy` is what to do

@@ -20,7 +20,7 @@ from focalgradient.optics import Optics
 from focalgradient.photographs.pictures import png_of
 from focalgradient.progress import Progress
 from focalgradient.stimuli.blurred_scene import blurred_scene
-from focalgradient.stimuli.controls import LIMITS, judged, refuse_seams
+from focalgradient.stimuli.controls import AGAIN, LIMITS, judged, refuse_seams
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
 from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
 from focalgradient.stimuli.manifest import Fixation, Manifest, Picture, StoredDisplay, Target
@@ -368,9 +368,7 @@ def add_picture(
     )
 
 
-def finish_set(
-    folder: Folder, say: Progress, display: Display | None = None, remedy: str = "and make it again"
-) -> StimulusSet:
+def finish_set(folder: Folder, say: Progress, display: Display | None = None, remedy: str = AGAIN) -> StimulusSet:
     """Finish a set whose pictures are made and listed, unless it is finished, and return it.
 
     Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
