@@ -169,7 +169,7 @@ class Copy:
     def options(self) -> list[str]:
         """The options of pytest."""
         options = ["-q", "-rfE", "-n0", "-p", "no:cacheprovider", "--basetemp", str(self.folder.parent / "tests")]
-        # A function or class of the package whose name begins as `tested_of` is no test.
+        # A function or class of the package whose name begins with test, as `tested_of`, is not a test.
         options += ["-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning"]
         options += ["-o", f"faulthandler_timeout={HANG}", "-o", "python_functions=test_*"]
         options += ["-o", "python_classes=Test_*"]

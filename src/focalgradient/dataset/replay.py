@@ -103,7 +103,7 @@ def replay(log: Log, design: Design, planned: Sequence[Trial]) -> Iterator[Contr
     files = Files(Path(), design.task, log.head["participant"], log.head["session"])
     session = _Replayed(files, design, journal, trials=[trials[turn] for turn in turns if turn in trials])
     met = set[tuple[str, int]]()
-    # Levels follow from the answers before, so from the first wrong or missing one on they tell nothing.
+    # Levels follow from the answers before, so those after a wrong or missing answer are not checked.
     follows = is_of_this_version(log) and [*turns] == [*trials][: len(turns)]
     for line, event in zip(log.lines, log.events, strict=True):
         exposed = event.get("kind") == EXPOSURE

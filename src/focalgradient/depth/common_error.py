@@ -343,7 +343,7 @@ def _read(depth: DepthMap, modes: Any, point: KnownPoint) -> tuple[float, float,
     weight = np.where(near, np.exp(-((away / POINT_REACH * 2) ** 2) / 2) / np.maximum(own_sd, 1e-9) ** 2, 0.0)
     weight /= weight.sum()
     read = float(weight @ vergence)
-    # Pixels within a window err alike, so their mean is no more accurate than each.
+    # Pixels within a window err alike, so their mean has the standard deviation of one of them.
     sd = float(np.sqrt(weight @ own_sd**2))
     effect = np.array([float(weight @ mode[rows, columns]) for mode in modes])
     if not is_beside:

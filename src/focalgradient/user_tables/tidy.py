@@ -96,7 +96,7 @@ def main_trials(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.Data
     Raises
     ------
     InputError
-        If the table is invalid, all trials are catch trials, or steps are no integers.
+        If the table is invalid, all trials are catch trials, or steps are not integers.
     """
     analysis = analysis_named(scale)
     table = rating_table(table, analysis)
