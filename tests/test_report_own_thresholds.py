@@ -26,7 +26,8 @@ from focalgradient.statistics import (
     read_ratings,
     read_thresholds,
 )
-from focalgradient.statistics.thresholds import MEAN, RATIO, SubjectThreshold
+from focalgradient.statistics.threshold_questions import MEAN, RATIO
+from focalgradient.statistics.thresholds import SubjectThreshold
 from focalgradient.user_tables.schema import THRESHOLDS
 from focalgradient.user_tables.source import holds
 

@@ -21,7 +21,7 @@ from focalgradient.errors import check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People
 from focalgradient.statistics import SubjectThreshold, ThresholdResult, blur_thresholds
 from focalgradient.statistics.questions import Analysis
-from focalgradient.statistics.thresholds import MEAN, fitted, threshold_questions
+from focalgradient.statistics.threshold_questions import MEAN, fitted, threshold_questions
 
 __all__ = ["ThresholdModel"]
 

@@ -27,7 +27,8 @@ from focalgradient.statistics import (
     blur_thresholds,
 )
 from focalgradient.statistics.questions import Answers
-from focalgradient.statistics.thresholds import ATTENDING, attending, threshold_questions
+from focalgradient.statistics.threshold_questions import attending, threshold_questions
+from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.statistics.wording import many, number, with_interval
 from focalgradient.user_tables.thresholds import OwnThresholds
 
