@@ -33,6 +33,7 @@ from focalgradient.statistics import (
     read_detection,
 )
 from focalgradient.statistics.cells import cells
+from focalgradient.statistics.conditions import condition_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.slope_questions import own_slopes
 
@@ -376,7 +377,9 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
-    part = condition_part(names, Plan(), table, table, tests, tests, simulated=False, repeated_in_r=True)
+    part = condition_part(
+        names, Plan(condition_questions(tests)), table, table, tests, tests, simulated=False, repeated_in_r=True
+    )
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6

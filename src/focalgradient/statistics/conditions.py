@@ -177,7 +177,9 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     )
 
 
-def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool = False) -> Analysis:
+def condition_questions(
+    tests: Sequence[ConditionTest], *, repeated_in_r: bool = False, scenes: bool = False, adjusted: bool = False
+) -> Analysis:
     """Return a question for each test, asked of the tests with their effects; tests without effects have no answer.
 
     Parameters
@@ -186,6 +188,8 @@ def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool =
         Tests.
     repeated_in_r
         True for tests by `condition_tests`, which have R code.
+    scenes, adjusted
+        As in `condition_method`.
 
     Examples
     --------
@@ -195,7 +199,13 @@ def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool =
     """
     factors = ", ".join(dict.fromkeys(quoted(test.factor) for test in tests))
     codes = [_in_r(test, factors) * repeated_in_r for test in tests]
-    return Analysis([_question(*asked) for asked in zip(range(len(tests)), tests, codes, strict=True)])
+    outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
+    return Analysis(
+        [_question(*asked) for asked in zip(range(len(tests)), tests, codes, strict=True)],
+        f"The primary outcome is {outcome}. Means are over subjects, with 95 % intervals by Student’s t.",
+        condition_method(tests, scenes=scenes, adjusted=adjusted) if tests else "No hypothesis was tested.",
+        choices=("over-subjects", "holm"),
+    )
 
 
 def _in_r(test: ConditionTest, factors: str) -> str:
