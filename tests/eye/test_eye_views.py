@@ -3,24 +3,30 @@
 Flat walls and scenes are blurred by waves in five wavelengths a band.
 """
 
+from __future__ import annotations
+
 import warnings
 
 import numpy as np
 import pytest
+from textures import natural
 
 from focalgradient import FocalGradientWarning, InputError, recover_depth
+from focalgradient.depth.equalise.outline_jumps import _surfaces
 from focalgradient.eye import (
     Cones,
     Eye,
     Microfluctuations,
     Oscillation,
     Photons,
+    SpectralPicture,
     accommodation_views,
     band_views,
     eye_views,
     score,
 )
-from focalgradient.scenes import plane, spheres
+from focalgradient.eye.cones import S_FINEST_CPD
+from focalgradient.scenes import plane, spheres, step
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -159,3 +165,56 @@ def test_views_of_nothing_are_refused_and_progress_is_told_as_elsewhere() -> Non
     told: list[tuple[float, str]] = []
     band_views(1.0, EYE, (16, 40), PIXEL, progress=lambda share, words: told.append((share, words)))
     assert [share for share, _ in told] == [0.5, 1.0]
+
+
+def test_depth_of_a_picture_by_two_moments() -> None:
+    """Two walls side by side, 0.6 D apart: each is found away from the border between them."""
+    distance = np.full((128, 160), 1 / 1.6)
+    distance[:, 80:] = 1 / 2.2
+    shown = natural((160, 160))[:128]
+    rendered = accommodation_views(
+        (shown, distance), Eye(0.003, 2.0), (0.125, 0.375), Oscillation(), shown.shape, PIXEL, noise=0.005
+    )
+    assert np.array_equal(rendered[0].distance, distance)
+    depth = recover_depth([one.view for one in rendered])
+    for part, vergence in ((np.s_[24:-24, 24:48], 1.6), (np.s_[24:-24, 112:136], 2.2)):
+        valid = depth.valid[part]
+        assert valid.mean() > 0.5
+        assert np.median(depth.vergence[part][valid]) == pytest.approx(vergence, abs=0.03)
+
+
+def test_each_cone_class_sees_its_own_light() -> None:
+    """Of one colour all over, which blur leaves as it is."""
+    colour = np.full((64, 64, 1), 0.8) * np.array([0.9, 0.4, 0.1])
+    seen = band_views((colour, np.full((64, 64), 0.5)), Eye(0.003, 2.0), (64, 64), PIXEL)
+    for rendered, band in zip(seen, ("L+M", "S"), strict=True):
+        wanted = SpectralPicture.of(colour).catch(band).mean()
+        assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
+
+
+PIXEL, SHAPE = np.radians(1 / 60), (112, 224)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("near", "far", "seed"), [(1.8, 0.4, 3), (0.8, 0.2, 4)])
+def test_depth_between_two_surfaces_is_not_claimed(near: float, far: float, seed: int) -> None:
+    eye = Eye(0.004, 1.0)
+    cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
+    views = eye_views(step(1 / near, 1 / far, seed=seed), cones, SHAPE, PIXEL, noise=0.01, correlation=0.95, seed=seed)
+    depth = recover_depth([one.view for one in views])
+    off = np.abs(depth.vergence - 1 / views[0].distance)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert depth.valid.mean() > 0.5
+    assert (off > 5).mean() < 0.01  # 2 and 7 % where what lies in between counts as depth
+    assert (off < 2).mean() > 0.93
+
+
+def test_a_jump_between_nodes_of_which_one_side_falls_between_those_used_is_none() -> None:
+    """Every other node is used; on the far side only those in between are known, which once divided by 0."""
+    down, across = np.mgrid[:19, :40]
+    is_far = (down < 9) & (across > 19)
+    level = np.where(is_far, 0.0, 12.0)
+    level[9, 19] = 7.5
+    is_known = ((down > 9) & (across < 19)) | (is_far & (across % 2 == 0))
+    is_known[9, 19] = True
+    _, near, _ = _surfaces(level, np.full(level.shape, 0.9), is_known, np.full(level.shape, 4.42), 2.0)
+    assert not near.any()
