@@ -34,8 +34,7 @@ from click.testing import CliRunner
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
 from doors import CALIBRATED  # noqa: E402
-from mutations import as_toml  # noqa: E402
-from structures import is_text, workbook, wrong_file  # noqa: E402
+from mutations import as_toml, is_text, workbook, wrong_file  # noqa: E402
 
 OPTICS = "--focal-length 25 --pixel-pitch 8 --f-number 16 --f-number 5.6 --focus-distance 0.85"
 LENS = "--f-number 4 --focal-length 25 --focus 0.8 --field 6"

@@ -25,7 +25,7 @@ from PIL import Image
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from mutations import NUMBERS, as_json, as_toml, damaged_bytes, damaged_text, damaged_tree  # noqa: E402
+from mutations import NUMBERS, as_json, as_toml, damaged_bytes, wrong_file  # noqa: E402
 
 from focalgradient.errors import InputError  # noqa: E402
 
@@ -118,24 +118,20 @@ def _stimuli() -> dict[str, bytes]:
         return _read_all(Path(folder))
 
 
-def _put(folder: Path, files: dict[str, bytes]) -> None:
+def _given(folder: Path, files: dict[str, bytes], chance: random.Random, *names: str) -> None:
+    """Put files into a folder, one of them (of `names`, where given) damaged by what it is."""
     for name, data in files.items():
         path = folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
-
-
-def _toml(tree: dict[str, Any], chance: random.Random) -> bytes:
-    if chance.random() < 0.6:
-        damaged = damaged_tree(tree, chance)
-        return as_toml(damaged if isinstance(damaged, dict) else {"a": damaged})
-    return damaged_text(as_toml(tree), chance)
+    wrong_file(folder / chance.choice(names or sorted(files)), folder, chance)
 
 
 def settings(chance: random.Random, folder: Path) -> None:
     from focalgradient.photographs import read_views
 
-    _put(folder, {"16.png": _files()["a.png"], "5.6.png": _files()["a.png"], "views.toml": _toml(VIEWS, chance)})
+    files = {"16.png": _files()["a.png"], "5.6.png": _files()["a.png"], "views.toml": as_toml(VIEWS)}
+    _given(folder, files, chance, "views.toml")
     read_views(folder / "views.toml")
 
 
@@ -143,19 +139,9 @@ def images(chance: random.Random, folder: Path) -> None:
     from focalgradient.photographs import read_photograph
 
     name = chance.choice(sorted(_files()))
-    data = damaged_bytes(_files()[name], chance)
-    if chance.random() < 0.1:
-        name = chance.choice(("a.cr2", "a.dng", "x.npy", "x.png", "x.jpg"))
-    if name.endswith(".npy") and chance.random() < 0.5:
-        array = _texture().astype(chance.choice(("f2", "f4", "f8", ">f4", "u2", ">u2")))
-        rows = chance.randrange(1, SIDE)
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            array[:rows] = (float(chance.choice(NUMBERS[-8:])) * array[:rows].astype(float)).astype(array.dtype)
-        np.save(folder / name, array)
-    else:
-        (folder / name).write_bytes(data)
-    read_photograph(folder / name, chance.choice((None, "linear", "srgb")))
+    given = chance.choice(("a.cr2", "a.dng", "x.npy", "x.png", "x.jpg")) if chance.random() < 0.1 else name
+    _given(folder, {given: _files()[name]}, chance)
+    read_photograph(folder / given, chance.choice((None, "linear", "srgb")))
 
 
 def exif(chance: random.Random, folder: Path) -> None:
@@ -196,7 +182,7 @@ def video(chance: random.Random, folder: Path) -> None:
 def calibrations(chance: random.Random, folder: Path) -> None:
     from focalgradient.photographs import load_targets
 
-    _put(folder, {"16.png": _files()["a.png"], "targets.toml": _toml(TARGETS, chance)})
+    _given(folder, {"16.png": _files()["a.png"], "targets.toml": as_toml(TARGETS)}, chance, "targets.toml")
     targets = load_targets(folder / "targets.toml")
     targets.read(targets.shots[0])
 
@@ -208,7 +194,7 @@ def cameras(chance: random.Random, folder: Path) -> None:
     views["camera"] = {"calibration": "camera.toml"}
     if chance.random() < 0.3:
         views["view"][0]["f_number"] = chance.choice(NUMBERS[:-1])
-    _put(folder, {"camera.toml": _toml(CALIBRATED, chance), "views.toml": as_toml(views)})
+    _given(folder, {"camera.toml": as_toml(CALIBRATED), "views.toml": as_toml(views)}, chance, "camera.toml")
     calibrated = load_camera(folder / "camera.toml")
     camera_toml(calibrated)
     load_settings(folder / "views.toml").pixel_angles()
@@ -217,7 +203,7 @@ def cameras(chance: random.Random, folder: Path) -> None:
 def designs(chance: random.Random, folder: Path) -> None:
     from focalgradient.design import load_design
 
-    (folder / "design.toml").write_bytes(_toml(dict(chance.choice(DESIGNS)), chance))
+    _given(folder, {"design.toml": as_toml(dict(chance.choice(DESIGNS)))}, chance)
     load_design(folder / "design.toml").trials("01")
 
 
@@ -225,13 +211,7 @@ def manifests(chance: random.Random, folder: Path) -> None:
     from focalgradient.dataset import check_stimuli
     from focalgradient.stimuli import read_set
 
-    files = dict(_stimuli())
-    name = chance.choice(["manifest.json"] * 3 + sorted(files))
-    if name == "manifest.json" and chance.random() < 0.7:
-        files[name] = as_json(damaged_tree(json.loads(files[name]), chance))
-    else:
-        files[name] = damaged_bytes(files[name], chance)
-    _put(folder, files)
+    _given(folder, _stimuli(), chance, *["manifest.json"] * 3, *sorted(_stimuli()))
     found = read_set(folder)
     for picture in found.pictures[:2]:
         scene = found.scene(picture.scene)
@@ -242,19 +222,8 @@ def manifests(chance: random.Random, folder: Path) -> None:
 def datasets(chance: random.Random, folder: Path) -> None:
     from focalgradient.dataset import export, journals, read_dataset, validate
 
-    files = dict(_dataset())
-    name = chance.choice(sorted(files))
-    if name.endswith(".json") and chance.random() < 0.7:
-        files[name] = as_json(damaged_tree(json.loads(files[name]), chance))
-    elif name.endswith(".jsonl") and chance.random() < 0.7:
-        lines = files[name].splitlines()
-        at = chance.randrange(len(lines))
-        lines[at] = as_json(damaged_tree(json.loads(lines[at]), chance))
-        files[name] = b"\n".join([*lines, b""])
-    else:
-        files[name] = damaged_text(files[name], chance)
-    _put(folder / "data", files)
     root = folder / "data"
+    _given(root, _dataset(), chance)
     for what in (
         lambda: validate(root),
         lambda: read_dataset(root, "depthrating"),
@@ -269,10 +238,7 @@ def reports(chance: random.Random, folder: Path) -> None:
     from focalgradient.report import analyse_necker, analyse_ratings
 
     files = {name: data for name, data in _dataset().items() if not name.startswith("sourcedata")}
-    name = chance.choice(sorted(files))
-    tree = name.endswith(".json") and chance.random() < 0.7
-    files[name] = as_json(damaged_tree(json.loads(files[name]), chance)) if tree else damaged_text(files[name], chance)
-    _put(folder / "data", files)
+    _given(folder / "data", files, chance)
     for analyse in (analyse_ratings, analyse_necker):
         with contextlib.suppress(InputError):
             analyse(folder / "data")
@@ -284,16 +250,14 @@ def caches(chance: random.Random, folder: Path) -> None:
 
     grid = np.full((8, 8), 0.5)
     DepthMap(grid, 0.1 * grid, grid > 0, grid > 0, {"psf": "disc"}).save(folder / "depth.npz")
-    whole = (folder / "depth.npz").read_bytes()
     if chance.random() < 0.3:
-        arrays: dict[str, Any] = {"vergence": grid, "vergence_sd": grid, "valid": grid > 0, "side_known": grid > 0}
-        name = chance.choice([*arrays, "details", "offset"])
-        arrays |= {"details": np.array("{}"), "offset": np.array(0.0)}
+        with np.load(folder / "depth.npz") as whole:
+            arrays = dict(whole)
         others = (np.array("x"), np.array("[" * 9000), np.zeros(3), np.zeros((2, 2, 2)), np.array(1j))
-        arrays[name] = chance.choice(others)
+        arrays[chance.choice(sorted(arrays))] = chance.choice(others)
         np.savez(folder / "depth.npz", **arrays)
     else:
-        (folder / "depth.npz").write_bytes(damaged_bytes(whole, chance))
+        wrong_file(folder / "depth.npz", folder, chance)
     with contextlib.suppress(InputError):
         read_arrays(folder / "depth.npz", ("vergence", "valid"))
     DepthMap.load(folder / "depth.npz")
@@ -305,9 +269,7 @@ def resumables(chance: random.Random, folder: Path) -> None:
     from focalgradient.stimuli.folder import Folder
 
     listed = {"set": "x", "versions": {"a": "1"}, "files": {"a.png": "0" * 64}, "conditions": {}}
-    name = chance.choice(("unfinished.json", "manifest.json"))
-    data = as_json(damaged_tree(listed, chance)) if chance.random() < 0.6 else damaged_bytes(as_json(listed), chance)
-    (folder / name).write_bytes(data)
+    _given(folder, {chance.choice(("unfinished.json", "manifest.json")): as_json(listed)}, chance)
     with contextlib.suppress(InputError):
         Folder(folder, {"set": "x"}, {"a": "1"})
     study = Study(Model(), DepthRatingDesign())
@@ -316,12 +278,9 @@ def resumables(chance: random.Random, folder: Path) -> None:
     )
     file = folder / "experiments.jsonl"
     run(study, [3], 0, file)
-    head = file.read_bytes()
-    rows = b"".join(
-        as_json(damaged_tree(row | {"number": n}, chance) if chance.random() < 0.3 else row | {"number": n}) + b"\n"
-        for n in range(4)
-    )
-    file.write_bytes(damaged_text(head + rows, chance) if chance.random() < 0.5 else head + rows)
+    file.write_bytes(file.read_bytes() + b"".join(as_json(row | {"number": n}) + b"\n" for n in range(4)))
+    if chance.random() < 0.8:
+        wrong_file(file, folder, chance)
     run(study, [3], 0, file)
 
 
