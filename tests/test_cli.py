@@ -1,7 +1,6 @@
 """The command, end to end on small pictures, and all that can be wrong with what it is given."""
 
 import json
-import os
 import re
 import signal
 import time
@@ -180,10 +179,6 @@ def edit(old: str, new: str):
     return apply
 
 
-def content(name: str, data: bytes):
-    return lambda folder: (folder / name).write_bytes(data)
-
-
 def pixels(name: str, change):
     def apply(folder: Path) -> None:
         image = cv2.imread(str(folder / "b.png"), cv2.IMREAD_UNCHANGED)
@@ -271,9 +266,3 @@ def test_one_value_of_each_leaves_all_views_alike(folder):
     said = sentence(run("depth", *PHOTOGRAPHS, *LENS, "--f-number", "5.6", "--focus-distance", "0.85"))
     assert "both photographs have an f-number of 5.6 and are focused at 0.85 m" in said
     assert "give --f-number N or --focus-distance M once for each photograph" in said
-
-
-@pytest.mark.skipif(os.name == "nt" or os.geteuid() == 0, reason="root may write everywhere")
-def test_a_folder_that_may_not_be_written(folder):
-    (folder / "locked").mkdir(mode=0o555)
-    assert "--out locked/out cannot be written" in sentence(run("depth", "views.toml", "--out", "locked/out"))

@@ -281,14 +281,6 @@ def test_another_colour_profile_is_warned_of(tmp_path: Path, recwarn: pytest.War
         read_picture(tmp_path / "LAB.png")
 
 
-@pytest.mark.parametrize("kind", [np.uint32, np.uint64, np.int16])
-def test_pictures_of_other_integers_are_refused(tmp_path: Path, kind: type) -> None:
-    """A table of all levels of 32 bits would fill 34 GB."""
-    np.save(tmp_path / "p.npy", np.ones((2, 3), kind))
-    with pytest.raises(InputError, match=f"of type {kind.__name__}, but must contain 8- or 16-bit"):
-        read_picture(tmp_path / "p.npy")
-
-
 def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None:
     depth = np.array([[1.0, np.nan, 0.0, 2.0], [np.nan, -1.0, 3.0, 3.0], [np.nan] * 4])
     np.save(tmp_path / "d.npy", depth)

@@ -193,23 +193,6 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
     assert not (tmp_path / "c.toml").exists()
 
 
-@pytest.mark.parametrize("out", ["targets.toml", "0.5_8.png", "folder/../targets.toml", "link.toml"])
-def test_no_input_is_written_over(tmp_path, out):
-    path = targets(tmp_path, (0.5,))
-    (tmp_path / "folder").mkdir()
-    (tmp_path / "link.toml").symlink_to(path)
-    before = path.read_bytes()
-    assert "would be overwritten, but it is read" in sentence(run("calibrate", path, "--out", tmp_path / out))
-    assert path.read_bytes() == before
-
-
-def test_a_photograph_is_not_written_over_by_a_calibration(tmp_path):
-    (tmp_path / "other.jpg").write_bytes(b"mine")
-    said = sentence(run("calibrate", targets(tmp_path, (0.5,)), "--out", tmp_path / "other.jpg"))
-    assert "a calibration's file name must end in .toml" in said
-    assert (tmp_path / "other.jpg").read_bytes() == b"mine"
-
-
 def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_path):
     shots = "".join(f'[[view]]\nimage = "{n}.png"\nf_number = {n}\n' for n in STOPS)
     (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')

@@ -113,12 +113,3 @@ def test_what_an_assumed_encoding_leaves_open_is_stated(tmp_path):
     as_srgb, as_linear = (DepthMap.load(tmp_path / name / "depth.npz") for name in ("out", "linear"))
     both = as_srgb.valid & as_linear.valid
     assert stated == pytest.approx(np.median((as_linear.vergence - as_srgb.vergence)[both]), abs=0.005)
-
-
-@pytest.mark.parametrize("option", ["--focus-tolerance", "--f-number-tolerance", "--field-tolerance"])
-@pytest.mark.parametrize("value", [0, 0.02])
-def test_a_tolerance_cannot_go_with_a_settings_file_even_if_zero(tmp_path, option, value):
-    (tmp_path / "v.toml").write_text("[camera]\n")
-    result = run("depth", tmp_path / "v.toml", option, value, "--out", tmp_path / "out")
-    assert result.exit_code == 2
-    assert f"{option} cannot go with" in result.stderr

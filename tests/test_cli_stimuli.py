@@ -1,8 +1,6 @@
 """`focalgradient stimuli` from the command line: what it makes, what it says, and what it says when it cannot."""
 
-import errno
 import json
-import os
 from functools import partial
 from pathlib import Path
 
@@ -52,26 +50,6 @@ def test_necker(tmp_path: Path) -> None:
     assert len(list((tmp_path / "nonrigid").glob("*.png"))) == 12
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (["depth-rating", "--seed", 1], "Missing option '--out'"),
-        (["depth-rating", "--out", "x", "--seed", 1, "--gamma", "bright"], "--gamma is bright"),
-        (["necker", "--out", "x", "--perspective", "1.4"], "perspective is 1.4"),
-    ],
-)
-def test_what_is_wrong_is_said_in_one_line(
-    arguments: list, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    result = run(*arguments)
-    assert not os.listdir()
-    assert result.exit_code == 2
-    assert result.stderr.startswith("Error: ")
-    assert said in result.stderr
-    assert result.stderr.count("\n") == 1
-
-
 @pytest.mark.parametrize("command", [["depth-rating", "--seed", "1"], ["necker"]])
 def test_a_file_in_the_folders_place_is_told_before_the_work(tmp_path: Path, command: list[str]) -> None:
     (tmp_path / "file").write_text("mine")
@@ -118,15 +96,3 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     assert inside.read_bytes() == before
     assert len(depth_options(blur)) == 5
     assert depth_options(stimuli.commands["depth-rating"]) == depth_options(blur)
-
-
-def test_a_full_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(_: int) -> None:
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "fsync", full)
-    result = run("depth-rating", "--out", tmp_path, *CAST)
-    assert result.exit_code == 2
-    assert "No space left on device" in result.stderr
-    assert "the same command resumes" in result.stderr
-    assert result.stderr.count("\n") == 1

@@ -112,18 +112,6 @@ def pictures() -> list[np.ndarray]:
     return [np.roll(texture, n, axis=1) for n in range(12)]
 
 
-def test_frames_are_read_as_stored(tmp_path: Path, pictures: list[np.ndarray]) -> None:
-    path = tmp_path / "video.mkv"
-    write_video(path, "FFV1", pictures)
-    with Source(path) as source:
-        found = list(source.frames())
-        assert source.fps == pytest.approx(25)
-    assert [frame.number for frame in found if isinstance(frame, Frame)] == list(range(12))
-    for frame, picture in zip(found, pictures, strict=True):
-        assert isinstance(frame, Frame)
-        assert np.abs(frame.image.astype(int) - picture).max() <= 2  # from grey to YUV of 8 bits and back
-
-
 def test_a_video_cut_off_is_read_up_to_there_and_the_rest_reported(tmp_path: Path, pictures: list[np.ndarray]) -> None:
     path = tmp_path / "video.avi"
     write_video(path, "MJPG", pictures)
@@ -135,14 +123,6 @@ def test_a_video_cut_off_is_read_up_to_there_and_the_rest_reported(tmp_path: Pat
     assert isinstance(found[-1], Skipped)
     assert found[-1].last == 11
     assert len(found) - 1 == found[-1].first
-
-
-def test_what_is_no_video_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="No such file"):
-        Source(tmp_path / "none.mp4")
-    (tmp_path / "text.mp4").write_text("no video")
-    with pytest.raises(InputError, match="cannot be read as a video"):
-        Source(tmp_path / "text.mp4")
 
 
 @pytest.mark.parametrize("ending", [".mp4", ".mov", ".mkv", ".avi", ".webm"])

@@ -1,6 +1,5 @@
 """Depth about outlines: each surface goes on to where it ends, and nothing changes where nothing ends."""
 
-from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -121,13 +120,6 @@ def test_a_jump_that_no_pixel_contradicts_is_an_outline_too(seed: int) -> None:
     assert claimed[1] > max(0.8, claimed[0])
     longest = np.array(max(depth.details["outlines"], key=len))
     assert np.abs(longest[:, 0] - (SHAPE[1] - 1) / 2).mean() < 4
-
-
-def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> None:
-    mask = np.ones(SHAPE, bool)
-    mask[60:70, 100:140] = False
-    depth = recover_depth([replace(view, mask=mask) for view in jump[0]])
-    assert not depth.valid[~mask].any()
 
 
 def test_surfaces_close_to_each_other_are_held_apart() -> None:
