@@ -228,9 +228,7 @@ def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) 
 
 
 @pytest.mark.parametrize(
-    "optics",
-    [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()],
-    ids=["dual pixel", "transfer only"],
+    "optics", [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()], ids=["dual pixel", "transfer only"]
 )
 def test_blur_at_several_vergences_is_that_at_each(optics) -> None:
     y, x = np.meshgrid(np.linspace(-300, 300, 3), np.linspace(-200, 400, 4), indexing="ij")

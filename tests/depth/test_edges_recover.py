@@ -36,8 +36,7 @@ def cards(distance):
 
 
 @pytest.mark.parametrize(
-    ("distance", "limits"),
-    [(1.4, {"near": 1.0}), (2.5, {"near": 1.0}), (0.7, {"far": 1.0}), (0.8, {"far": 1.0})],
+    ("distance", "limits"), [(1.4, {"near": 1.0}), (2.5, {"near": 1.0}), (0.7, {"far": 1.0}), (0.8, {"far": 1.0})]
 )
 def test_one_view_tells_distance_on_the_stated_side(distance, limits):
     depth = recover_depth([view(cards(distance), lens(1.0), 1)], method="edges", **limits)

@@ -9,16 +9,7 @@ import pytest
 
 from focalgradient import InputError, recover_depth, scenes
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
-from focalgradient.eye import (
-    Cones,
-    Eye,
-    Oscillation,
-    accommodation_views,
-    band_views,
-    eye_views,
-    point_spread,
-    score,
-)
+from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, eye_views, point_spread, score
 from focalgradient.render import blur_picture
 from focalgradient.view import View
 

@@ -126,10 +126,7 @@ def test_white_light_is_nearer_to_a_gaussian_than_yellow() -> None:
 
 
 def test_a_gaussian_is_not_fitted_to_blur_that_is_not_round() -> None:
-    comatic, decentred = (
-        Eye(0.004, 1.0, aberrations=((3, 1, 0.3),)),
-        Eye(0.004, 1.0, 450.0, pupil_offset=(5e-4, 0.0)),
-    )
+    comatic, decentred = (Eye(0.004, 1.0, aberrations=((3, 1, 0.3),)), Eye(0.004, 1.0, 450.0, pupil_offset=(5e-4, 0.0)))
     for optics in (comatic, decentred, DualPixel(Lens(0.05, 4, 1.0))):
         with pytest.raises(InputError, match="no round blur"):
             best_gaussian(optics, 0.0)

@@ -7,16 +7,7 @@ import pytest
 
 from focalgradient import InputError, Lens, cast
 from focalgradient.depth.scene_law import SCENE_SLOPE
-from focalgradient.scenes import (
-    Plane,
-    Scene,
-    Sphere,
-    Texture,
-    bottle,
-    scene_about,
-    slant,
-    spheres,
-)
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, bottle, scene_about, slant, spheres
 from focalgradient.scenes.texture import NATURAL_SLOPE
 
 
