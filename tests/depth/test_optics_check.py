@@ -81,14 +81,6 @@ def test_more_blur_than_at_infinity_names_the_focus_distance():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("psf", ["gaussian", "blend"])
-def test_another_shape_of_blur_is_not_taken_for_other_optics(psf):
-    text = said(slant(STOPS, 0.5, 1.1, psf, 0.5 if psf == "gaussian" else 0.35), STOPS, near=0.85)
-    assert "contradict the optics" not in text
-    assert "not quite a disc" in text
-
-
-@pytest.mark.slow
 def test_foci_of_a_stack():
     foci = [lens(5.6, 0.7), lens(5.6, 1.0), lens(5.6, 1.5)]
     views = slant(foci, 0.7, 1.4)
