@@ -12,7 +12,7 @@ import cv2
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from command_line import run, sentence
+from command_line import run, sentence, succeed
 from interrupts import interruptible
 from PIL import Image
 from two_views import DISTANCE, TOML, write
@@ -26,8 +26,7 @@ from focalgradient.photographs import depths
 
 
 def test_views_in_depth_out(folder):
-    result = run("depth", "views.toml", "--out", "new/out", "--near", "0.9", "--far", "4", "--psf", "gaussian")
-    assert result.exit_code == 0, result.output
+    result = succeed("depth", "views.toml", "--out", "new/out", "--near", "0.9", "--far", "4", "--psf", "gaussian")
     out = folder / "new" / "out"
     assert sorted(path.name for path in out.iterdir()) == ["depth.npz", "depth.png", "summary.json"]
     with np.load(out / "depth.npz") as arrays:
@@ -54,8 +53,7 @@ def test_photographs_without_a_settings_file(folder, pictures):
         grey.save(folder / name.replace("png", "jpg"), quality=98, exif=exif)
     optics = ["--f-number", "16", "--f-number", "5.6", "--focus-distance", "0.85", "--focus-distance", "0.85"]
     limits = ["--near", "0.9", "--far", "4", "--psf", "gaussian", "--encoding", "linear"]
-    result = run("depth", "a.jpg", "b.jpg", "--out", "out", *optics, *limits)
-    assert result.exit_code == 0, result.output
+    succeed("depth", "a.jpg", "b.jpg", "--out", "out", *optics, *limits)
     summary = json.loads((folder / "out" / "summary.json").read_text())
     assert summary["settings"]["camera"]["pixel_pitch_um"] == pytest.approx(8.0)
     assert summary["medians"]["distance_m"] == pytest.approx(DISTANCE, rel=0.02)

@@ -23,13 +23,13 @@ def small(tmp_path, monkeypatch):
 
 
 run = partial(command_line.run, "eye")
+succeed = partial(command_line.succeed, "eye")
 
 
 @pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("views", ["bands", "oscillation", pytest.param("both", marks=pytest.mark.slow)])
 def test_a_slanted_wall(views):
-    result = run("slant", "--out", "out", "--views", views, "--seed", "1")
-    assert result.exit_code == 0, result.output
+    result = succeed("slant", "--out", "out", "--views", views, "--seed", "1")
     assert "Side of focus right" in result.stdout
     summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
     assert summary["simulated"] is True
@@ -54,8 +54,7 @@ def test_an_eye_of_a_prescription_and_an_age():
 
 
 def test_quality_through_focus():
-    result = run("--through-focus", "--out", "out", "--refraction", "-2.00 -0.75 x 30", "--pupil", "3")
-    assert result.exit_code == 0, result.output
+    succeed("--through-focus", "--out", "out", "--refraction", "-2.00 -0.75 x 30", "--pupil", "3")
     summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
     assert summary["found"]["best_D"] == pytest.approx(2.31 + 0.08, abs=0.1)  # mean sphere; white focuses as 555 nm
     assert cv2.imread("out/through_focus.png") is not None
@@ -66,7 +65,6 @@ def test_quality_through_focus():
 
 @pytest.mark.filterwarnings("ignore:a pupil of 0.5 mm")
 def test_the_depth_of_focus_of_a_pinhole_is_a_lower_bound():
-    result = run("--through-focus", "--out", "out", "--pupil", "0.5")
-    assert result.exit_code == 0, result.output
+    result = succeed("--through-focus", "--out", "out", "--pupil", "0.5")
     assert "Depth of focus (80 % of it): at least 4.00 D" in result.output
     assert json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["found"]["depth_of_focus_is_cut_off"]

@@ -18,12 +18,12 @@ CAST = ["--engine", "cast", "--samples", "4", "--size", "128", "--scenes", "1", 
 
 
 run = partial(command_line.run, "stimuli")
+succeed = partial(command_line.succeed, "stimuli")
 
 
 def test_depth_rating(tmp_path: Path) -> None:
     display = ["--screen", "1280x1024", "--screen-width", "38.4", "--distance", "0.6", "--gamma", "2.2", "--dither"]
-    result = run("depth-rating", "--out", tmp_path, *CAST, *display)
-    assert result.exit_code == 0, result.stderr
+    result = succeed("depth-rating", "--out", tmp_path, *CAST, *display)
     assert "Pictures: 7" in result.stdout
     assert "% at most (limit 0.5)\n" in result.stdout
     assert "8-bit steps at most (limit 0.5): NOT met" in result.stdout  # of 4 rays
@@ -31,8 +31,7 @@ def test_depth_rating(tmp_path: Path) -> None:
     shown = made.display
     assert (shown.size_px, shown.gamma, shown.dither, shown.distance) == ((1280, 1024), 2.2, True, 0.6)
     assert shown.pixel_pitch == pytest.approx(0.3e-3)
-    again = run("depth-rating", "--out", tmp_path, *CAST, *display)
-    assert again.exit_code == 0
+    succeed("depth-rating", "--out", tmp_path, *CAST, *display)
     other = run("depth-rating", "--out", tmp_path, *CAST)
     assert other.exit_code == 2
     assert "contains another set" in other.stderr
@@ -41,8 +40,7 @@ def test_depth_rating(tmp_path: Path) -> None:
 def test_necker(tmp_path: Path) -> None:
     shown = ["--gradient", "nonrigid", "--edge", 3, "--speed", 0.5]
     shown += ["--frame-rate", 24, "--size", 300, "--line-width", 4]
-    result = run("necker", "--out", tmp_path, *shown, "--aperture", 30, "--direction", "left")
-    assert result.exit_code == 0, result.stderr
+    result = succeed("necker", "--out", tmp_path, *shown, "--aperture", 30, "--direction", "left")
     assert "turning left, 2" in result.stdout  # per cent, for the other reading
     made = json.loads((tmp_path / "manifest.json").read_text())
     assert list(made["conditions"]) == ["nonrigid"]
@@ -75,12 +73,11 @@ def test_a_photographs_depth_is_read_as_blur_reads_it(tmp_path: Path) -> None:
     shown = ["--picture", tmp_path / "scene.npy", "--field", 10, "--apertures", "8", "--screen-width", 200]
     disparity = ["--depth-unit", "disparity", "--baseline", 0.1, "--disparity-offset", 7]
     for name, given in (("metres", []), ("disparity", disparity)):
-        ended = run("depth-rating", "--out", tmp_path / name, "--depth", tmp_path / f"{name}.npy", *shown, *given)
-        assert ended.exit_code == 0, ended.output
+        succeed("depth-rating", "--out", tmp_path / name, "--depth", tmp_path / f"{name}.npy", *shown, *given)
     one, other = (read_set(tmp_path / name) for name in ("metres", "disparity"))
     assert np.allclose(one.depth("scene"), other.depth("scene"), rtol=1e-6)
     decoded = ["--depth", tmp_path / "metres.npy", *shown, "--encoding", "srgb"]
-    assert run("depth-rating", "--out", tmp_path / "decoded", *decoded).exit_code == 0
+    succeed("depth-rating", "--out", tmp_path / "decoded", *decoded)
     sharp = read_set(tmp_path / "decoded")
     light = sharp.linear(sharp.picture("scene", "pinhole", "nearest"))[..., 0]
     assert np.allclose(light, srgb_to_linear(picture), atol=1e-5)
