@@ -168,29 +168,6 @@ def test_r_repeats_the_tests_where_conditions_are_empty(tmp_path: Path, missing:
     result = depth_rating(table, equivalence_bound=1.2)
     files = trial_files(table, table, result)
     agree(run(tmp_path, files, "headline.R", "lmerTest"), result.answers, rel=2e-3, absolute=1e-4)
-    tests = {one.level: one.outcome for one in result.answers.headlines}
-    _same_in_the_wide_table(files, tests)
-
-
-def _same_in_the_wide_table(files: dict[str, bytes], tests: dict[str, object]) -> None:
-    """Means over subjects of complete columns are the estimates."""
-    name = "depth_rating_wide.csv"
-    wide = pd.read_csv(io.BytesIO(files[name]), dtype={"participant_id": str}) if name in files else pd.DataFrame()
-    for column, test in tests.items():
-        column = "difference" if " less " in column else column
-        if isinstance(test, Effect):
-            own = wide.pivot(index="participant_id", columns="scene", values=column)
-            own = own.dropna(how="all").dropna(how="all", axis=1)
-            assert len(own) == test.subjects
-            if not own.isna().any(axis=None):
-                assert own.to_numpy().mean() == pytest.approx(test.estimate)
-        else:
-            assert column not in wide or wide[column].dropna().empty or missing_subjects(wide, column)
-
-
-def missing_subjects(wide: pd.DataFrame, column: str) -> bool:
-    """Whether fewer than two subjects have a value."""
-    return wide.dropna(subset=[column])["participant_id"].nunique() < 2
 
 
 @pytest.mark.fast_cases(2)

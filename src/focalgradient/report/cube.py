@@ -20,7 +20,7 @@ from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
 from focalgradient.report.words import OF_TABLE, catches, counts, differing, setting, times
 from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, Rules, as_table
 from focalgradient.statistics.criteria import OF_CUBE
-from focalgradient.statistics.cube import cube_questions
+from focalgradient.statistics.cube_questions import cube_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import listed
 
