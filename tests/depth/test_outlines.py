@@ -6,8 +6,7 @@ from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.equalise.outline_places import _contrast
-from focalgradient.depth.equalise.surfaces import curvature_variance, planes
-from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, grow_planes
+from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, departure_from_planes, grow_planes, surface_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
 
@@ -129,10 +128,10 @@ def test_what_is_not_plane_is_uncertain_and_planes_are_not() -> None:
     plane, sd = 0.4 * place[0] - 0.3 * place[1], np.full((30, 40), 0.2)
     noise = 0.2 * ndimage.gaussian_filter(random.standard_normal((30, 40)), 1)
     good, reach = np.ones((30, 40), bool), np.full((30, 40), 2.0)
-    assert (curvature_variance(plane + noise, sd, good, reach, 6.0) == 0).all()
+    assert (departure_from_planes(plane + noise, sd, good, reach, 6.0) == 0).all()
     jump = 3.0 * (place[1] >= 20)  # smaller than is found, and blurred over six nodes
     blurred = ndimage.gaussian_filter1d(jump, 2, axis=1)
-    total = np.sqrt(sd**2 + curvature_variance(plane + blurred + noise, sd, good, reach, 6.0))
+    total = np.sqrt(sd**2 + departure_from_planes(plane + blurred + noise, sd, good, reach, 6.0))
     error = np.abs(blurred + noise - jump)
     assert (error > 5 * sd).mean() > 0.04
     assert (error <= 5 * total).all()
@@ -144,9 +143,9 @@ def test_flat_surfaces_are_continued_from_wide_windows_and_curved_ones_are_not()
     sd, good = np.full((41, 41), 0.3), np.ones((41, 41), bool)
     noise = 0.3 * random.standard_normal((41, 41))
     for surface, spans in ((0.2 * place[0], 4.0), (0.1 * (place**2).sum(axis=0), 1.0)):
-        found = planes(surface + noise, sd, good, 4.0)
+        found = surface_planes(surface + noise, sd, good, 4.0)
         assert np.median(found[3, 15:26, 15:26]) == spans
-    flat = planes(0.2 * place[0] + noise, sd, good, 4.0)
+    flat = surface_planes(0.2 * place[0] + noise, sd, good, 4.0)
     assert np.median(np.abs(flat[1, 15:26, 15:26] - 0.2)) < 0.3 / 40  # a single window of two nodes: 0.3 / 10
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError, Lens, cast
-from focalgradient.depth.scene_law import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.scenes import Plane, Scene, Sphere, Texture, bottle, scene_about, slant, spheres
 from focalgradient.scenes.texture import NATURAL_SLOPE
 
