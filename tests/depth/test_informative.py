@@ -8,10 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise.likelihood import Nodes
-from focalgradient.depth.equalise.signal import informative_nodes, left_on_blank
+from focalgradient.depth.equalise.signal import are_compressed, informative_nodes, left_on_blank
 from focalgradient.errors import FocalGradientWarning
 
 SQUARES = Path(__file__).parents[2].parent / "shared" / "data" / "printed_squares"
@@ -63,6 +64,20 @@ def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
     assert left_on_blank(nodes(30, misfit), informative, [blocks]) == left
     if misfit < 1:  # without blocks, what is left is less because noise is taken for more than it is
         assert left_on_blank(nodes(30, misfit), informative, [even]) is None
+
+
+def test_compression_shows_in_textured_views() -> None:
+    """Blurred natural texture in JPEG of quality 75, whose blocks are faint, and the same without loss."""
+    import cv2
+
+    random = np.random.default_rng(0)
+    frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
+    texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((256, 256))) / np.maximum(frequency, 1 / 256))
+    blurred = gaussian_filter(texture / texture.std(), 1.5)
+    pixels = np.clip(120 + 25 * blurred, 0, 255).astype(np.uint8)
+    stored = cv2.imdecode(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 75])[1], cv2.IMREAD_GRAYSCALE)
+    assert not are_compressed([pixels.astype(np.float32)])
+    assert are_compressed([pixels.astype(np.float32), stored.astype(np.float32)])
 
 
 @pytest.mark.slow

@@ -79,6 +79,10 @@ CONTRASTS = (0.03, 3000.0)
 """Range of the variance added by the median contrast, relative to that without contrast: from negligible to dominant.
 """
 
+MOST_UNCOMPRESSED = 5.0
+"""Maximum variance added by the median contrast, relative to that without contrast, in views that show no compression:
+1.2 to 2.4 on a photographed sheet (errors of the model); 10 to 3000 where dark bars contradict every depth."""
+
 LAW_STRIDE, CONTRAST_STEPS = 16, 281
 """Stride in steps, a power of 4, at which the law's search begins, which ends at the law that a search of all steps
 gives (600 of 600 drawn cases); and number of steps of contrast, 4 % apart."""
@@ -213,7 +217,13 @@ def uneven_noise(law: NoiseLaw, views: RegisteredViews) -> Image:
 
 
 def noise_law(
-    variance: FloatArray, brightness: FloatArray, contrast: FloatArray, at: float, *, level_known: bool = False
+    variance: FloatArray,
+    brightness: FloatArray,
+    contrast: FloatArray,
+    at: float,
+    *,
+    level_known: bool = False,
+    compressed: bool = True,
 ) -> NoiseLaw | None:
     """Fit the law by which noise rises with brightness and contrast to its variance at places; None: it is uniform.
 
@@ -230,6 +240,9 @@ def noise_law(
         Brightness at which the law's variance is to be 1.
     level_known
         Whether the variance is in units of the noise, which is alike in bright and in dark places.
+    compressed
+        Whether the views show compression. Otherwise variance that rises more with contrast than `MOST_UNCOMPRESSED` is
+        not noise.
 
     Examples
     --------
@@ -268,7 +281,8 @@ def noise_law(
         by_contrast = _best([NoiseLaw(share, at, one) for one in steps.tolist()], loss).by_contrast
         low, high = NoiseLaw(share, at, by_contrast).variance(np.full(2, at), np.quantile(varied, [0.05, 0.95]))
         clearly = loss(NoiseLaw(share, at, by_contrast)) < LOSS_RATIO * least
-        if not (clearly and high > RISES_BY_CONTRAST * low):
+        plausible = compressed or by_contrast * usual < MOST_UNCOMPRESSED
+        if not (clearly and plausible and high > RISES_BY_CONTRAST * low):
             by_contrast = 0.0
         if abs(by_contrast - before) <= 0.01 * by_contrast:
             break

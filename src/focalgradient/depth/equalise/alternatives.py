@@ -27,6 +27,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import j0
 
@@ -317,12 +318,18 @@ class Alternative:
         )
 
 
-def judge_alternatives(problem: Problem, blurs: Blurs, noise_sd: Sequence[float]) -> Alternative | None:
-    """Return the alternative that explains views in one waveband clearly better than `blurs`, or None."""
+def judge_alternatives(
+    problem: Problem, blurs: Blurs, noise_sd: Sequence[float], is_consistent: NDArray[np.bool_]
+) -> Alternative | None:
+    """Return the alternative that explains views in one waveband clearly better than `blurs`, or None.
+
+    Only pixels whose views agree count (H x W): no blur explains what occlusion leaves.
+    """
     # A displacement, which the user is warned about, looks like other blur.
     if problem.registered.warnings or blurs.frequencies.down is not None or blurs.parts:
         return None
-    part = problem.registered.most_textured_crop(NOISE_SIDE)
+    registered = problem.registered
+    part = replace(registered, usable=registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
     inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
     weight, spectra = (part.usable & inner).astype(np.float32), view_spectra(part.images, blurs)

@@ -35,7 +35,7 @@ from focalgradient.depth.equalise.parts import (
     reject_outliers,
     tiles,
 )
-from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, beyond_ends, beyond_infinity
+from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.filters import FloatArray, Image, Spectra, smoothed
 from focalgradient.depth.noise import (
@@ -117,6 +117,7 @@ class Whitening:
         noise_sd: list[float],
         raisable: float | None,
         shared: SharedPower | None,
+        compressed: bool,
     ) -> Whitening:
         """Estimate what all tiles share, from the most textured part of a large frame."""
         registered, settings = problem.registered, problem.settings
@@ -136,7 +137,7 @@ class Whitening:
             first = equalise(
                 crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
             )
-            law, nodes, energy = _even_out(first, part, at, shared is None)
+            law, nodes, energy = _even_out(first, part, at, shared is None, compressed)
             if again or raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
                 break
             # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all
@@ -192,12 +193,12 @@ def _brightness_of_noise(registered: RegisteredViews) -> float:
 
 
 def _even_out(
-    equalised: Equalised, part: Part, at: float | None, one_waveband: bool
+    equalised: Equalised, part: Part, at: float | None, one_waveband: bool, compressed: bool
 ) -> tuple[NoiseLaw | None, Nodes, Image]:
     """Equalise noise that rises with brightness or contrast, in place; return the law, depth and energy.
 
     At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
-    different wavebands, with textures of their own, are not compared.
+    different wavebands, with textures of their own, are not compared. `compressed`: whether the views show JPEG blocks.
     """
     weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
 
@@ -219,7 +220,8 @@ def _even_out(
         # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
         variance = nodes.misfit * (1 if law is None else law.variance(bright, varied))
         some = nodes.with_texture(nodes.is_supported)
-        found = noise_law(variance[some], bright[some], varied[some], brightness, level_known=at is None)
+        places = variance[some], bright[some], varied[some]
+        found = noise_law(*places, brightness, level_known=at is None, compressed=compressed)
         if found is None or (law is not None and _alike(found, law)):
             break
         noise_sd = np.sqrt(found.variance(image, contrast)).astype(np.float32)
@@ -238,20 +240,22 @@ def estimate(problem: Problem) -> Estimate:
 
     The views of `problem` are registered (`focalgradient.depth.registration`).
     """
-    fine, beside_sd = estimate_at_one_scale(problem)
+    compressed = are_compressed([view.image for view in problem.views])
+    fine, beside_sd = estimate_at_one_scale(problem, compressed)
     is_misfit = fine.details["misfit"] > BY_CHANCE and fine.valid.mean() >= NEARLY_NOTHING
     is_lost = is_misfit and len(set(problem.search.wavebands)) == 1
     coarse = halved(problem) if is_lost or beside_sd is not None else None
     if coarse is None:
         return fine
-    other = estimate_at_one_scale(coarse)[0]
+    other = estimate_at_one_scale(coarse, compressed)[0]
     is_joined = beside_sd is not None or other.details["misfit"] < ERRS
     return joined(fine, other, beside_sd, problem.settings.window) if is_joined else fine
 
 
-def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float32] | None]:
+def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate, NDArray[np.float32] | None]:
     """Estimate depth from the views' detail as it is, stage by stage as `docs/report/method.md` derives them.
 
+    `compressed`: whether the views as they were given show blocks of JPEG.
     Where compression has taken away fine detail and something is valid, also returns the part of the standard deviation
     that is due to a surface without texture where that is the likelier one (H x W, in dioptres); else None.
     """
@@ -262,7 +266,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     one_waveband = gains is None  # textures of other wavebands leave residuals that are not a contradiction
 
     settings.progress(0.4, "equalising blur")
-    whitening = Whitening.of(problem, blurs, assumed_sd, raisable, None if gains is None else gains.shared)
+    whitening = Whitening.of(problem, blurs, assumed_sd, raisable, None if gains is None else gains.shared, compressed)
     frame = Frame.empty(views.shape)
     for tile in whitening.tiles:
         part, whitened, energy = whitening.of_tile(tile)
@@ -283,8 +287,10 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
-    nodes, split, jump_variance = depth_at_nodes(frame, grid, blurs, search.levels_per_pixel, gains, settings.outlines)
-    alternative = judge_alternatives(problem, blurs, noise_sd) if one_waveband else None
+    nodes, split, jump_variance = depth_at_nodes(
+        frame, grid, blurs, search.levels_per_pixel, gains, settings.outlines, compressed
+    )
+    alternative = judge_alternatives(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
     tau = error_with(split, alternative)
     signal = Signal.of(problem, nodes, gains, grid.step)
     vergence, sd, is_valid, beside_sd = depth_at_pixels(

@@ -96,7 +96,13 @@ class Frame:
 
 
 def depth_at_nodes(
-    frame: Frame, equalised: Equalised, blurs: Blurs, levels_per_pixel: float, gains: BandGains | None, outlines: bool
+    frame: Frame,
+    equalised: Equalised,
+    blurs: Blurs,
+    levels_per_pixel: float,
+    gains: BandGains | None,
+    outlines: bool,
+    compressed: bool,
 ) -> tuple[Nodes, SplitBand, FloatArray]:
     """Join the tiles' depth at nodes, and raise its uncertainty near jumps of depth.
 
@@ -114,15 +120,18 @@ def depth_at_nodes(
         What views in different wavebands share; None: all are in one.
     outlines
         Whether outlines were looked for.
+    compressed
+        Whether the views show JPEG blocks.
     """
     shape = frame.is_consistent.shape
     nodes = join_nodes(frame.tiles, shape, equalised.step)
     given, split = Conditions(blurs.radius, levels_per_pixel), join_splits(frame.splits)
     if gains is None:
         # Where the views contradict each other, as on dark bars, depth is not claimed, and bends none beside it; but
-        # where most of them do, as on blank paper in JPEG, what agrees is chance.
+        # where most of them do in JPEG, as on blank paper, what agrees is chance.
         is_seen = block_mean(frame.is_consistent, equalised.step) >= HALF
-        is_seen |= ndimage.gaussian_filter(is_seen.astype(float), equalised.window / equalised.step) < HALF
+        if compressed:
+            is_seen |= ndimage.gaussian_filter(is_seen.astype(float), equalised.window / equalised.step) < HALF
         variance = np.zeros(nodes.level.shape)
         if outlines:
             variance = curvature_variance(equalised, nodes, informative_nodes(nodes) & is_seen, given)
