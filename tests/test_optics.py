@@ -136,15 +136,12 @@ def test_impossible_lenses(values: tuple[float, float, float], said: str) -> Non
         Lens(*values)
 
 
-def test_the_blur_of_infinity_gives_back_infinity() -> None:
+def test_infinity_and_no_farther_is_reached_by_blur_and_by_focus() -> None:
     """Whatever the lens: rounding leaves no distance of millions of metres, nor one beyond infinity."""
     for f_number in (1.4, 2.8, 5.6, 7.3, 11.0):
         for focus in np.geomspace(0.3, 30, 97):
             lens = Lens(0.05, f_number, float(focus))
             assert lens.distance_from_blur(lens.blur_radius(np.inf), "beyond") == np.inf, (f_number, focus)
-
-
-def test_a_lens_is_refocused_to_infinity_and_no_farther() -> None:
     lens = Lens(0.05, 2, 1.0)
     assert lens.refocused(0.0).focus_distance == math.inf
     assert lens.refocused(0.5).aperture_diameter == lens.aperture_diameter

@@ -48,15 +48,12 @@ def test_the_wavelengths_have_the_transfer_of_the_whole_band(band: Any, finest_c
     assert sum(cones.weights) == pytest.approx(1)
 
 
-def test_bands_are_focused_as_far_apart_as_their_lights() -> None:
+def test_bands_are_focused_as_far_apart_as_their_lights_and_keep_their_means() -> None:
     apart = Cones.of(EYE, "S").focus_vergence - Cones.of(EYE, "L+M").focus_vergence
     assert apart == pytest.approx(0.783, abs=2e-3)  # `test_eye_light`
     assert Cones.of(EYE, "S").accommodated(0.0).focus_vergence == pytest.approx(
         Cones.of(EYE, "S").focus_vergence - 2, abs=1e-9
     )
-
-
-def test_wavelengths_keep_the_lights_mean() -> None:
     light = band_light("S", "D65")
     wavelengths, shares = parts_of_band(light, 4)
     mean = np.dot([EYE.in_light(nm).focus_vergence for nm in wavelengths], shares)
