@@ -225,7 +225,7 @@ def test_a_myope_sees_near_and_a_presbyope_far_and_a_bifocal_lens_gives_both() -
     assert strehl(bifocal, 1.5) < 0.1
 
 
-def test_luminance_and_colour_go_from_the_red_to_the_blue_light():
+def test_the_wavelength_in_focus_by_each_rule():
     red, blue = (mixed.Mixture(share) for share in (0.0, 1.0))
     for rule in (mixed.by_luminance, mixed.by_colour):
         assert mixed.wavelength(rule(red)) > 595  # the display's red is about 610 nm
@@ -233,9 +233,6 @@ def test_luminance_and_colour_go_from_the_red_to_the_blue_light():
     # L and M cones see the mixture's red still where the opponent channel, with S cones, sees its blue.
     both = mixed.Mixture(0.3)
     assert mixed.by_luminance(both) - mixed.by_colour(both) > 0.8
-
-
-def test_accommodation_settles_where_what_it_misses_falls_through_nothing():
     focus = np.array([-1.0, -0.5, 0.0, 0.5])
     assert mixed._root(focus, np.array([0.5, 0.25, -0.25, -0.5])) == pytest.approx(-0.25)
     assert np.isnan(mixed._root(focus, np.array([-0.5, -0.25, 0.25, 0.5])))

@@ -100,16 +100,13 @@ def test_texture_is_where_it_should_be() -> None:
     assert np.abs(image / seen - 1).max() < 2e-3
 
 
-def test_spline_agrees_with_scipy() -> None:
+def test_splines_are_scipy_s_and_projected_texture_is_as_fine_at_every_distance() -> None:
     texture = Texture(seed=7)
     places = np.random.default_rng(0).uniform(-3000, 3000, (2, 200))
     ours = [_spline(texture.coefficients(), u, v) for v, u in places.T]
     theirs = map_coordinates(texture.values().astype(float), places, order=3, mode="grid-wrap")
     assert np.abs(ours - theirs).max() < 1e-6
-
-
-def test_projected_texture_is_equally_fine_at_every_distance() -> None:
-    """To a pinhole, a wall painted from the camera's place looks the same wherever it stands."""
+    # To a pinhole, a wall painted from the camera's place looks the same wherever it stands.
     pinhole = Lens(0.025, math.inf, 1.0)
     near, far = (cast(plane(z, seed=1), pinhole, (20, 20), PIXEL).view.image for z in (0.5, 5.0))
     assert np.abs(near - far).max() < 1e-6
