@@ -246,13 +246,18 @@ def recover_depth(
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
     problem = problem_of(views, settings)
     # Imported here, for `import focalgradient` to stay light.
+    from focalgradient.depth.aperture_order import misordered_apertures
     from focalgradient.depth.causes import likely_causes, shows_nothing
+    from focalgradient.depth.equalise.alternatives import likelier_slip
     from focalgradient.parallel import linear_algebra_on_one_thread
 
     with linear_algebra_on_one_thread:
         estimate: Estimate = METHODS[method].load().estimate(problem)
-    causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
-    for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
+        named = likelier_slip(estimate.details["fit_by_optics"]) if "fit_by_optics" in estimate.details else None
+        misordered = None if named else misordered_apertures(problem.registered, problem.search)
+    causes = likely_causes(problem, estimate, misordered) if shows_nothing(problem, estimate) else []
+    order = [f"{misordered}."] if misordered and not causes else []
+    for text in [*_nothing_valid(estimate, causes), *order, *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
     found = with_known_points(_depth_map(problem, estimate, causes), points)
