@@ -25,7 +25,7 @@ from focalgradient.statistics import NotComputed
 from focalgradient.statistics.bootstrap import BootstrapT, bootstrap_t
 from focalgradient.statistics.cells import slope_weights
 from focalgradient.statistics.crossed import crossed_effect, moments
-from focalgradient.statistics.cube import log_odds
+from focalgradient.statistics.cube_questions import log_odds
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.ordinal import ordinal_rating
 

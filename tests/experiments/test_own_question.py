@@ -36,7 +36,7 @@ def test_the_question_of_the_document_is_recorded(tmp_path: Path) -> None:
     source = (PROGRAMS / "depth_rating.py").read_text(encoding="utf-8")
     pasted = "".join(f"    {line}\n" for line in block.splitlines())
     program = tmp_path / "mine.py"
-    program.write_text(source.replace("    return Rated(", pasted + "    return Rated("), encoding="utf-8")
+    program.write_text(source.replace("    return answer", pasted + "    return answer"), encoding="utf-8")
     (tmp_path / "own.toml").write_text(DESIGN)
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]

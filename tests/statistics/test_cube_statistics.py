@@ -9,7 +9,7 @@ from scipy import special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import NeckerResult, necker
-from focalgradient.statistics.cube import log_odds
+from focalgradient.statistics.cube_questions import log_odds
 from focalgradient.statistics.durations import fit_durations
 from focalgradient.statistics.means import share_interval
 

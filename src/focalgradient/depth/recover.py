@@ -21,6 +21,7 @@ from focalgradient.depth.settings import (
     RecoverySettings,
     blur_source,
 )
+from focalgradient.depth.validity import NEARLY_NOTHING
 from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.optics import DualPixel, capabilities
 from focalgradient.plausibility import too_near
@@ -246,16 +247,12 @@ def recover_depth(
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
     problem = problem_of(views, settings)
     # Imported here, for `import focalgradient` to stay light.
-    from focalgradient.depth.aperture_order import misordered_apertures
-    from focalgradient.depth.causes import likely_causes, shows_nothing
-    from focalgradient.depth.equalise.alternatives import likelier_slip
     from focalgradient.parallel import linear_algebra_on_one_thread
 
     with linear_algebra_on_one_thread:
         estimate: Estimate = METHODS[method].load().estimate(problem)
-        named = likelier_slip(estimate.details["fit_by_optics"]) if "fit_by_optics" in estimate.details else None
-        misordered = None if named else misordered_apertures(problem.registered, problem.search)
-    causes = likely_causes(problem, estimate, misordered) if shows_nothing(problem, estimate) else []
+        misordered = _misordered(problem, estimate)
+    causes = _causes(problem, estimate, misordered)
     order = [f"{misordered}."] if misordered and not causes else []
     for text in [*_nothing_valid(estimate, causes), *order, *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
@@ -293,6 +290,28 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     searched = float(lowest), float(highest)
     whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched)
     return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
+
+
+def _misordered(problem: Problem, estimate: Estimate) -> str | None:
+    """Return a clause about f-numbers in the opposite order, unless a slip of the optics was already named."""
+    from focalgradient.depth.aperture_order import misordered_apertures
+
+    if fits := estimate.details.get("fit_by_optics"):
+        from focalgradient.depth.equalise.alternatives import likelier_slip
+
+        if likelier_slip(fits) is not None:
+            return None
+    return misordered_apertures(problem.registered, problem.search)
+
+
+def _causes(problem: Problem, estimate: Estimate, misordered: str | None) -> list[Cause]:
+    """Return the likely causes where almost no pixel is valid; of edges, which are sparse, where none is."""
+    least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
+    if estimate.valid.any() and estimate.valid.mean() >= least:
+        return []
+    from focalgradient.depth.causes import likely_causes
+
+    return likely_causes(problem, estimate, misordered)
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:

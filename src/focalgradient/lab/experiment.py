@@ -99,8 +99,6 @@ class Sitting:
         Start of the sitting, in s on the screen's clock.
     session
         Label of the session, if it has one.
-    next
-        Next trial.
     events
         Events since the last trial was recorded: name, time in s from the start of the sitting, and wall-clock time.
     shown
@@ -109,14 +107,10 @@ class Sitting:
         Index in `events` of the current trial's first event.
     failures
         Errors since then in code supplied by the laboratory: where, and the error.
-    levels
-        Levels of the blocked factors in the current block.
     lead, after
         Pages directly before and after the current trial, and the standard if it is due.
     recorded
         Trials recorded so far with their answers, including those of earlier sittings.
-    procedure
-        Adaptive procedure of a program that chooses the levels itself.
     recorder
         Gaze recorder, if the design records gaze.
     taken
@@ -133,16 +127,13 @@ class Sitting:
     stimuli: StimulusSet | None = None
     start: float = 0.0
     session: str | None = None
-    next: Any = None
     events: list[tuple[str, float, float]] = field(default_factory=list)
     shown: Mapping[str, Any] | None = None
     first: int = 0
     failures: list[tuple[str, str]] = field(default_factory=list)
-    levels: dict[str, str] = field(default_factory=dict)
     lead: Sequence[Page | Standard] = ()
     after: Sequence[Page] = ()
     recorded: Sequence[Mapping[str, Any]] = ()
-    procedure: Any = None
     recorder: Recorder | None = None
     taken: Taken | None = None
     noted: dict[str, Noted] = field(default_factory=dict)
@@ -212,17 +203,9 @@ class Sitting:
         self.unchanged.add(hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest())
         return pixels
 
-    def fixated(self, picture: Picture) -> tuple[float, float]:
-        """Return the position of a picture's fixated object, in its pixels from the upper left corner."""
-        assert self.stimuli is not None
-        return self.stimuli.scene(picture.scene).target(picture.fixation).position_px
-
-    def place(self, picture: Picture) -> tuple[float, float]:
-        """Return the position of a picture's fixated object on the screen, in px from the centre, x right and y up."""
-        height, width = self.pixels(picture).shape[:2]
-        x, y = self.fixated(picture)
-        return x - width / 2, height / 2 - y
-
     def mark(self, picture: Picture) -> Any:
         """Return the fixation mark at a picture's fixated object."""
-        return self.screen.fixation(*self.place(picture))
+        assert self.stimuli is not None
+        height, width = self.pixels(picture).shape[:2]
+        x, y = self.stimuli.scene(picture.scene).target(picture.fixation).position_px
+        return self.screen.fixation(x - width / 2, height / 2 - y)

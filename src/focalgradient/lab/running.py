@@ -205,7 +205,6 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
         if ready.triggers.ports or sitting.recorder is not None:
             ports = [port.name for port in ready.triggers.ports]
             session.note("triggers", ports=ports, **ready.triggers.codes.entry())
-        sitting.next = next(iter(session.remaining()), None)
         texts = pages_of(ready.design, ready.words, sitting.participant)
         done = len(session.trials) - len(session.remaining())
         steps = sequence(ready.design, ready.words, texts, session.trials, done)
@@ -372,7 +371,7 @@ class _Walk:
 
     def _turn(self, turn: Turn) -> None:
         sitting, session, trial = self._sitting, self._session, turn.trial
-        sitting.next, sitting.recorded = trial, session.recorded
+        sitting.recorded = session.recorded
         answer = _timed(self._experiment, sitting, session, turn)
         _note_events(sitting, session)
         _note_gaze(sitting, session, trial)

@@ -22,7 +22,7 @@ from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
-from focalgradient.statistics.cube import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
+from focalgradient.statistics.cube_questions import ODDS, PLAIN, condition_name, cube_questions, own_odds, primary_first
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.questions import Analysis
 from focalgradient.statistics.records import ALPHA

@@ -28,7 +28,7 @@ from focalgradient.statistics import (
     factor_effects,
     necker,
 )
-from focalgradient.statistics.cube import cube_questions
+from focalgradient.statistics.cube_questions import cube_questions
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.questions import NO_ANSWERS, Answers
 from focalgradient.statistics.questions import Analysis as Questions
