@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
+from io import BytesIO
 from itertools import product
 from pathlib import Path
 from typing import Any
@@ -16,6 +17,7 @@ import participant
 import pytest
 from fuzz_server import run
 from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
+from PIL import Image
 from starlette.testclient import TestClient
 
 from focalgradient.dataset import read_journal, validate
@@ -75,7 +77,8 @@ def test_the_browser_and_the_laboratory_show_the_same_trials(tmp_path: Path) -> 
             url = someone.entry(number)["intervals"][-1]["url"]
             if trial.phase == "main" and "example" not in trial.scene:
                 file = made.lists.pictures.picture(trial.scene, trial.aperture, trial.fixation, {}).png
-                assert someone.picture(url) == (tmp_path / "set" / file).read_bytes()
+                shown, kept = (Image.open(one) for one in (BytesIO(someone.picture(url)), tmp_path / "set" / file))
+                assert np.array_equal(np.asarray(shown), np.asarray(kept))
             assert someone.answer(number).status_code == 200
 
 
@@ -412,7 +415,7 @@ def test_an_answer_needs_the_token_of_its_trial(tmp_path: Path) -> None:
         assert someone.ask("next", **first).status_code == 409  # recorded
     with client_of(study(tmp_path)) as client:  # of a page that had its tokens before the server was started again
         same = Participant(client, someone.token)
-        later = same.message(someone.trials[1], 1)
+        later = someone.message(someone.trials[1], 1)
         assert same.ask("answer", **later, trial_token=tokens[1]).json() == {"recorded": True, "done": 2}
 
 
