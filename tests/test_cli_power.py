@@ -110,12 +110,8 @@ def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):
     pd.testing.assert_frame_equal(again, run(study, [3], 5, tmp_path / "whole.jsonl"))
     assert file.read_text() == (tmp_path / "whole.jsonl").read_text()
     assert json.loads(file.read_text().splitlines()[0])["simulated"] is True
-
-
-def test_another_study_is_refused(tmp_path):
-    run(Study(Model(), SMALL), [3], 1, tmp_path / "file.jsonl")
     with pytest.raises(InputError, match="experiments with another effect, design, bound, seed or version"):
-        run(Study(Model(effect=1.4), SMALL), [3], 1, tmp_path / "file.jsonl")
+        run(Study(Model(effect=1.4), SMALL), [3], 1, file)
 
 
 def test_the_command_writes_table_and_figure(tmp_path, small):
@@ -149,23 +145,6 @@ def test_an_effect_on_the_cube_is_found_and_none_is_not():
     assert 0 < strong["width"] < 1  # of a log odds ratio of 1.39
     nothing = [Study(CubeModel(effect=1.0, between=0.0), design).experiment(6, n) for n in range(5)]
     assert sum(one["nonrigid_longer"] + one["nonrigid_shorter"] for one in nothing) <= 1
-
-
-def test_the_command_simulates_the_cube_and_goes_on(tmp_path):
-    design, out = tmp_path / "cube.toml", tmp_path / "power"
-    design.write_text('task = "necker"\nstrengths_mm = [4.0]\ngradients = ["none", "nonrigid"]\n')
-    args = ["power", "necker", "--subjects", "3,4", "--design", str(design), "--out", str(out), "--experiments"]
-    program = Program("focalgradient", commands=[command])
-    assert CliRunner().invoke(program, [*args, "1"]).exit_code == 0
-    first = (out / "experiments.jsonl").read_text()
-    result = CliRunner().invoke(program, [*args, "2"])
-    assert result.exit_code == 0, result.output
-    assert (out / "experiments.jsonl").read_text().startswith(first)
-    assert "nonrigid for longer" in result.stdout
-    assert "nonrigid for less" not in result.stdout
-    assert list(pd.read_csv(out / "power.csv")["experiments"]) == [2, 2]
-    result = CliRunner().invoke(program, ["power", "necker", "--bound", "1.3", "--out", str(out)])
-    assert "--bound cannot be set for necker" in result.stderr
 
 
 @pytest.mark.fast_cases(1)

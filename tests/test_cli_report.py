@@ -50,20 +50,3 @@ def test_rules_and_a_preregistration(tmp_path):
     result = run(tmp_path, "--rules", tmp_path / "rules.toml", "--out", tmp_path / "report")
     assert result.exit_code == 2
     assert "lapse is not a known rule" in result.stderr
-
-
-@pytest.mark.parametrize(
-    ("given", "said"),
-    [
-        (
-            ["--preregister", "--where", "a=b"],
-            "--where belongs to an analysis, but --preregister writes",
-        ),
-        (["--effect", "2"], "--effect and --far-effect belong to a preregistration"),
-    ],
-)
-def test_options_of_the_other_use_are_refused(given, said, tmp_path):
-    (tmp_path / "design.toml").write_text('task = "depthrating"\n')
-    result = run(tmp_path / "design.toml", *given, "--out", tmp_path / "plan")
-    assert result.exit_code == 2
-    assert said in result.stderr

@@ -62,22 +62,6 @@ def test_both_experiments_go_into_one_data_set(tmp_path, rating, necker, cache, 
     assert result.stdout.splitlines()[0] == "Simulated observers (default): 1; 2 existed already."
 
 
-def test_observers_of_thresholds_look_at_the_pictures_of_a_folder(tmp_path, monkeypatch):
-    looked_at = []
-
-    def looked(design, folder, *_):
-        looked_at.append(folder)
-        return {}
-
-    monkeypatch.setattr("focalgradient.observers.seen.seen_intervals", looked)
-    design = 'task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 2\ncatch_trials = 0\n'
-    (tmp_path / "short.toml").write_text(design)
-    words = f"--observers 1 --seed 1 --stimuli {tmp_path} --out {tmp_path / 'seen'} --design {tmp_path / 'short.toml'}"
-    result = run("blur-threshold", *words.split(), "--workers", 1)
-    assert result.exit_code == 0, result.output
-    assert looked_at == [tmp_path]
-
-
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C is sent otherwise there")
 @interruptible()

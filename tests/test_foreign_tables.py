@@ -14,7 +14,6 @@ from focalgradient import InputError
 from focalgradient.cli import main
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.luminance import parse_luminance
-from focalgradient.report import make_report
 from focalgradient.statistics import read_detection, read_ratings, read_reports
 from focalgradient.user_tables.conditions import read_conditions
 
@@ -168,16 +167,6 @@ def test_people_of_one_name_or_of_another_unit_are_noticed(tmp_path: Path) -> No
         read_ratings(path)
 
 
-@pytest.mark.parametrize("head", ["dioptres,time", "frame,dioptres", "time,frame", "D,s"])
-def test_a_course_of_other_columns_is_refused(tmp_path: Path, head: str) -> None:
-    path = tmp_path / "course.csv"
-    path.write_text(f"{head}\n0,1\n1,3\n")
-    with pytest.raises(InputError, match="the heading"):
-        TargetMotion.read(path)
-    path.write_text("0,0 1,0\n1,0 3,5\n")
-    assert TargetMotion.read(path).at(1.0) == 3.5
-
-
 def test_levels_that_a_spreadsheet_damaged_are_no_names(tmp_path: Path) -> None:
     path = tmp_path / "own.csv"
     text = "subject,blur,rating\n" + "".join(f"{who},{blur},1.{who}\n" for who in (1, 2) for blur in ("0", "X", "2"))
@@ -241,21 +230,6 @@ def test_named_rows_of_practice_are_noticed(tmp_path: Path) -> None:
         in read_ratings(path).notices
     )
     assert len(read_ratings(path, where={"excluded": "0"}).table) == len(ROWS) - 4
-
-
-def test_a_data_set_of_another_laboratory_is_read_by_its_tables(tmp_path: Path) -> None:
-    tables = []
-    for who in range(1, 4):
-        folder = tmp_path / f"sub-0{who}" / "beh"
-        folder.mkdir(parents=True)
-        for run in (1, 2):
-            rows = [f"{2 * number}\t1\t{size}\t{1 + size / 20 + run / 50}\n" for number, size in enumerate((2, 4, 8))]
-            tables.append(folder / f"sub-0{who}_task-mine_run-{run}_events.tsv")
-            tables[-1].write_text("onset\tduration\taperture_mm\trating\n" + "".join(rows))
-    (tmp_path / "dataset_description.json").write_text('{"Name": "x", "BIDSVersion": "1.8.0"}')
-    with pytest.raises(InputError, match=r"sub-\*/\*/\*_events.tsv, .*--columns rating=NAME"):
-        make_report(tmp_path)
-    assert sorted(set(read_conditions(tables).table["participant_id"])) == ["sub-01", "sub-02", "sub-03"]
 
 
 def test_numbers_that_may_be_codes_are_noticed_and_can_be_levels(tmp_path: Path) -> None:

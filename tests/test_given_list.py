@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -12,8 +11,8 @@ from click.testing import CliRunner, Result
 
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
-from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, Pinhole, Trial, check_design
-from focalgradient.design.given_list import read_trials, trial_row, trials_of
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, Pinhole, check_design
+from focalgradient.design.given_list import read_trials, trial_row
 from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 
@@ -21,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 sys.path.insert(0, str(Path(__file__).parent / "experiments"))
 
 from headless import make_set
-from structures import workbook
+from mutations import workbook
 
 FACTORS = {"light": {"levels": ["dim", "bright"], "pictures": False}}
 DESIGNS = [
@@ -125,21 +124,3 @@ def test_a_list_that_cannot_be_shown_is_refused(change, sentence: str) -> None:
     rows = [{name: str(value) for name, value in trial_row(trial).items()} for trial in Pinhole().trials("01")]
     with pytest.raises(InputError, match=sentence):
         Pinhole().with_trials("list", change(rows))
-
-
-@pytest.mark.parametrize("cell", ["nan", "inf", "-inf", "1e999"])
-def test_a_number_that_is_not_finite_is_refused_with_row_and_column(cell: str, tmp_path: Path) -> None:
-    kind = dataclass(frozen=True, kw_only=True)(type("Blurred", (Trial,), {"__annotations__": {"blur": float}}))
-    with pytest.raises(InputError, match=f"list, row 3: blur is {cell!r}, but must be a finite number"):
-        trials_of("list", [{"blur": "1.5"}, {"blur": cell}], kind, [])
-
-
-@pytest.mark.parametrize(
-    ("text", "sentence"),
-    [("", "is empty"), ("a,a\n1,2\n", "column a twice"), ("a,b\n", "no rows"), ("a,\n1,2\n", "without a name")],
-)
-def test_what_is_no_table_is_refused(text: str, sentence: str, tmp_path: Path) -> None:
-    path = tmp_path / "list.csv"
-    path.write_text(text)
-    with pytest.raises(InputError, match=sentence):
-        read_trials(path)

@@ -182,12 +182,6 @@ def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest
     assert found == pytest.approx(stats.nct.sf(stats.t.isf(0.025, 3), 3, 1.2 * 2), abs=0.015)
 
 
-def test_the_width_of_an_interval_shrinks_with_the_number_of_people() -> None:
-    study = Study(LatentModel(), DepthRatingDesign(scale="choice"))
-    few, many = (np.mean([study.experiment(subjects, number)["width"] for number in range(8)]) for subjects in (6, 24))
-    assert 0.3 < many / few < 0.7  # 1/2, and less freedom with few
-
-
 def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_test() -> None:
     design = DepthRatingDesign(scale="choice")
     latent_study = Study(LatentModel(effect=20.0, far_effect=1.0), design)
@@ -210,15 +204,6 @@ def test_widths_are_those_of_the_intervals_and_the_first_object_is_the_primary_t
     assert outcome["left_out"] == 0
     for name, rise in (("width", near), ("far_width", far)):
         assert outcome[name] == pytest.approx(rise.high - rise.low)
-
-
-@pytest.mark.parametrize(("far_effect", "least", "most"), [(1.0, 5, 6), (20.0, 0, 2)])
-def test_an_interaction_is_found_where_slopes_differ(far_effect, least, most) -> None:
-    model = LatentModel(effect=20.0, far_effect=far_effect, between=0.5)
-    study = Study(model, DepthRatingDesign(scale="visual-analogue"))
-    outcomes = [study.experiment(12, number) for number in range(6)]
-    assert least <= sum(one["interaction"] for one in outcomes) <= most
-    assert sum(one["near_rise"] for one in outcomes) == 6
 
 
 def test_two_standard_errors_cover_the_share_of_a_few_experiments() -> None:

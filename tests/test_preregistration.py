@@ -108,18 +108,6 @@ def test_the_cube_s_sentences_are_those_of_the_report(tmp_path: Path) -> None:
         assert absent not in section(before, "Exclusions")[0]
 
 
-@pytest.mark.parametrize(("fixations", "judged"), [(NEAR, False), (BOTH, True)])
-def test_where_markers_stood_is_judged_from_eight_trials(
-    tmp_path: Path, fixations: tuple[str, ...], judged: bool
-) -> None:
-    """One scene at four apertures, with one object in focus or two."""
-    path = design_of(tmp_path, "ratio", 1, fixations, 1)
-    path.write_text(path.read_text() + "catch_trials = 3\n")
-    text = preregistration(path, stated=Stated(Rules()), effect=1.5)["preregistration.md"].decode()
-    assert ("where the marker first stood was recorded in too few trials" not in text) == judged
-    assert ("| first_press |" in text) == judged
-
-
 def test_a_model_of_subjects_states_the_effect_and_a_given_one_goes_before(tmp_path: Path) -> None:
     path = design_of(tmp_path, "ratio", 1, NEAR, 1)
     path.write_text(path.read_text() + "catch_trials = 3\n")

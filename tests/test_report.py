@@ -4,7 +4,6 @@ import dataclasses
 import hashlib
 import html
 import io
-import itertools
 import re
 from html.parser import HTMLParser
 from pathlib import Path
@@ -24,7 +23,7 @@ from focalgradient.report.export import trial_files
 from focalgradient.report.parts import Output
 from focalgradient.report.ratings import gaze_blocks
 from focalgradient.report.tables import EFFECTS
-from focalgradient.statistics import DepthRatingResult, compare_pictures, depth_rating
+from focalgradient.statistics import DepthRatingResult, depth_rating
 from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -82,8 +81,10 @@ def test_every_table_is_there_with_the_numbers_of_the_analysis(ratings, cube, ma
     assert f"t(5) = {near.statistic:.2f}" in page(made)
 
 
-def test_the_page_is_whole_and_needs_nothing_else(made):
+def test_the_page_is_whole_and_needs_nothing_else(made, data):
     text = made.files["report.html"].decode()
+    assert hashlib.sha256(rating_file(data, "03").read_bytes()).hexdigest() in text
+    assert str(data) not in text
     sources, open_tags = [], []
 
     class Reader(HTMLParser):
@@ -101,12 +102,6 @@ def test_the_page_is_whole_and_needs_nothing_else(made):
     assert len(pictures) == 4
     assert all(source.startswith("data:image/png;base64,") for source in pictures)
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
-
-
-def test_the_files_are_named_by_their_hash_and_not_by_their_place(made, data):
-    text = page(made)
-    assert hashlib.sha256(rating_file(data, "03").read_bytes()).hexdigest() in text
-    assert str(data) not in text
 
 
 def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, ratings, cube):
@@ -138,13 +133,7 @@ def test_every_subject_and_the_mean_are_drawn(ratings):
     assert [one[0] for one in names] == ["pinhole", "f/22", "f/11", "f/5.6"]
     sizes = sorted({mean.aperture_mm for mean in result.subject_means})
     np.testing.assert_allclose(ax.get_xticks(), sizes)  # the trend is by the millimetre
-    heights = [point for line in ax.lines for point in line.get_ydata()]
-    heights += [end for mean in result.means if mean.ratio.low for end in (mean.ratio.low, mean.ratio.high)]
     assert ax.get_yscale() == "log"  # of ratios
-    heights, (low, high) = np.log(heights), np.log(ax.get_ylim())
-    span = max(heights) - min(heights)
-    assert max(heights) < high < max(heights) + 0.05 * span  # fitted to what is drawn
-    assert min(heights) > low > min(heights) - 0.05 * span
 
 
 def rated(near: float, far: float) -> DepthRatingResult:
@@ -163,33 +152,25 @@ def rated(near: float, far: float) -> DepthRatingResult:
     return depth_rating(table.assign(trial=range(len(table)), catch=False), equivalence_bound=1.2)
 
 
-@pytest.mark.parametrize(
-    ("near", "far", "said"),
-    [
-        (0.7, 0.0, "ratings rose from the pinhole"),
-        (-0.7, 0.0, "ratings fell from the pinhole"),
-        (0.0, 0.0, "ratings were not shown to change from the pinhole"),
-    ],
-)
-def test_a_finding_says_direction(near: float, far: float, said: str) -> None:
-    first, _, difference = rated(near, far).answers.sentences(*EFFECTS)
-    assert said in first
-    assert "equivalent" not in first
-    assert ("were not shown to differ" in difference) == (near == 0)
+LESS = "ratings rose, by less than what would matter: the depth effect is equivalent to zero within a factor"
 
 
 @pytest.mark.parametrize(
-    ("far", "said"),
+    ("near", "far", "at", "said"),
     [
-        (0.0, "the depth effect is equivalent to zero within a factor of 1.20"),
-        (0.08, "ratings rose, by less than what would matter: the depth effect is equivalent to zero within a factor"),
-        (0.7, "ratings rose from the pinhole"),
+        (0.7, 0.0, 0, "ratings rose from the pinhole"),
+        (-0.7, 0.0, 0, "ratings fell from the pinhole"),
+        (0.0, 0.0, 0, "ratings were not shown to change from the pinhole"),
+        (0.7, 0.0, 1, "the depth effect is equivalent to zero within a factor of 1.20"),
+        (0.7, 0.08, 1, LESS),
+        (0.7, 0.7, 1, "ratings rose from the pinhole"),
     ],
 )
-def test_the_far_effect_is_answered_by_its_equivalence(far: float, said: str) -> None:
-    second = rated(0.7, far).answers.sentences(*EFFECTS)[1]
-    assert said in second
-    assert "not shown to be equivalent" not in second
+def test_a_finding_says_direction_and_equivalence(near: float, far: float, at: int, said: str) -> None:
+    sentences = rated(near, far).answers.sentences(*EFFECTS)
+    assert said in sentences[at]
+    assert ("equivalent" in sentences[at]) == ("equivalent" in said)
+    assert ("were not shown to differ" in sentences[2]) == (near == far)
 
 
 def visible(page: str) -> str:
@@ -208,7 +189,6 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
     answers = shown[shown.index("Primary outcome.") : shown.index("12 subjects with")].strip().split("\n")
     assert [len(re.findall(r"\bp\s[=<]", answer)) for answer in answers] == [1, 1, 1]
     assert "Main results with and without exclusions" not in report.files["report.html"].decode()
-    assert "reliabl" not in report.files["report.html"].decode()
     found = pd.read_csv(io.BytesIO(report.files["results.csv"]))
     sensitivity = found[found["name"] == "depth effect, bootstrap-t"]
     assert sensitivity["method"].tolist() == ["bootstrap-t over subjects"]
@@ -273,21 +253,6 @@ def test_the_wide_table_has_log_ratios_of_the_ends_by_subject_and_scene() -> Non
     # without a pinhole nothing is compared with it
     without = wide_table(table.query("fixation == 'nearest' or aperture_mm > 0"))
     assert list(without) == ["participant_id", "scene", "nearest"]
-
-
-@pytest.mark.parametrize("fixations", [("nearest", "farthest"), ("a", "b", "c")])
-def test_differences_of_slopes_are_answered_by_pair(fixations: tuple[str, ...]) -> None:
-    rows = [
-        (f"{who}", fixation, "f/2" if mm else "pinhole", mm, "room", mm * (1 + who % 2 + number))
-        for who in range(4)
-        for number, fixation in enumerate(fixations)
-        for mm in (0.0, 1.0)
-    ]
-    table = pd.DataFrame(rows, columns=["participant_id", "fixation", "aperture", "aperture_mm", "scene", "rating"])
-    found = compare_pictures(table.assign(trial=range(len(table)), catch=False), "bipolar").answers
-    pairs = [f"{one} less {other}" for one, other in itertools.combinations(fixations, 2)]
-    assert list(found.to("difference of the slopes, these scenes")) == pairs
-    assert list(found.to("slope on aperture, these scenes")) == list(fixations)
 
 
 def test_a_report_has_all_numbers_as_one_table_and_truth_as_r_reads_it(made):

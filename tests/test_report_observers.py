@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 from focalgradient.cli import main
 from focalgradient.observers import ObserverComparison, ObserverFit
-from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.observed import Observed, observed_ratings, observed_thresholds
 from focalgradient.report.observers import FittedObservers
@@ -64,17 +62,6 @@ def test_the_next_observer_is_behind_by_the_sum_over_people_with_its_standard_er
     section = FittedObservers(SimpleNamespace(name="threshold"), Observed(None, {}, ""), compared)
     [said] = [block.text for block in section.findings(Output()) if isinstance(block, Paragraph)]
     assert "The next, “next”, is 6.0 ± 1.7 behind" in said  # differences 1, 2, 3: sum 6, SD 1 times the root of 3
-
-
-def test_a_task_without_an_observer_is_stated_in_one_sentence(tmp_path):
-    rows = {"participant": np.repeat(["a", "b", "c"], 40), "signal": np.tile([0, 1], 60)}
-    rng = np.random.default_rng(1)
-    table = pd.DataFrame(rows).assign(response=lambda one: (rng.random(120) < 0.2 + 0.6 * one["signal"]).astype(int))
-    table.to_csv(tmp_path / "own.csv", index=False)
-    report = make_report(tmp_path / "own.csv", observers=True)
-    assert b"No built-in observer models" in report.files["report.md"]
-    assert not [name for name in report.files if "observer" in name]
-    json.loads(report.files["results.json"])
 
 
 def test_too_few_people_and_ordinal_steps_are_refused_with_the_reason():

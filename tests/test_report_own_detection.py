@@ -12,7 +12,6 @@ import pytest
 
 from focalgradient.errors import InputError
 from focalgradient.report import make_report
-from focalgradient.report.reading import kind_of
 from focalgradient.statistics import read_detection
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -112,10 +111,3 @@ def test_a_person_whose_ratings_hardly_overlap_has_an_area_and_no_ratio_of_devia
 def test_what_is_wrong_is_named(tmp_path: Path, change: dict[str, object], said: str) -> None:
     with pytest.raises(InputError, match=said):
         read_detection(write(tmp_path, answers(1, 30).assign(**change)), {"condition": "where"})
-
-
-def test_tables_of_another_kind_are_not_taken_for_it(tmp_path: Path) -> None:
-    table = answers(1, 30)
-    assert kind_of(write(tmp_path, table)).what == "answers to signal and noise"
-    assert kind_of(write(tmp_path, table.assign(rating=1.0))).what == "depth ratings"
-    assert kind_of(write(tmp_path, table.assign(level=1.0, correct=1))).what == "answers at levels"

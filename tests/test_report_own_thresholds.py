@@ -15,18 +15,15 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import draw_functions
 from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
-from focalgradient.report.exclusions import main_results
 from focalgradient.report.parts import Output
-from focalgradient.report.thresholds import threshold_part, thresholds_of_table
+from focalgradient.report.thresholds import thresholds_of_table
 from focalgradient.statistics import (
-    NotComputed,
-    ThresholdFit,
     ThresholdResult,
     fit_threshold,
     read_ratings,
     read_thresholds,
 )
-from focalgradient.statistics.threshold_questions import MEAN, RATIO
+from focalgradient.statistics.threshold_questions import MEAN
 from focalgradient.statistics.thresholds import SubjectThreshold
 from focalgradient.user_tables.schema import THRESHOLDS
 from focalgradient.user_tables.source import holds
@@ -112,16 +109,6 @@ def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None
     pd.testing.assert_frame_equal(whole.groupby("level")["correct"].agg(["sum", "size"]), expected)
 
 
-def test_a_mean_over_sessions_counts_each_person_once(tmp_path: Path) -> None:
-    """Two sessions of A and of B; C has no threshold."""
-    own = read_thresholds(write(tmp_path, answers(people=1, repeats=4)))
-    fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
-    sessions = [("A", "1", fit), ("A", "2", fit), ("B", "1", fit), ("B", "2", fit), ("C", "1", NotComputed("few"))]
-    subjects = tuple(SubjectThreshold(who, session, 0, 0, True, one) for who, session, one in sessions)
-    part = threshold_part(own.table, {"": ThresholdResult("D", subjects)}, "D")
-    assert [row["subjects"] for row in main_results(part.both)] == [2]
-
-
 def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A hierarchical model drew other thresholds than the table's, and in one set of data the other way round."""
     path = write(tmp_path, answers(people=3, repeats=6))
@@ -137,15 +124,6 @@ def test_table_and_figure_show_the_same_thresholds(tmp_path: Path, monkeypatch: 
     assert len(drawn["threshold_people"].axes) >= 3
     said = [one.text for one in blocks if isinstance(one, Paragraph)]
     assert sum(text.startswith("Threshold of 10 deg over that of fovea: ") for text in said) == 1
-
-
-def test_separate_groups_are_compared_by_welchs_test(tmp_path: Path) -> None:
-    own = read_thresholds(write(tmp_path, answers(people=4, repeats=6)), columns={"condition": "where"})
-    fovea = own.table["condition"] == "fovea"
-    own.table.loc[fovea, "participant_id"] = "of fovea " + own.table.loc[fovea, "participant_id"]
-    (test,) = thresholds_of_table(own).answers.to(RATIO).values()
-    assert test.method.startswith("Welch")
-    assert test.subjects == 8
 
 
 def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:

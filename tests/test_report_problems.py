@@ -53,16 +53,6 @@ def test_people_and_simulated_observers_are_not_mixed(copy):
         make_report(copy)
 
 
-def test_where_nothing_can_be_analysed_the_first_reason_is_given(tmp_path, copy):
-    (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match="is an empty folder"):
-        make_report(tmp_path / "empty")
-    for file in copy.glob("sub-*/beh/*.tsv"):
-        file.unlink()
-    with pytest.raises(InputError, match="contains no answers to any known task"):
-        make_report(copy)
-
-
 @pytest.mark.parametrize(
     ("table", "sidecar", "said"),
     [

@@ -36,20 +36,6 @@ def test_rules_survive_their_file(tmp_path: Path) -> None:
     assert Rules(dropped_frames=0).dropped_frames == 0
 
 
-@pytest.mark.parametrize(
-    ("line", "sentence"),
-    [
-        ("catch_pased = 0.5", "catch_pased is not a known rule: use response_time"),
-        ("bound = 0.5", "bound is 0.5, but must be a ratio above 1"),
-        ("response_time = 3", "response_time is 3, but must be 2 numbers"),
-    ],
-)
-def test_rules_that_are_wrong_are_named(tmp_path: Path, line: str, sentence: str) -> None:
-    (tmp_path / "rules.toml").write_text(line + "\n")
-    with pytest.raises(InputError, match=sentence):
-        load_rules(tmp_path / "rules.toml")
-
-
 def test_the_report_goes_by_the_stated_rules_and_names_their_hash(tmp_path: Path) -> None:
     root = record_ratings(tmp_path / "data", 3)
     (tmp_path / "rules.toml").write_text("response_time = [1.6, 60]\nbound = 1.4\n")
@@ -94,14 +80,6 @@ def test_those_who_lapse_are_found_where_scenes_differ() -> None:
     table.loc[guessed, "rating"] = np.exp(rng.uniform(-2.5, 2.5, guessed.sum()))
     _, found = quality(table, Rules(repeat_factor=None))
     assert {each.participant_id for each in found.exclusions} == {"03"}
-
-
-@pytest.fixture(scope="module")
-def own(tmp_path_factory) -> Path:
-    file = tmp_path_factory.mktemp("own") / "ratings.csv"
-    table = careful(2, 5, 0.1).rename(columns={"participant_id": "subject", "rating": "resp"})
-    table.drop(columns=["aperture_mm", "trial", "catch"]).to_csv(file, index=False)
-    return file
 
 
 def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) -> None:

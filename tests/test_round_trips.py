@@ -19,6 +19,7 @@ from test_foreign_tables import HEAD, ROWS, TRIALS
 from test_report_scripts import three_fixations
 
 from focalgradient import InputError
+from focalgradient.report import make_report
 from focalgradient.report.export import trial_files
 from focalgradient.statistics import depth_rating, read_ratings
 from focalgradient.user_tables.conditions import read_conditions
@@ -150,6 +151,9 @@ def test_events_of_bids_of_another_laboratory_are_read(tmp_path: Path) -> None:
             lines += [f"{4 * at}\t1\tfixation\tn/a\tn/a\tn/a", f"{4 * at + 1}\t2\tpicture\t{blur}\t{depth}\t0.8"]
         paths.append(folder / f"sub-{who:02}_task-blurry_events.tsv")
         paths[-1].write_text("\n".join(lines))
+    (tmp_path / "dataset_description.json").write_text('{"Name": "x", "BIDSVersion": "1.8.0"}')
+    with pytest.raises(InputError, match=r"sub-\*/\*/\*_events.tsv, .*--columns rating=NAME"):
+        make_report(tmp_path)
     own = read_conditions(paths, {"rating": "judged_depth"}, by=["blur_D"])
     assert dict(own.conditions) == {"blur_D": [0.0, 0.5, 1.0]}
     assert own.table.groupby("participant_id").size().to_dict() == {f"sub-{who:02}": 3 for who in range(1, 5)}

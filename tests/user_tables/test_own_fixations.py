@@ -8,7 +8,6 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import depth_rating_figure, ordinal_figure
 from focalgradient.report.tables import EFFECTS
 from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating, read_ratings
-from focalgradient.statistics.bayes import bayes_depth_rating
 
 NAMES = ("gate", "house", "tree")
 RISES = {"gate": 0.1, "house": 0.05, "tree": 0.0}
@@ -87,9 +86,3 @@ def test_a_table_of_ones_own_names_them_in_its_conditions(table: pd.DataFrame, t
         read_ratings(path)
     own = read_ratings(path, conditions={name: name for name in NAMES})
     assert set(own.table["fixation"]) == {*NAMES}
-
-
-def test_bayes_refuses_them(table: pd.DataFrame) -> None:
-    pytest.importorskip("bambi", reason="the extra bayes is not installed")
-    with pytest.raises(InputError, match="support only nearest and farthest"):
-        bayes_depth_rating(table, bound=1.2)

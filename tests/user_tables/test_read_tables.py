@@ -3,12 +3,9 @@
 from pathlib import Path
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from focalgradient import InputError
 from focalgradient.statistics import quality, read_ratings, read_reports
-from focalgradient.user_tables.reports import holds_reports
 
 LONG = "subject,fstop,focus,resp\nA,pinhole,near,1.0\nA,f5.6,near,1.4\nB ,0,far,0.9\nB,5.6,farthest,1.2\n"
 
@@ -91,15 +88,21 @@ def test_wide(tmp_path: Path) -> None:
     assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notices)
 
 
-def test_wide_with_words_for_the_pinhole(tmp_path: Path) -> None:
-    own = read_ratings(write(tmp_path, "participant;near f5,6;near sharp\n1;1,4;1,0\n"))
-    assert own.table["aperture"].tolist() == ["f/5.6", "pinhole"]
-    assert not own.problems
-
-
-def test_lenses_of_f_numbers_of_1_and_below_are_apertures(tmp_path: Path) -> None:
-    own = read_ratings(write(tmp_path, "participant;near f0,95;near f1;near sharp\n1;1,4;1,3;1,0\n"))
-    assert own.table["aperture"].tolist() == ["f/0.95", "f/1", "pinhole"]
+@pytest.mark.parametrize(
+    ("text", "column", "cells"),
+    [
+        ("participant;near f5,6;near sharp\n1;1,4;1,0\n", "aperture", ["f/5.6", "pinhole"]),
+        ("participant;near f0,95;near f1;near sharp\n1;1,4;1,3;1,0\n", "aperture", ["f/0.95", "f/1", "pinhole"]),
+        (
+            "subject,room_near_pinhole,room_near_f5.6,tree_near_pinhole\n1,1,1.5,1.1\n",
+            "scene",
+            ["room", "room", "tree"],
+        ),
+    ],
+)
+def test_wide_headings(tmp_path: Path, text: str, column: str, cells: list[str]) -> None:
+    own = read_ratings(write(tmp_path, text))
+    assert own.table[column].tolist() == cells
     assert not own.problems
 
 
@@ -115,11 +118,6 @@ def test_a_wide_column_whose_aperture_is_not_understood_is_a_problem(tmp_path: P
     assert not named.problems
 
 
-def test_wide_with_scenes_in_the_names(tmp_path: Path) -> None:
-    text = "subject,room_near_pinhole,room_near_f5.6,tree_near_pinhole\n1,1,1.5,1.1\n"
-    assert read_ratings(write(tmp_path, text)).table["scene"].tolist() == ["room", "room", "tree"]
-
-
 def test_wide_with_several_rows_of_a_subject_can_be_judged(tmp_path: Path) -> None:
     """Each rating has a place of its own: rules that look at single ratings find it."""
     rows = [f"{who},s{scene},1.0,{1.2 + 0.1 * scene},1.0,1.1" for who in range(4) for scene in range(5)]
@@ -129,13 +127,6 @@ def test_wide_with_several_rows_of_a_subject_can_be_judged(tmp_path: Path) -> No
     kept, found = quality(own.table)
     assert len(kept) == found.trials_before == 4 * 5 * 4
     assert own.table.index.is_unique
-
-
-def test_rows_above_the_header_and_unicode_text(tmp_path: Path) -> None:
-    path = tmp_path / "own.tsv"
-    path.write_bytes(f"# exported\n\n{LONG.replace(',', chr(9))}".encode("utf-16"))
-    own = read_ratings(path)
-    assert own.table.index[0] == ("own.tsv", 4)
 
 
 def test_diameters_alone_name_the_apertures(tmp_path: Path) -> None:
@@ -209,18 +200,10 @@ def test_reports_of_no_duration_are_left_out_and_counted(tmp_path: Path) -> None
         read_reports(write(tmp_path, "\n".join([head, rows[1]])))
 
 
-def test_reports_are_known_by_their_columns(tmp_path: Path) -> None:
-    assert holds_reports(write(tmp_path, REPORTS), NAMES)
-    assert not holds_reports(write(tmp_path, LONG))
-    assert holds_reports(write(tmp_path, "participant,percept\n"))
-
-
 BAD_REPORTS = {
     "percept": (REPORTS.replace(";weich;6;", ";wackelt;6;"), "row 3: percept is 'wackelt'.*conditions="),
     "overlap": (REPORTS.replace("6;4,0", "4;6,0"), "row 3: the report begins before another"),
     "no percept": ("subject,blur\nA,none\n", "no column seen for percept"),
-    "nobody": (REPORTS.replace("A ;1;ohne;;weich", " ;1;ohne;;weich"), "row 3: the participant is missing"),
-    "time": (REPORTS.replace("6,0", "six"), "row 2: duration is 'six', but must be a number"),
 }
 
 
@@ -233,32 +216,23 @@ def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str
 
 BAD = {
     "nothing": ("", "own.csv is empty"),
-    "no rows": ("subject,aperture,focus,rating\n", "has no rows below its header: give a row for each trial"),
     "percent": ("subject,aperture,focus,rating\n1,0,near,30%\n", r"'30%', but .*below the heading 'rating \(%\)'"),
     "no participant": ("a,aperture,focus,rating\n1,0,near,1\n", r"participant \(its columns are a, aperture, focus"),
-    "no rating": ("subject,focus\n1,near\n", "no columns for aperture, rating "),
     "no names": (
         "Name,Stop,Mark\n1,0,1\n",
         r"participant, aperture, rating \(its columns are Name, Stop, Mark\): name them with columns="
         r'\{"participant": "NAME", "aperture": "NAME", "rating": "NAME"\}, or give each',
     ),
-    "no aperture and fixation": ("subject,rating\n1,1\n", r"no columns for aperture, fixation .*, add columns that"),
     "wide without fixation": ("subject,f/8,f/4\n1,1,1\n", "no column for fixation .*add one that says near or far"),
     "twice": ("subject,subject,aperture,focus,rating\n1,2,0,near,1\n", "the column subject twice, with different"),
-    "text": ("subject,aperture,focus,rating\n1,0,near,deep\n", "row 2: rating is 'deep', but must be a number"),
     "negative": ("subject,aperture,focus,rating\n1,0,near,-1\n", "row 2 .*rating is -1.0"),
     "repeated": (
         "subject,trial,aperture,focus,rating\n1,1,0,near,1\n1,2,0,near,1\n1,2,0,near,1\n",
         "row 4: a row above is the same in every cell",
     ),
     "no such lens": ("subject,aperture,focus,rating\n1,f/0.01,near,1\n", "row 2: aperture is 'f/0.01', but no lens"),
-    "aperture": ("subject,aperture,focus,rating\n1,wide,near,1\n", "row 2: aperture is 'wide'"),
-    "fixation": ("subject,aperture,focus,rating\n1,0,middle,1\n", "row 2: fixation is 'middle'"),
-    "no name": ("subject,aperture,focus,rating\n,0,near,1\n", "row 2: the participant is missing"),
     "all empty": ("subject,aperture,focus,rating\n1,0,near,\n", "holds no rating"),
-    "catch": ("subject,aperture,focus,rating,catch\n1,0,near,1,perhaps\n", "catch is 'perhaps'"),
     "too long": ("subject,aperture,focus,rating\n1,0,near,1,2,3\n", "row 2: there are 6 cells, but must be 4"),
-    "binary": ("a\0b,c\n", "is not text in a known encoding"),
 }
 
 
@@ -267,19 +241,3 @@ def test_what_is_wrong_is_named(tmp_path: Path, name: str) -> None:
     text, sentence = BAD[name]
     with pytest.raises(InputError, match=sentence):
         read_ratings(write(tmp_path, text))
-
-
-CELLS = st.sampled_from(
-    ["", " ", "A", "near", "far", "f5.6", "5,6", "0", "nan", "inf", "1e999", "-1", "1,5", '"', "x\ny", "é", "="]
-)
-
-
-@given(st.lists(st.lists(CELLS, max_size=6), max_size=6), st.sampled_from([",", ";", "\t"]))
-@settings(max_examples=150, deadline=None)
-def test_any_text_is_read_or_refused_in_one_sentence(tmp_path_factory, rows, delimiter) -> None:
-    head = delimiter.join(["subject", "aperture", "focus", "rating", "catch"])
-    text = "\n".join([head, *(delimiter.join(row) for row in rows)])
-    try:
-        read_ratings(write(tmp_path_factory.mktemp("own"), text))
-    except InputError as error:
-        assert "\n" not in str(error)  # noqa: PT017  either outcome will do

@@ -147,7 +147,7 @@ class Sitting:
 
     def begin(self, trial: Any) -> None:
         """Begin a trial: label the events that follow with its condition."""
-        self.screen.practice = trial.phase == "practice"
+        self.screen.practice, self.taken = trial.phase == "practice", None
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 

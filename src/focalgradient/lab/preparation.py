@@ -193,7 +193,7 @@ def _to_repeat(given: Sequence[str]) -> list[str]:
 
 def _gaze(options: SessionOptions, design: Any) -> str:
     """Return the source of gaze: the options', else the design's; in a pilot, the mouse replaces an eye tracker."""
-    gaze: str = options.gaze or getattr(design, "gaze", "none")
+    gaze = str(options.gaze or getattr(design, "gaze", "none"))
     return "mouse" if options.pilot and gaze == "tracker" else gaze
 
 

@@ -456,7 +456,6 @@ def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[
     """Run a trial from its start, with values noted before it, and ask the design's additional questions."""
     sitting.screen.dropped, sitting.noted = 0, dict(noted)
     sitting.screen.drawn.clear()
-    sitting.taken = None
     answer = experiment.trial(sitting, trial)
     shown = [*sitting.screen.drawn]
     if not sitting.unchanged.issuperset(shown):  # unchanged pictures of the set are identified by the column stimulus
