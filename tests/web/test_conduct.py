@@ -171,7 +171,6 @@ def test_a_choice_by_focus_or_touch_and_back_and_forward_lose_and_repeat_nothing
                 page.keyboard.press("Tab")
                 if first.evaluate("(way) => way.matches(':focus-visible')"):
                     break
-            keep(page, "choice-focus")
             page.keyboard.press("Enter")
         elif answered == "touch":
             second.tap()
