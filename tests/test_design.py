@@ -14,8 +14,7 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, design_text, load_design
 from focalgradient.design.draws import Draws
-from focalgradient.design.factors import Factor, between
-from focalgradient.design.order import Place, in_order
+from focalgradient.design.order import in_order
 from focalgradient.errors import InputError
 
 DEFAULTS = {"depth-rating": DepthRatingDesign(), "necker": NeckerDesign(), "pinhole": Pinhole()}
@@ -143,15 +142,6 @@ def test_keys_are_counterbalanced_and_apart_from_the_order():
     assert [NeckerDesign().keys_of(f"{number}")["rigid"] for number in (1, 2, 3, 4)] == ["f", "f", "j", "j"]
     named = Counter(NeckerDesign().keys_of(f"p{number}")["rigid"] for number in range(400))
     assert 160 < named["f"] < 240
-
-
-def test_people_with_names_are_spread_over_all_levels_between_participants():
-    levels = {"light": Factor(levels=["dim", "mid", "bright"], vary="between")}
-    two = levels | {"sound": Factor(levels=["off", "on"], vary="between")}
-    for factors, count in ((levels, 3), (two, 6)):
-        found = Counter(tuple(between(factors, Place.of(f"p{n}").pair).values()) for n in range(600))
-        assert len(found) == count
-        assert stats.chisquare([*found.values()]).pvalue > 0.001
 
 
 @pytest.mark.parametrize("repetitions", [1, 2])

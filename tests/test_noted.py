@@ -39,11 +39,8 @@ def test_every_answer_takes_further_fields() -> None:
     ]
     assert [answer.extra for answer in answers] == [{"interest": Noted(3)}] * 4
     computed = Response(onset=np.float64(1.5), response_time=np.float32(0.5), dropped_frames=np.int64(2))  # type: ignore[arg-type]
-    assert [type(one) for one in (computed.onset, computed.response_time, computed.dropped_frames)] == [
-        float,
-        float,
-        int,
-    ]
+    types = [type(one) for one in (computed.onset, computed.response_time, computed.dropped_frames)]
+    assert types == [float, float, int]
 
 
 @pytest.mark.parametrize(
@@ -105,10 +102,8 @@ def test_what_cannot_be_a_column_is_refused_before_it_is_written(before, extra, 
 
 @pytest.mark.parametrize("design", [PINHOLE, NeckerDesign(), BlurThresholdDesign()])
 def test_every_design_can_ask_further_questions(design) -> None:
-    stated = {
-        **design.model_dump(mode="json"),
-        "also": {"interest": {"question": "How interesting?", "unit": "points"}},
-    }
+    asked = {"also": {"interest": {"question": "How interesting?", "unit": "points"}}}
+    stated = design.model_dump(mode="json") | asked
     made = check_design("mine", stated)
     assert made.also["interest"].control().ends == ("", "")
     assert made.model_dump(mode="json")["also"]["interest"]["question"] == "How interesting?"

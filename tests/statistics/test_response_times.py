@@ -18,9 +18,6 @@ def test_a_condition_that_changes_answers_only_does_not_change_times_at_the_same
     found = response_times(table)
     same, mixed = found.effects["blurred less pinhole"], found.unadjusted["blurred less pinhole"]
     choice = found.effects["answer flatter less deeper"]
-    assert isinstance(same, Effect)
-    assert isinstance(mixed, Effect)
-    assert isinstance(choice, Effect)
     assert abs(same.estimate) < 0.02
     assert same.low < 0 < same.high
     assert mixed.estimate == pytest.approx(0.6 * 0.3, abs=0.03)
@@ -36,8 +33,6 @@ def test_a_unit_of_time_changes_no_difference_of_log_time(unit: float) -> None:
     time = rng.gamma(4.0, 0.2, 60)
     one, other = (response_times(table | {"response_time": time * by}) for by in (1.0, unit))
     first, second = one.effects["answer wrong less right"], other.effects["answer wrong less right"]
-    assert isinstance(first, Effect)
-    assert isinstance(second, Effect)
     assert second.estimate == pytest.approx(first.estimate, rel=1e-6)
     assert other.times[""].estimate == pytest.approx(unit * one.times[""].estimate, rel=1e-9)
 
