@@ -77,7 +77,7 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")
     simulated = bool((own.table["kind"] == "simulated").any())
-    return condition_part(names, plan, own.table, rows, tests, rating_tests(own), left_out, simulated=simulated)
+    return condition_part(names, plan, own.exported, rows, tests, rating_tests(own), left_out, simulated=simulated)
 
 
 def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
@@ -100,7 +100,7 @@ def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
     shown = names, plan, table, rows, tests, tests
-    part = condition_part(*shown, simulated=data.simulated, units=units, data=data, repeated_in_r=task.tested is None)
+    part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
     by, traces = tests[0].factor if tests else None, []
     for level in task.adapted_fields:
         drawn = partial(trace_figure, rows, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
@@ -125,11 +125,11 @@ def condition_part(
     simulated: bool,
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
-    repeated_in_r: bool = False,
 ) -> Part:
     """Return the section on tests with and without (`before`) exclusions; `names` are heading, prefix and answers."""
     title, name, noun = names
-    kept, everyone = (condition_questions(of, repeated_in_r=repeated_in_r).answers(of) for of in (tests, before))
+    kept, everyone = (condition_questions(of).answers(of) for of in (tests, before))
+    table = table.assign(included=table.index.isin(rows.index))
     script = r_script("conditions", kept).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
@@ -169,14 +169,14 @@ def _drawing(
     simulated: bool,
 ) -> Drawing:
     """Return the figure of answers by a factor."""
-    answers = dict.fromkeys((test.answer, test.log) for test in tests if not test.answer.startswith("("))
+    of = {test.answer: test for test in tests if test.factor == factor and test.points is not None}
     alike = rows.groupby("participant_id")[factor].nunique().max() == 1
     drawn = "a point for each subject" if alike else "each subject thin"
     drawn = f"{drawn}, mean and its 95 % interval over subjects bold"
     if alike and any(test.factor == factor and test.level is None for test in tests):
-        drawn = "a point for each subject, and their least-squares line"
+        drawn = "a point for each subject, and the line of the tested slope"
     noun = "Ratings" if names[2] == "rating" else "Answers"
-    draw = partial(condition_figure, rows, factor, [*answers], units=units, simulated=simulated)
+    draw = partial(condition_figure, [*of.values()], units=units, simulated=simulated)
     file = file or f"{names[1]}_{factor}".replace(" ", "_").replace("/", "_")
     return Drawing(file, f"{noun} by {factor}: {drawn}.", draw)
 

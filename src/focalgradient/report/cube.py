@@ -89,8 +89,8 @@ def cube_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
     return cube_part(analyse_necker(root, rules=asked.rules))
 
 
-def cube_part(reports: Reports) -> Part:
-    """Return the section on analysed reports."""
+def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
+    """Return the section on analysed reports; `exported` is their table with further columns."""
     result, quality, data, simulated = reports.result, reports.quality, reports.data, reports.simulated
     seen = [] if data is None else screens(data)
     trials = reports.table[~reports.table["catch"]]
@@ -129,7 +129,7 @@ def cube_part(reports: Reports) -> Part:
         figures=[figure] if figure else [],
         captions=CAPTIONS,
         sheets=[*(_sheets(computed) if computed else ()), *screens_sheet(seen, "necker")],
-        files=report_files(reports.table, reports.kept, computed, data),
+        files=report_files(reports.table if exported is None else exported, reports.kept, computed, data),
         observed=(reports.kept,),
     )
 

@@ -97,7 +97,7 @@ def detection_part(own: OwnDetection) -> Part:
         figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known, simulated=simulated))],
         captions={EFFECTS: "Means over people, and differences of d′ between conditions"},
         sheets=[_sheet(group, curves, areas)],
-        files=table_files("detection_trials", own.table) | {"detection.R": r_script("detection", answers)},
+        files=table_files("detection_trials", own.exported) | {"detection.R": r_script("detection", answers)},
     )
 
 

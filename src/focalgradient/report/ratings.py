@@ -157,8 +157,16 @@ def ratings_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
     return rating_part(analyse_ratings(root, **settings), asked)  # type: ignore[arg-type]
 
 
-def rating_part(ratings: Ratings, asked: Asked) -> Part:
-    """Return the section on analysed ratings, with the Bayesian analysis if it is requested and possible."""
+def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = None) -> Part:
+    """Return the section on analysed ratings, with the Bayesian analysis if it is requested and possible.
+
+    Parameters
+    ----------
+    ratings, asked
+        Analysed ratings, and settings of the report.
+    exported
+        Table of the ratings with further columns, for the exported trials.
+    """
     main, analysis, data, quality = ratings.main, ratings.analysis, ratings.data, ratings.quality
     result = ratings.result if isinstance(ratings.result, DepthRatingResult) else None
     posterior = None
@@ -191,7 +199,7 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
     default = asked.bound is None and analysis.ratios
     subsections = [partial(gaze_blocks, ratings)] if data is not None and ratings.fixated is not None else []
     subsections += [] if posterior is None else [partial(bayes_part, posterior, simulated=ratings.simulated)]
-    exported = ratings.compared or result
+    computed = ratings.compared or result
     return Part(
         title="Depth ratings",
         name="depth_rating",
@@ -215,7 +223,7 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
         advice=[f"The bound of equivalence, {asked.used_bound:.3g}, is the default: state your own in advance."]
         * default,
         files={
-            **trial_files(ratings.table, ratings.kept, exported, data),
+            **trial_files(ratings.table if exported is None else exported, ratings.kept, computed, data),
             SCENE_EFFECTS: scene_effects_file(ratings),
         },
         observed=(ratings.kept, analysis),

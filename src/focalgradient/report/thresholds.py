@@ -88,7 +88,7 @@ def thresholds_of_table(own: OwnThresholds) -> Part:
         str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
         for name, rows in own.table.groupby("condition", sort=True)
     }
-    return threshold_part(own.table, results, own.unit, own.guess)
+    return threshold_part(own.exported, results, own.unit, own.guess)
 
 
 def thresholds_of_dataset(root: str | os.PathLike[str], asked: Asked | None = None) -> Part:
