@@ -94,17 +94,3 @@ def test_a_session_that_was_killed_is_repaired_with_its_samples(session: tuple[P
     assert repair(root) == []  # nothing is left to repair
     samples = gzip.decompress(next(table.parent.glob("*_physio.tsv.gz")).read_bytes()).decode().split()
     assert [float(one) for one in samples[:3]] == [0.1, 1 + (1024 - 300) / 2, 2 + (768 - 201 - 1) / 2]
-
-
-def test_a_damaged_journal_is_repaired(session: tuple[Path, Path]) -> None:
-    place, _ = session
-    root = next(one.parent for one in place.parents if one.name == "sourcedata")
-    lines = place.read_bytes().splitlines(keepends=True)
-    lines[4] = lines[4].replace(b'"time": 1.0', b'"time": 1.5')
-    place.write_bytes(b"".join([*lines[:6], b"{broken\n", *lines[6:]]))
-    assert validate(root).problems
-    (made,) = repair(root)
-    assert made.problem == ""
-    assert any("Line 5" in one for one in made.done)
-    assert any("Line 7" in one for one in made.done)
-    assert validate(root).problems == ()
