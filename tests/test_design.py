@@ -169,15 +169,6 @@ def test_blocked_fixations_come_one_after_the_other_in_turn_over_participants():
     assert set(first.values()) == {"nearest", "farthest"}
 
 
-def test_a_pilot_is_short_and_has_every_kind_of_trial():
-    for design in DEFAULTS.values():
-        short = design.pilot()
-        trials = short.trials("01")
-        assert len(trials) <= 12
-        assert {trial.phase for trial in trials} == {trial.phase for trial in design.trials("01")}
-    assert {trial.trial_s for trial in NeckerDesign().pilot().trials("01")} == {5.0}
-
-
 def test_draws_are_fair():
     draws = Draws("fair", 1)
     assert stats.chisquare(np.bincount([draws.below(7) for _ in range(7000)])).pvalue > 0.001

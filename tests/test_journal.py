@@ -22,7 +22,6 @@ from focalgradient.dataset import (
     validate,
 )
 from focalgradient.dataset import journal as journals
-from focalgradient.dataset.bids import journals as journals_of
 from focalgradient.dataset.events import event_error
 from focalgradient.design import NeckerDesign, Pinhole
 from focalgradient.errors import InputError
@@ -68,15 +67,6 @@ def _is_whole(folder, length="short"):
     found = validate(folder)
     assert found.problems == ()
     assert found.trials == len(DESIGNS[length].trials("01"))
-
-
-def test_a_journal_in_a_hidden_folder_that_a_crash_left_is_no_second_one(tmp_path):
-    journal = partly(tmp_path / "data").files.journal
-    hidden = journal.parent / ".focalgradient-00000000-1-0000000000000000" / journal.name
-    hidden.parent.mkdir()
-    hidden.write_bytes(journal.read_bytes())
-    assert not [one for one in validate(tmp_path / "data").problems if hidden.parent.name in one]
-    assert list(journals_of(tmp_path / "data")) == [journal]
 
 
 def test_wherever_the_last_line_is_cut_the_session_goes_on(tmp_path):

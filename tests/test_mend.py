@@ -95,18 +95,6 @@ def test_notes_about_a_trial_do_not_stand_for_it(tmp_path):
     assert table(tmp_path / "data").read_bytes() == before
 
 
-def test_that_no_finished_trial_was_lost_is_said_where_the_chain_shows_it(data):
-    whole = lines_of(journal(data))
-    journal(data).write_bytes(b"".join(whole[:4]) + whole[4][:30])
-    table(data).unlink()
-    (note,) = (note for note in validate(data).notes if "was interrupted" in note)
-    assert "is unknown" in note
-    with Session.resume(data, "pinhole", "07", apparatus=APPARATUS):
-        pass
-    (note,) = (note for note in validate(data).notes if "was interrupted" in note)
-    assert note.endswith("no finished trial was lost.")
-
-
 def test_a_session_that_two_programs_doubled_is_repaired(data):
     events = [json.loads(line) for line in lines_of(journal(data))]
     for event in events:

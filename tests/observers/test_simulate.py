@@ -13,7 +13,7 @@ from scipy.stats import binom, ttest_1samp
 from focalgradient.dataset import Files, bids_problems, read_dataset, validate
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, encoded_cubes, encoded_stimuli, pictures, rate, simulate, watch
+from focalgradient.observers import OBSERVERS, encoded_cubes, rate, simulate, watch
 from focalgradient.observers.rotation import log_odds
 from focalgradient.statistics import PerceptDurations, depth_rating, fit_dominance
 
@@ -110,14 +110,6 @@ def test_other_observers_do_not_mix(design, stimuli, encoded, tmp_path, change, 
     other = design.model_copy(update=change.pop("design", {}))
     with pytest.raises(InputError, match=sentence):
         simulate(other, tmp_path / "data", **(how | change))
-
-
-def test_encoded_stimuli_are_kept_and_used_again(stimuli, encoded, cache, monkeypatch):
-    monkeypatch.setenv(pictures.CACHE, str(cache))
-    monkeypatch.setattr(pictures, "_encode", lambda job: pytest.fail("encoded again"))
-    again = encoded_stimuli(stimuli)
-    assert again.keys() == encoded.keys()
-    assert all(np.array_equal(again[one][1].blur, encoded[one][1].blur) for one in encoded)
 
 
 def test_pictures_with_more_blur_look_deeper_with_the_near_in_focus_only(design, encoded):

@@ -121,14 +121,6 @@ def test_published_people_give_the_constants_of_the_simulated_observers():
     assert fit.log_sd == pytest.approx(0.63, abs=0.01)
 
 
-def test_the_order_of_rows_does_not_change_a_fit():
-    lasted, cut, who = simulated(5, people=8, each=20)
-    order = np.random.default_rng(1).permutation(len(who))
-    fits = [fit_durations_of_people(lasted[rows], cut[rows], who[rows]) for rows in (slice(None), order)]
-    for name in ("geometric_mean", "shape", "log_sd", "log_sd_se", "log_likelihood"):
-        assert getattr(fits[1], name) == pytest.approx(getattr(fits[0], name), rel=1e-7)
-
-
 def test_too_many_censored_durations_have_no_maximum_whatever_the_rounding():
     lasted, cut = np.array([1.0, 1.001, 0.999, *[3.0] * 400]), np.array([False] * 3 + [True] * 400)
     kinds = {type(fit_durations(lasted * (1 + rounding), cut, "gamma")) for rounding in (0, 1e-15, -1e-14, 1e-13)}

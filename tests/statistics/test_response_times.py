@@ -26,17 +26,6 @@ def test_a_condition_that_changes_answers_only_does_not_change_times_at_the_same
     assert choice.p_holm >= choice.p
 
 
-@pytest.mark.parametrize("unit", [0.01, 60.0])
-def test_a_unit_of_time_changes_no_difference_of_log_time(unit: float) -> None:
-    rng = np.random.default_rng(1)
-    table = {"participant_id": np.repeat([0, 1, 2], 20), "correct": rng.random(60) < 0.7}
-    time = rng.gamma(4.0, 0.2, 60)
-    one, other = (response_times(table | {"response_time": time * by}) for by in (1.0, unit))
-    first, second = one.effects["answer wrong less right"], other.effects["answer wrong less right"]
-    assert second.estimate == pytest.approx(first.estimate, rel=1e-6)
-    assert other.times[""].estimate == pytest.approx(unit * one.times[""].estimate, rel=1e-9)
-
-
 def test_gaps_and_confounded_answers_are_no_errors() -> None:
     times = [0.4, 0.5, np.nan, 0.7] * 12
     table = {"participant_id": np.repeat(["a", "b"], 24), "response_time": times, "condition": ["x", "y"] * 24}
