@@ -46,9 +46,14 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
 
 
 @pytest.mark.parametrize(("language", "space"), [("en", "SPACE"), ("de", "LEERTASTE")])
-def test_keys_are_named_in_the_participants_language(language, space):
+def test_keys_are_named_in_the_participants_language(language, space, tmp_path):
     design = NeckerDesign(gradients=("none",), keys=("left", "space"), language=language)
     text = "\n".join(page.text for page in CubePages(design, load_words(language), "01").opening())
     assert f"  {space}  " in text
     assert "  ←  " in text
-    assert Lists(design).session("01")["key_names"] == {"left": "←", "space": space}
+    (entry,) = Lists(design).shown("01", design.trials("01")[:1])
+    assert (entry["scale"]["keys"], entry["scale"]["names"]) == (["left", "space"], ["←", space])
+    older = words_text(language).replace("[keys]", "[removed]")
+    start, end = older.index("[removed]"), older.index("[form]")
+    (tmp_path / "older.toml").write_text(older[:start] + older[end:])
+    assert load_words("older.toml", tmp_path).key("space") == "SPACE"
