@@ -96,7 +96,7 @@ HOMES = {
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab"},
     # Experiments declare designs, to be copied.
-    "pydantic": {"dataset", "design", "photographs", "published", "stimuli", "tables", "web", "experiments"},
+    "pydantic": {"dataset", "design", "lab", "photographs", "published", "stimuli", "tables", "web", "experiments"},
     "rawpy": {"photographs"},
     "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},
