@@ -16,7 +16,7 @@ from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
 from focalgradient.dataset import validate
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.stereoscope import Stereoscope, read_stereoscope, store_offset
+from focalgradient.lab.devices.stereoscope import Stereoscope, read_stereoscope, store_offset
 from focalgradient.tasks import task_named
 
 
@@ -59,7 +59,7 @@ import json, sys
 import numpy as np
 from focalgradient.display import Display
 from focalgradient.lab.screen import Screen
-from focalgradient.lab.stereoscope import Stereoscope
+from focalgradient.lab.devices.stereoscope import Stereoscope
 from focalgradient.live import FocusSeries
 
 chance = np.random.default_rng(1)
