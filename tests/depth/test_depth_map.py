@@ -69,3 +69,11 @@ def test_infinity_is_infinitely_uncertain() -> None:
     vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
     depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
     assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
+
+
+@pytest.mark.parametrize("shape", [(40, 40), (60, 40), (20, 60)])
+def test_the_label_of_the_bar_lies_within_the_figure(shape: tuple[int, int]) -> None:
+    vergence = np.linspace(0.4, 2, np.prod(shape)).reshape(shape)
+    figure = DepthMap(vergence, 0.01 * vergence, vergence > 0, vergence > 0).plot().figure
+    figure.draw_without_rendering()
+    assert figure.get_tightbbox().width * figure.dpi <= figure.bbox.width + 1
