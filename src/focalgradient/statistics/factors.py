@@ -10,7 +10,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import between_levels, family
-from focalgradient.statistics.questions import Answer, Answers, less, stated
+from focalgradient.statistics.questions import Answer, Answers, less, quoted, stated
 
 __all__ = ["factor_effects"]
 
@@ -61,16 +61,22 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
             raise InputError(f"the table has no column {name}, a factor of the design: write the tables again.")
         first, *others = factor["levels"]
         paired = factor.get("vary", "within") == "within"
-        for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
+        measures = {
+            "answer": (_means(table, name), "mean_at"),
+            "change with blur": (_changes(table, name), "change_at"),
+        }
+        for measure, (own, in_r) in measures.items():
+            of = f"{in_r}({quoted('log_rating' if ratios else 'rating')}, {quoted(name)}, %s)"
             levels = {str(level): rows.droplevel(1) for level, rows in own.groupby(level=1)}
             none = pd.Series(dtype=float)
             tests = family(
                 between_levels(levels.get(level, none), levels.get(first, none), paired=paired) for level in others
             )
-            found += [
-                stated(f"{measure} by {name}", less(level, first), test, "secondary", unit)
-                for level, test in zip(others, tests, strict=True)
-            ]
+            for level, test in zip(others, tests, strict=True):
+                asked, compared = f"{measure} by {name}", less(level, first)
+                both = ", ".join(of % quoted(each) for each in (level, first))
+                code = f"show({quoted(asked)}, {quoted(compared)}, {'paired' if paired else 'welch'}({both}))\n"
+                found.append(stated(asked, compared, test, "secondary", unit, r_code=code))
     return Answers(tuple(found))
 
 

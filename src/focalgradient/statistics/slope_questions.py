@@ -277,6 +277,11 @@ CONFIDENCE_METHOD = (
 )
 
 
+CONFIDENCE_R = f"""\
+confidence <- slopes_of(d[!is.na(d$confidence), ], "confidence")
+{in_r(CONFIDENCE_SLOPE, "confidence", "crossed")}"""
+
+
 def confidence_answers(table: pd.DataFrame) -> Answers:
     """Test whether confidence changes with the aperture at each fixation; no answers if it was not asked.
 
@@ -307,7 +312,8 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
         return f"With {in_focus(level)}, slope of confidence on the aperture: {summary(slope)}"
 
     unit = "confidence per millimetre"
-    asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, sentence=sentence, method=CONFIDENCE_METHOD)
+    described: dict[str, Any] = {"sentence": sentence, "method": CONFIDENCE_METHOD, "r_code": CONFIDENCE_R}
+    asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, **described)
     return Analysis([asked] if len(rows) else [], prepare=cells_of).asked(rows)
 
 
