@@ -19,7 +19,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import thresholds_of_dataset
+from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -208,6 +208,13 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(few, NotComputed)
     assert "but must be 20" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_a_report_without_any_threshold_mentions_no_mean(simulated):
+    data = read_dataset(simulated)
+    few = data.blur_threshold.query("trial < 15")
+    part = threshold_part(few, {"": blur_thresholds(few, least=0.02, most=2.0)}, "D", data=data)
+    assert not any("mean" in sentence for sentence in [*part.said, *part.answers.sentences("main")])
 
 
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
