@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import erf
 
-from focalgradient.psf.pixel import PIXEL_VARIANCE
+from focalgradient.psf.shapes import PIXEL_VARIANCE
 from focalgradient.render.wireframe import WIDTH, Gradient, blur_at, necker_frame
 from focalgradient.scenes.necker import EDGES, NeckerCube
 

@@ -51,9 +51,8 @@ from stored_photographs import stored
 from focalgradient import DepthMap, Lens, View, blur, recover_depth
 from focalgradient.calibration import Field
 from focalgradient.calibration.scenes import REPEAT
-from focalgradient.depth.equalise.whitening import uneven_noise
 from focalgradient.depth.limits import texture_bound
-from focalgradient.depth.noise import NoiseLaw
+from focalgradient.depth.noise import NoiseLaw, uneven_noise
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.validity import LEAST_BLUR_SD, LEAST_SHARE
 from focalgradient.photographs import read_photographs

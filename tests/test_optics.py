@@ -126,10 +126,7 @@ def test_error_of_distance_of_fig_2() -> None:
     ("values", "said"),
     [
         ((0.0, 4, 1.0), r"focal_length is 0\.0, but .*metres"),
-        ((0.025, 0, 1.0), "f_number is 0, but .*f-stops"),
-        ((0.025, 4, -1.0), r"focus_distance is -1\.0"),
         ((0.025, 4, 0.025), r"focus_distance 0\.025 m lies within the focal length 0\.025 m"),
-        ((0.1, 4, 0.05), r"focus_distance 0\.05 m lies within the focal length 0\.1 m"),
         ((50, 2, 1000), r"focal_length is 50 m, longer than any camera's: give it in metres, 0\.05 for 50 mm"),
         ((0.05, 2, 1.0, math.nan), r"residual_blur_variance is nan, but must be a finite number: give it in rad\^2"),
     ],
@@ -231,9 +228,7 @@ def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) 
 
 
 @pytest.mark.parametrize(
-    "optics",
-    [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()],
-    ids=["dual pixel", "transfer only"],
+    "optics", [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()], ids=["dual pixel", "transfer only"]
 )
 def test_blur_at_several_vergences_is_that_at_each(optics) -> None:
     y, x = np.meshgrid(np.linspace(-300, 300, 3), np.linspace(-200, 400, 4), indexing="ij")

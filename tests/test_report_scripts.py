@@ -35,6 +35,7 @@ from focalgradient.statistics import (
     read_detection,
 )
 from focalgradient.statistics.cells import cells
+from focalgradient.statistics.conditions import condition_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.slope_questions import own_slopes
 from focalgradient.user_tables.conditions import read_conditions
@@ -356,7 +357,8 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
-    part = condition_part(names, Plan(), table, table, tests, tests, simulated=False)
+    plan = Plan(condition_questions(tests))
+    part = condition_part(names, plan, table, table, tests, tests, simulated=False)
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6

@@ -1,6 +1,5 @@
 """A view refuses what it cannot stand for."""
 
-import math
 from typing import Any
 
 import numpy as np
@@ -31,10 +30,8 @@ def spoiled(*values: float) -> np.ndarray:
         (np.ones((4, 5), np.uint8), 3e-4, "image is of type uint8, but .*floating-point linear radiance: decode"),
         ([[1.0, 2.0]], 3e-4, "image is of type list"),
         (np.ones(4), 3e-4, r"image has shape \(4,\)"),
-        (spoiled(np.nan), 3e-4, "image contains 1 NaN or infinite pixels"),
         (spoiled(np.nan, np.inf, -np.inf), 3e-4, "image contains 3 NaN or infinite pixels, .*repair or crop"),
         (np.ones((4, 5)), -3e-4, r"pixel_angle is -0\.0003"),
-        (np.ones((4, 5)), math.nan, "pixel_angle is nan"),
         (np.ones((4, 5)), "3e-4", "pixel_angle is '3e-4', but must be"),
     ],
 )
@@ -55,7 +52,6 @@ def test_a_mask_says_which_pixels_can_be_used() -> None:
     [
         (np.ones((4, 5)), r"mask is a float64 array of shape \(4, 5\), but must be an array of booleans"),
         (np.ones((5, 4), np.bool_), r"of shape \(5, 4\), but must be .* the image's shape \(4, 5\)"),
-        ([[True]], "mask is list"),
         (np.zeros((4, 5), np.bool_), "mask is False everywhere"),
     ],
 )

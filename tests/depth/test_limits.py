@@ -11,11 +11,7 @@ from hypothesis import strategies as st
 from scipy import integrate, optimize, stats
 
 from focalgradient import Lens
-from focalgradient.depth.limits import (
-    comparison_bound,
-    edge_bound,
-    natural_power,
-)
+from focalgradient.depth.limits import comparison_bound, edge_bound, natural_power
 from focalgradient.psf import transfer
 
 WIDE = lens(5.6)

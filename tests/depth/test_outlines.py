@@ -1,18 +1,12 @@
 """Depth about outlines: each surface goes on to where it ends, and nothing changes where nothing ends."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import _contrast
-from focalgradient.depth.equalise.surfaces import curvature_variance, planes
-from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, grow_planes
+from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, departure_from_planes, grow_planes, surface_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
 
@@ -42,17 +36,6 @@ def near_the_step(truth: np.ndarray) -> np.ndarray:
     inside = np.zeros(SHAPE, bool)
     inside[16:-16] = True
     return (ndimage.distance_transform_edt(~jumps) <= 10) & inside
-
-
-def test_depth_about_a_small_jump_varies_by_half_of_it_as_far_as_windows_reach() -> None:
-    level = 6 * np.clip((np.arange(26.0) - 9.5) / 6, 0, 1) + np.zeros((20, 1))  # windows smoothed columns 12 and 13
-    frame: Any = SimpleNamespace(reach=lambda nodes, radii: np.full(nodes.level.shape, 3.0))
-    nodes: Any = SimpleNamespace(level=level, sd=np.full(level.shape, 0.3))
-    conditions: Any = SimpleNamespace(radii=None, levels_per_pixel=10.0)
-    shown, variance = between_surfaces(frame, nodes, np.ones(level.shape, bool), conditions)
-    assert np.flatnonzero(shown[10]).tolist() == [12, 13]
-    assert np.flatnonzero(variance[10]).tolist() == list(range(8, 18))  # 1.5 reaches, 4.5 nodes, to each side
-    assert np.sqrt(variance[10, 8:18]) == pytest.approx(3.0, rel=0.15)
 
 
 def test_depth_goes_on_to_a_step(jump: tuple[list[View], np.ndarray], found: DepthMap) -> None:
@@ -123,13 +106,6 @@ def test_a_jump_that_no_pixel_contradicts_is_an_outline_too(seed: int) -> None:
     assert np.abs(longest[:, 0] - (SHAPE[1] - 1) / 2).mean() < 4
 
 
-def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> None:
-    mask = np.ones(SHAPE, bool)
-    mask[60:70, 100:140] = False
-    depth = recover_depth([replace(view, mask=mask) for view in jump[0]])
-    assert not depth.valid[~mask].any()
-
-
 def test_surfaces_close_to_each_other_are_held_apart() -> None:
     """Two levels, four standard deviations of a block apart: growing planes mix them less where they are held apart."""
     random = np.random.default_rng(0)
@@ -152,10 +128,10 @@ def test_what_is_not_plane_is_uncertain_and_planes_are_not() -> None:
     plane, sd = 0.4 * place[0] - 0.3 * place[1], np.full((30, 40), 0.2)
     noise = 0.2 * ndimage.gaussian_filter(random.standard_normal((30, 40)), 1)
     good, reach = np.ones((30, 40), bool), np.full((30, 40), 2.0)
-    assert (curvature_variance(plane + noise, sd, good, reach, 6.0) == 0).all()
+    assert (departure_from_planes(plane + noise, sd, good, reach, 6.0) == 0).all()
     jump = 3.0 * (place[1] >= 20)  # smaller than is found, and blurred over six nodes
     blurred = ndimage.gaussian_filter1d(jump, 2, axis=1)
-    total = np.sqrt(sd**2 + curvature_variance(plane + blurred + noise, sd, good, reach, 6.0))
+    total = np.sqrt(sd**2 + departure_from_planes(plane + blurred + noise, sd, good, reach, 6.0))
     error = np.abs(blurred + noise - jump)
     assert (error > 5 * sd).mean() > 0.04
     assert (error <= 5 * total).all()
@@ -167,9 +143,9 @@ def test_flat_surfaces_are_continued_from_wide_windows_and_curved_ones_are_not()
     sd, good = np.full((41, 41), 0.3), np.ones((41, 41), bool)
     noise = 0.3 * random.standard_normal((41, 41))
     for surface, spans in ((0.2 * place[0], 4.0), (0.1 * (place**2).sum(axis=0), 1.0)):
-        found = planes(surface + noise, sd, good, 4.0)
+        found = surface_planes(surface + noise, sd, good, 4.0)
         assert np.median(found[3, 15:26, 15:26]) == spans
-    flat = planes(0.2 * place[0] + noise, sd, good, 4.0)
+    flat = surface_planes(0.2 * place[0] + noise, sd, good, 4.0)
     assert np.median(np.abs(flat[1, 15:26, 15:26] - 0.2)) < 0.3 / 40  # a single window of two nodes: 0.3 / 10
 
 

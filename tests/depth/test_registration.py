@@ -125,11 +125,3 @@ def test_what_is_blown_out_displaces_nothing(masked: bool) -> None:
     depth = recover_depth(views, near=0.85)  # and says nothing
     assert np.hypot(*depth.details["shift_px"][1]) < 0.1
     assert depth.details["scale"][1] == pytest.approx(1, abs=1e-3)
-
-
-def test_what_a_shift_does_when_left_in() -> None:
-    """The warning is deserved: unaligned, depth is several times worse, or rejected."""
-    views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(down=0.8, right=-0.6)], seed=5)
-    with pytest.warns(FocalGradientWarning, match="displaced"):
-        left_alone = recover_depth(views, near=0.85)
-    assert left_alone.valid.mean() < 0.5 or error(left_alone) > 4 * error(recover_depth(views, near=0.85, align=True))

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 from skimage import data
 
-from focalgradient.depth.scene_law import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE
 
 SCENES = ("camera", "astronaut", "coffee", "chelsea", "stereo_motorcycle", "rocket", "brick", "gravel", "grass")
 EDGES = np.geomspace(0.02, 0.3, 12)  # cycles per pixel

@@ -102,15 +102,6 @@ def test_mean_eye_by_hand() -> None:
     assert expected == pytest.approx(0.4265, abs=5e-4)
 
 
-def test_mean_eye_falls_with_frequency_and_pupil() -> None:
-    frequency = np.linspace(0, 60, 31)
-    table = np.array([mean_eye_mtf(frequency, pupil_diameter=1e-3 * mm) for mm in (2, 3, 4, 5, 6)])
-    assert (table[:, 0] == 1).all()
-    assert (np.diff(table, axis=1) < 0).all()
-    assert (np.diff(table[:, 1:20], axis=0) < 0).all()
-    assert float(mean_eye_mtf(100.0, pupil_diameter=0.003)) == 0  # beyond the cut-off of 94.3
-
-
 def test_mean_eye_says_when_it_extrapolates() -> None:
     with pytest.warns(FocalGradientWarning, match="2 to 6 mm, and is extrapolated to one of 7 mm"):
         mean_eye_mtf(10.0, pupil_diameter=0.007)

@@ -5,14 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient.eye import (
-    REFERENCE_NM,
-    Eye,
-    Oscillation,
-    blur_transfer,
-    chromatic_difference,
-    point_spread,
-)
+from focalgradient.eye import REFERENCE_NM, Eye, Oscillation, blur_transfer, chromatic_difference, point_spread
 from focalgradient.eye.wavefront import defocus_term
 
 LIGHT = st.floats(380, 780)

@@ -176,10 +176,7 @@ def test_without_mitsuba_plain_scenes_are_cast_and_that_is_said(monkeypatch: pyt
 
 @pytest.mark.parametrize(
     ("changed", "said"),
-    [
-        ({"size": 127}, "size is 127, but must be even"),
-        ({"display": Display(distance=5.0)}, "come closer"),
-    ],
+    [({"size": 127}, "size is 127, but must be even"), ({"display": Display(distance=5.0)}, "come closer")],
 )
 def test_bad_input(tmp_path: Path, changed: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):

@@ -77,9 +77,7 @@ def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
     ("optics", "given", "said"),
     [
         (Eye(0.004, 1.0), {"wavelengths": 5}, "wavelengths is the number of wavelength samples of chromatic"),
-        (Eye(0.004, 1.0), {"illuminant": "A"}, "illuminant requires surfaces seen in colour: add chromatic"),
         (Eye(0.004, 1.0), {"screen": 1.0}, "screen requires an eye and a display at focus"),
-        (Lens(0.05, 2.0, 1.0), {"chromatic": True}, "chromatic is the chromatic aberration of an eye"),
         (Eye(0.004, 1.0), {"psf": Disc()}, "psf is the shape of a lens's blur, but an eye has its own"),
     ],
 )

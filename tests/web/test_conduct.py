@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import LOOK, Server, step, take_part
+from chromium import Server, step, take_part
 from participant import DEPTH, NECKER
 from playwright.sync_api import Browser, Error
 from test_browser import SCALES, journal, served
@@ -26,11 +26,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
 TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER + 'keys = ["f", "left"]\n'}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
-
-
-def keep(page: Any, name: str) -> None:
-    if LOOK:
-        page.screenshot(path=str(Path(LOOK, f"{name}.png")))
 
 
 def shown(page: Any) -> list[tuple[str, str]]:
@@ -91,26 +86,21 @@ def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"http://127.0.0.1:{server.port}/")
     page.wait_for_selector("h1:text-is('What we do')")
-    keep(page, "consent-1")
     page.click("button:text-is('Continue')")
     page.wait_for_selector("h1:text-is('Your rights')")
-    keep(page, "consent-2")
     page.click("button:text-is('I agree')")
     page.wait_for_selector("#form-age")
     page.fill("#form-age", "old")
     page.click("button[type=submit]")
     assert "number of years" in page.inner_text("[role=alert]")
-    keep(page, "form-wrong")
     page.fill("#form-age", "34")
     assert page.inner_text("label[for=form-sex]") == "Sex"
     page.select_option("#form-sex", label="female")
     page.select_option("#form-handedness", label="left-handed")
     page.click("button[type=submit]")
     seen = take_part(page, title="What this was about")
-    keep(page, "debriefing")
     assert not any("right or wrong" in text for text in seen)
     take_part(page)
-    keep(page, "thanks")
     page.close()
     server.end()
     found = read_dataset(tmp_path / "data").participants.iloc[0]
@@ -126,7 +116,6 @@ def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: 
     page = context.new_page()
     page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=pid-of-a-phone")
     page.wait_for_selector("text=This screen is too small")
-    keep(page, "phone")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     context.close()
     server.end()

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.alternatives import likelier_slip
-from focalgradient.depth.equalise.signal import EXPLAINED, NEARLY_NOTHING
+from focalgradient.depth.equalise.signal import EXPLAINED
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
 
-__all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes", "shows_nothing"]
+__all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes"]
 
 Image = NDArray[np.float32]
 
@@ -120,12 +120,6 @@ class Evidence:
     """Share of the frame that is neither saturated nor masked in any view."""
     blur: float
     """Median blur radius in pixels, at the most probable depth, in the view that is sharpest there."""
-
-
-def shows_nothing(problem: Problem, estimate: Estimate) -> bool:
-    """Return whether almost no pixel is valid; for edges, which are sparse, whether none is."""
-    least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
-    return not estimate.valid.any() or bool(estimate.valid.mean() < least)
 
 
 def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:

@@ -12,7 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.scene_law import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.depth.search import view_blur
 from focalgradient.depth.settings import blur_source
 from focalgradient.errors import InputError, check_finite

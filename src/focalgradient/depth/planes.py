@@ -1,4 +1,8 @@
-"""The local plane: weighted least squares of a plane through values about a node, with or without a jump, compiled."""
+"""Local planes: weighted least squares about a node, with or without a jump, and the surfaces on either side of jumps.
+
+Sums and fits are compiled. Windows grow over whatever lies on one surface; where depth jumps, the planes of nodes on
+either side are continued to the jump.
+"""
 
 from __future__ import annotations
 
@@ -7,8 +11,25 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy import ndimage
 
+from focalgradient.depth.filters import FloatArray
+from focalgradient.depth.numerics import repeat_blocks
 from focalgradient.parallel import share_rows
+
+__all__ = [
+    "HELD_APART",
+    "SMOOTH",
+    "STEEP",
+    "Growth",
+    "Zone",
+    "continue_surfaces",
+    "departure_from_planes",
+    "grow_planes",
+    "jump_pairs",
+    "nearest_surfaces",
+    "surface_planes",
+]
 
 REORDERED = {"contract", "reassoc", "nsz", "arcp"}
 """Compiler options for sums: terms may be added in another order, several at a time. Infinity and NaN are kept."""
@@ -190,3 +211,271 @@ def _grow_planes(  # type: ignore[no-untyped-def]
             spread = dot(matrix[:3], times(squares[:6], matrix[:3]))
             grown[0, row, column], grown[1, row, column], grown[2, row, column] = value + step[0], step[1], step[2]
             grown[3, row, column], grown[4, row, column] = max(spread, 1e-12), 1
+
+
+PLANE_REACH = 4
+"""Radius in grid points of the first window in which a plane is fitted: two `PLANE_SD`."""
+
+PLANE_SD = 2.0
+"""Standard deviation in grid points of the first window in which a plane is fitted. Chosen on `MADE_WITH` of
+`benchmarks/depth_at_outlines.py`."""
+
+APART = 2
+"""Spacing in grid points of the fits in wider windows, which largely overlap; it saves a fifth of the time with
+boundaries."""
+
+PLANE_SLOPE_SD = 1.0
+"""Prior standard deviation of a plane's slope, in levels per grid point. Chosen on `MADE_WITH`."""
+
+LEAST_SD = 0.2
+"""Standard deviation in levels added to that of every grid point; more precise points have equal weights. Chosen by
+hand."""
+
+CURVATURE_LEAST_SD = 0.7
+"""`LEAST_SD` in the measurement of curvature. Chosen on `MADE_WITH`."""
+
+JUMP_SDS = 6.0
+"""Minimum depth difference at a discontinuity, in standard deviations: about 300 000 places and directions are tested
+per megapixel. Chosen on `MADE_WITH` and `CONTROLS`."""
+
+WIDEST_PLANE_SD = 8.0
+"""Standard deviation in grid points of the widest window in which a plane is fitted; windows double while the plane
+fits. Chosen on `MADE_WITH`."""
+
+CURVATURE_WINDOW = 1.5
+"""Standard deviation of the window in which the departure of depth from a plane is measured, relative to the reach of
+blur and window. Chosen on `MADE_WITH`."""
+
+STRAIGHT = 2
+"""Radius in grid points within which the largest departure from a plane is used, as the middle of a blurred
+discontinuity is straight. Chosen on `MADE_WITH`."""
+
+CURVED_RATIO = 2.0
+"""Ratio of the variance about a plane to that explained by noise above which a surface is not plane; painted planes
+have less."""
+
+PLANE_SPAN = round(PLANE_REACH * WIDEST_PLANE_SD / PLANE_SD)
+"""Maximum extent of a plane in grid points: `PLANE_REACH` in the widest window."""
+
+FITS = 1.0
+"""Maximum mean squared distance of grid points from a plane, relative to their variance, for the plane to fit: the
+expectation under noise."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Zone:
+    """The near and the far surface near jumps of depth, in levels; H x W each."""
+
+    is_inside: NDArray[np.bool_]  # in reach of a jump
+    near: FloatArray
+    near_sd: FloatArray
+    far: FloatArray
+    far_sd: FloatArray
+
+
+def surface_planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> FloatArray:
+    """Return the planes through reliable nodes (h x w) and those about them on one surface.
+
+    Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
+    fitted in ever wider windows while it fits. Returns 4 x h x w, 0 where a node is not reliable: value,
+    slope down, slope right (by node), and the nodes over which it is continued for its variance to double.
+    """
+    found = np.zeros((4, *level.shape))
+    # A node's weight, and the window's: worked out once, as every node is in some hundred windows.
+    information = np.where(is_reliable, 1 / (sd**2 + LEAST_SD**2), 0.0)
+    widths = PLANE_SD * 2 ** np.arange(round(np.log2(WIDEST_PLANE_SD / PLANE_SD)) + 1)
+    side = np.arange(int(PLANE_REACH * WIDEST_PLANE_SD / PLANE_SD) + 1.0)
+    window = np.exp(-(side[:, None] ** 2 + side**2) / (2 * widths[:, None, None] ** 2))
+    share_rows(len(level), lambda first, last: _planes(level, sd, information, window, gap / 2, first, last, found))
+    return found
+
+
+@njit(nogil=True, cache=True, fastmath=REORDERED)
+def _planes(level, sd, information, window, off, first, last, found):  # type: ignore[no-untyped-def]
+    for i in range(first, last):
+        for j in range(level.shape[1]):
+            if information[i, j] == 0:
+                continue
+            plane, _, _ = _plane(level, sd, information, window[0], 1.5, 1, i, j, (level[i, j], 0.0, 0.0), off)
+            plane, _, _ = _plane(level, sd, information, window[0], PLANE_REACH, 1, i, j, plane, off)
+            width = PLANE_SD
+            for wider in window[1:]:
+                reach = PLANE_REACH * 2 * width / PLANE_SD
+                new, squares, total = _plane(level, sd, information, wider, reach, APART, i, j, plane, off)
+                if squares > FITS * total or (new[0] - level[i, j]) ** 2 > FITS * (sd[i, j] ** 2 + LEAST_SD**2):
+                    break
+                plane, width = new, 2 * width
+            found[0, i, j], found[1, i, j], found[2, i, j], found[3, i, j] = plane[0], plane[1], plane[2], width / 2
+
+
+@njit(nogil=True, cache=True, fastmath=REORDERED)
+def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # type: ignore[no-untyped-def]
+    """Fit a plane to the nodes about one that lie near `plane`; also the residual sum of squares, and the weight."""
+    rows, columns = level.shape
+    value, down, right = plane
+    far = int(reach)
+    total = squares = 0.0
+    sums = NOTHING
+    for k in range(i - min(i, far) // apart * apart, min(rows, i + far + 1), apart):
+        y = float(k - i)
+        wide = int(np.sqrt(reach * reach - y * y))
+        for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
+            x = float(m - j)
+            on = abs(level[k, m] - value - down * y - right * x) <= off + 3 * sd[k, m]
+            share = window[abs(k - i), abs(m - j)] if on and information[k, m] > 0 else 0.0
+            weight, rise = share * information[k, m], level[k, m] - level[i, j]
+            total += share
+            squares += weight * rise * rise
+            sums = add(sums, weight, y, x, weight * rise)
+    fitted, explained = fit_plane(sums, PLANE_SLOPE_SD)
+    return (level[i, j] + fitted[0], fitted[1], fitted[2]), squares - explained, total
+
+
+def departure_from_planes(
+    level: FloatArray, sd: FloatArray, is_informative: NDArray[np.bool_], reach: FloatArray, gap: float
+) -> FloatArray:
+    """Variance of depth about its plane as far as blur and window reach, over what noise explains; h x w, 0 on planes.
+
+    A small jump, over which near and far blur into each other, looks like a steep stretch of one surface, and windows
+    give what lies between: the views cannot distinguish the two, so that depth that is not plane is uncertain.
+
+    Parameters
+    ----------
+    level, sd, is_informative
+        h x w: depth at nodes in levels, its standard deviation, and whether it counts.
+    reach
+        h x w: how far blur and window reach, in nodes.
+    gap
+        Levels from which a difference is a jump: nodes beyond it are on another surface.
+    """
+    variance = np.zeros(level.shape)
+    width = CURVATURE_WINDOW * reach
+    share_rows(len(level), lambda first, last: _curvature(level, sd, is_informative, width, gap, first, last, variance))
+    return np.asarray(ndimage.maximum_filter(variance, 2 * STRAIGHT + 1))
+
+
+@njit(nogil=True, cache=True, fastmath=REORDERED)
+def _curvature(level, sd, is_informative, width, gap, first, last, variance):  # type: ignore[no-untyped-def]
+    rows, columns = level.shape
+    for i in range(first, last):
+        for j in range(columns):
+            if not is_informative[i, j]:
+                continue
+            reach, narrow = int(2 * width[i, j]), -1 / (2 * width[i, j] ** 2)
+            squares = noise = 0.0
+            sums = NOTHING
+            apart = APART if reach >= 2 * APART else 1
+            for k in range(i - min(i, reach) // apart * apart, min(rows, i + reach + 1), apart):
+                y = float(k - i)
+                wide = int(np.sqrt(reach * reach - y * y))
+                for m in range(j - min(j, wide) // apart * apart, min(columns, j + wide + 1), apart):
+                    x, off = float(m - j), level[k, m] - level[i, j]
+                    if not is_informative[k, m] or abs(off) > gap + 3 * np.sqrt(sd[k, m] ** 2 + sd[i, j] ** 2):
+                        continue
+                    weight = np.exp((y * y + x * x) * narrow) / (sd[k, m] ** 2 + CURVATURE_LEAST_SD**2)
+                    squares += weight * off * off
+                    noise += weight * sd[k, m] ** 2
+                    sums = add(sums, weight, y, x, weight * off)
+            left = squares - fit_plane(sums, WEAK_SLOPE_SD)[1]
+            if left > CURVED_RATIO * noise:
+                variance[i, j] = (left - noise) / sums[0]
+
+
+def jump_pairs(
+    planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float
+) -> NDArray[np.intp] | None:
+    """Nodes at which depth jumps, each with the reliable nodes of the near and the far surface; None without any.
+
+    Returns h x w x 4: row and column of the node that the near surface is continued from, and of the far surface's; -1
+    where depth does not jump: where the nearest reliable nodes of neighbours differ by less than `gap`, or as their
+    planes slope.
+    """
+    if not is_reliable.any():
+        return None
+    nearest = ndimage.distance_transform_edt(~is_reliable, return_distances=False, return_indices=True)
+    place = np.indices(is_reliable.shape)
+    found = np.full((*is_reliable.shape, 4), -1)
+    for axis in (0, 1):
+        for shift, border in ((-1, -1), (1, 0)):
+            other = np.roll(nearest, shift, axis=axis + 1)
+            one, two = (_value(planes, tuple(nodes), place) for nodes in (nearest, other))
+            mine, yours = tuple(nearest), tuple(other)
+            plain = planes[0][mine] - planes[0][yours]
+            least = np.maximum(gap, JUMP_SDS * np.hypot(sd[mine], sd[yours]))
+            # Both by the nodes' own levels and by their planes here: a slope is not a jump.
+            jump = (np.minimum(np.abs(one - two), np.abs(plain)) > least) & ((one > two) == (plain > 0))
+            jump[(slice(None),) * axis + (border,)] = False
+            both = np.concatenate(
+                [np.where(one > two, nearest, other), np.where(one > two, other, nearest)]  # nearer is a higher level
+            )
+            new = jump & (found[..., 0] < 0)
+            found[new] = both[:, new].T
+    return found if (found >= 0).any() else None
+
+
+def nearest_surfaces(
+    pairs: NDArray[np.intp], planes: FloatArray, sd: FloatArray, step: int, shape: tuple[int, int], reach: int
+) -> Zone:
+    """Return the two surfaces of the nearest jump at every pixel (H x W), as far as `reach` pixels from it."""
+    jumps = repeat_blocks(pairs[..., 0] >= 0, step, shape)
+    distance, index = ndimage.distance_transform_edt(~jumps, return_indices=True)
+    pair = pairs[index[0] // step, index[1] // step]
+    place = _places(shape, step)
+    near, far = (pair[..., 0], pair[..., 1]), (pair[..., 2], pair[..., 3])
+    return Zone(
+        np.asarray(distance <= reach),
+        _value(planes, near, place),
+        _sd(planes, sd, near, place),
+        _value(planes, far, place),
+        _sd(planes, sd, far, place),
+    )
+
+
+def continue_surfaces(
+    zone: Zone,
+    is_near: NDArray[np.bool_],
+    planes: FloatArray,
+    node_level: FloatArray,
+    node_sd: FloatArray,
+    is_reliable: NDArray[np.bool_],
+    step: int,
+    gap: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Level of the surface on each pixel's side, and its sd: continued from the nearest reliable node of that surface.
+
+    `is_near` (H x W) is the side of each pixel. The surface is that of the zone to within `gap`.
+    """
+    shape = is_near.shape
+    level, sd = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.near_sd, zone.far_sd)
+    middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in shape))
+    same = is_reliable & (np.abs(node_level - level[middle]) < gap)
+    place = _places(shape, step)
+    for side in (True, False):
+        some = same & (is_near[middle] == side)
+        if not some.any():
+            continue
+        index = ndimage.distance_transform_edt(~some, return_distances=False, return_indices=True)
+        own = tuple(repeat_blocks(part, step, shape) for part in index)
+        value = _value(planes, own, place)
+        use = (is_near == side) & (np.abs(value - level) < gap)
+        level[use], sd[use] = value[use], _sd(planes, node_sd, own, place)[use]
+    return level, sd
+
+
+Place = tuple[NDArray[np.intp], ...]
+
+
+def _places(shape: tuple[int, ...], step: int) -> FloatArray:
+    """Return the row and column of each pixel in the grid of nodes: 2 x H x W."""
+    return (np.indices(shape) + 0.5) / step - 0.5
+
+
+def _value(planes: FloatArray, node: Place, place: FloatArray | NDArray[np.intp]) -> FloatArray:
+    """Level, at `place`, of the plane about a `node`; within the levels searched on the far side."""
+    down, right = place[0] - node[0], place[1] - node[1]
+    return np.maximum(planes[0][node] + planes[1][node] * down + planes[2][node] * right, 0)
+
+
+def _sd(planes: FloatArray, sd: FloatArray, node: Place, place: FloatArray) -> FloatArray:
+    span = np.maximum(planes[3][node], 1)
+    return sd[node] * np.sqrt(1 + ((place[0] - node[0]) ** 2 + (place[1] - node[1]) ** 2) / span**2)

@@ -21,6 +21,7 @@ from focalgradient.depth.settings import (
     RecoverySettings,
     blur_source,
 )
+from focalgradient.depth.validity import NEARLY_NOTHING
 from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
 from focalgradient.optics import DualPixel, capabilities
 from focalgradient.plausibility import too_near
@@ -246,12 +247,11 @@ def recover_depth(
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
     problem = problem_of(views, settings)
     # Imported here, for `import focalgradient` to stay light.
-    from focalgradient.depth.causes import likely_causes, shows_nothing
     from focalgradient.parallel import linear_algebra_on_one_thread
 
     with linear_algebra_on_one_thread:
         estimate: Estimate = METHODS[method].load().estimate(problem)
-    causes = likely_causes(problem, estimate) if shows_nothing(problem, estimate) else []
+    causes = _causes(problem, estimate)
     for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
@@ -288,6 +288,16 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     searched = float(lowest), float(highest)
     whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched)
     return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
+
+
+def _causes(problem: Problem, estimate: Estimate) -> list[Cause]:
+    """Return the likely causes where almost no pixel is valid; of edges, which are sparse, where none is."""
+    least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
+    if estimate.valid.any() and estimate.valid.mean() >= least:
+        return []
+    from focalgradient.depth.causes import likely_causes
+
+    return likely_causes(problem, estimate)
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:

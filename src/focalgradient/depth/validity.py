@@ -17,6 +17,7 @@ __all__ = [
     "LEAST_BLUR_SD",
     "LEAST_NODES",
     "MIN_SUPPORT",
+    "NEARLY_NOTHING",
     "OUTSIDE",
     "SECONDARY_MINIMUM",
     "TRIMMED",
@@ -38,6 +39,9 @@ MIN_SUPPORT = 0.1
 OUTSIDE = 0.3
 """Proportion of textured places outside the range searched, or the stack, above which none of them is valid, and above
 which, in the whole frame, the range is named as the cause (our choice)."""
+
+NEARLY_NOTHING = 0.01
+"""Proportion of valid pixels below which a map counts as empty (our choice)."""
 
 BLUR_ERROR = 0.03
 """Deviation of real lenses' blur from the model, relative to its radius, that is tolerated when views are compared (our

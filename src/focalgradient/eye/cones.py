@@ -24,7 +24,7 @@ from focalgradient.eye.protocol import EyeModel, check_eye, chromatic_scale
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.scatter import Scatter
 from focalgradient.eye.transfer import BlurName, geometric_shape
-from focalgradient.optics.own_blur import Transfer, blur_of, radial_transfer
+from focalgradient.optics.protocol import Transfer, blur_of, radial_transfer
 from focalgradient.psf import Geometric, Psf
 
 __all__ = ["S_FINEST_CPD", "Cones", "sampling", "wavelengths_needed"]

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
-from focalgradient.depth.scene_law import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.protocol import EyeModel, chromatic_scale

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.optics import Optics
-from focalgradient.optics.own_blur import Transfer
+from focalgradient.optics.protocol import Transfer
 
 __all__ = ["EyeModel", "check_eye", "chromatic_scale", "is_eye"]
 

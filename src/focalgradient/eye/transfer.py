@@ -19,7 +19,7 @@ from focalgradient.eye.protocol import is_eye
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
-from focalgradient.optics.own_blur import Transfer
+from focalgradient.optics.protocol import Transfer
 from focalgradient.psf import Geometric, Psf, psf_of
 
 __all__ = ["LENS_NM", "BlurName", "blur_transfer", "geometric_shape", "in_light", "point_spread"]

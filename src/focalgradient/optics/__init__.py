@@ -5,8 +5,17 @@ Distances are in metres in front of the lens, positive; vergence V = 1/distance 
 
 from focalgradient.optics.dual_pixel import DualPixel
 from focalgradient.optics.lens import Aperture, Lens, Side, defocus_at, distance_of_blur
-from focalgradient.optics.own_blur import OwnBlur, blur_of, own_blur
-from focalgradient.optics.protocol import Capabilities, Mixture, Optics, capabilities, check_optics, refocused
+from focalgradient.optics.protocol import (
+    Capabilities,
+    Mixture,
+    Optics,
+    OwnBlur,
+    blur_of,
+    capabilities,
+    check_optics,
+    own_blur,
+    refocused,
+)
 
 __all__ = [
     "Aperture",

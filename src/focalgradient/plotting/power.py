@@ -15,7 +15,7 @@ from focalgradient.power import Power, Study, share_interval
 __all__ = ["power_figure"]
 
 BESIDE = 0.012
-"""Distance of the tests' points at one number of subjects, as a share of the axis, so that no interval hides another."""
+"""Distance of the tests' points at one number of subjects, as a share of the range of subjects."""
 
 
 def power_figure(found: Sequence[Power], study: Study) -> Figure:

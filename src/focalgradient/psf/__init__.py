@@ -10,16 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite
-from focalgradient.psf.annulus import Annulus
-from focalgradient.psf.blend import Blend, blend_transfer
 from focalgradient.psf.check import check_psf, check_transfer
-from focalgradient.psf.disc import DISC_K, Disc, disc_transfer
-from focalgradient.psf.gaussian import Gaussian, gaussian_transfer
-from focalgradient.psf.geometric import Geometric
-from focalgradient.psf.pixel import pixel_transfer
-from focalgradient.psf.polygon import Polygon
 from focalgradient.psf.registry import GROUP, names, psf_from, psf_of, shape_class
-from focalgradient.psf.shape import Capability, Parameter, Psf, parameter
+from focalgradient.psf.shape import Capability, Geometric, Parameter, Psf, parameter
+from focalgradient.psf.shapes import (
+    DISC_K,
+    Annulus,
+    Blend,
+    Disc,
+    Gaussian,
+    Polygon,
+    blend_transfer,
+    disc_transfer,
+    gaussian_transfer,
+    pixel_transfer,
+)
 
 __all__ = [
     "DISC_K",

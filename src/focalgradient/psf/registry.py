@@ -8,20 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.errors import InputError, described
 from focalgradient.psf.shape import Psf
+from focalgradient.psf.shapes import Annulus, Blend, Disc, Gaussian, Polygon
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
 
 __all__ = ["GROUP", "SHAPES", "names", "psf_from", "psf_of", "shape_class"]
 
-SHAPES: dict[str, str] = {
-    "disc": "focalgradient.psf.disc:Disc",
-    "gaussian": "focalgradient.psf.gaussian:Gaussian",
-    "blend": "focalgradient.psf.blend:Blend",
-    "annulus": "focalgradient.psf.annulus:Annulus",
-    "polygon": "focalgradient.psf.polygon:Polygon",
-}
-"""Import path of each shape of this package, by name."""
+SHAPES: dict[str, type[Psf]] = {one.name: one for one in (Disc, Gaussian, Blend, Annulus, Polygon)}
+"""The shapes of this package, by name."""
 
 GROUP = "focalgradient.psf"
 """Entry-point group by which installed packages add shapes: name = "package.module:Class"."""
@@ -52,11 +47,8 @@ def shape_class(name: str, others: tuple[str, ...] = (), called: str = "psf") ->
     InputError
         If there is no shape of this name, or the package that adds it cannot be loaded.
     """
-    from pkgutil import resolve_name
-
     if name in SHAPES:
-        found: type[Psf] = resolve_name(SHAPES[name])
-        return found
+        return SHAPES[name]
     entry = _added().get(name)
     if entry is None:
         raise InputError(
@@ -123,8 +115,6 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), calle
 
 def _check_k(k: Any) -> None:
     """Validate `k` even for a shape without it: callers pass a calibrated camera's k with any shape."""
-    from focalgradient.psf.gaussian import Gaussian
-
     Gaussian.parameters()[0].check(k)
 
 

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_number
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
-from focalgradient.psf.pixel import PIXEL_VARIANCE
+from focalgradient.psf.shapes import PIXEL_VARIANCE
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 

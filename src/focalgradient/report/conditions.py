@@ -17,14 +17,13 @@ from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.power.own_tasks import tested_of
-from focalgradient.report.choices import OWN
 from focalgradient.report.exclusions import TRIALS, WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Rules
-from focalgradient.statistics.conditions import condition_method, condition_questions, level_text
+from focalgradient.statistics.conditions import condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answers
@@ -48,16 +47,11 @@ def task_plan(task: Task, settings: Mapping[str, Any], tests: Tests, factors: Ma
     """Return the plan of a user-defined task; `factors` are its conditions with their levels."""
     levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in factors.items())
     conditions = f"Conditions ({levels}) were" if levels else "One condition was"
-    hypotheses = condition_questions(tests).hypotheses
-    outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
     return Plan(
+        condition_questions(tests),
         shown=f"{conditions} shown {times(settings)}{' each' if levels else ''}, in random order from the seed that "
         "the data set records.",
         exclusions=["Nobody is left out."],
-        hypotheses=hypotheses or ["No hypothesis is tested: means are estimated, with their intervals."],
-        outcome=f"The primary outcome is {outcome}. Means are over subjects, with 95 % intervals by Student’s t.",
-        analysis=[condition_method(tests) if tests else "No hypothesis was tested."],
-        choices=OWN,
     )
 
 
@@ -68,11 +62,10 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     everyone = own.table[~own.table["catch"]]
     rows = everyone[kept_rows(everyone, [], criteria)]
     tests = rating_tests(own, criteria)
+    questions = condition_questions(tests, scenes="scene" in own.table, adjusted=True)
     plan = Plan(
+        dataclasses.replace(questions, outcome="", rules=rules),
         exclusions=[f"By rules that do not look at the effect, {applied}.".format(rules=criteria)] if applied else [],
-        analysis=[condition_method(tests, scenes="scene" in own.table, adjusted=True)],
-        rules=rules,
-        choices=OWN,
     )
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")

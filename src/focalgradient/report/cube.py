@@ -11,7 +11,6 @@ import pandas as pd
 
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_necker
-from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.export import report_files
@@ -19,7 +18,6 @@ from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
 from focalgradient.report.words import OF_TABLE, catches, counts, differing, setting, times
 from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, Rules, as_table
-from focalgradient.statistics.criteria import OF_CUBE
 from focalgradient.statistics.cube_questions import cube_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import listed
@@ -53,15 +51,7 @@ def cube_plan(
         As in `cube_questions`.
     """
     questions = cube_questions([], gradients, largest_mm, rules)
-    return Plan(
-        shown=shown,
-        exclusions=criteria(rules, unjudged, CUBE_CATCH),
-        hypotheses=questions.hypotheses,
-        outcome=questions.outcome if questions.hypotheses else "",
-        analysis=[questions.method],
-        rules=OF_CUBE,
-        choices=CUBE,
-    )
+    return Plan(questions, shown, criteria(rules, unjudged, CUBE_CATCH))
 
 
 def shown_cube(design: Mapping[str, Any]) -> str:

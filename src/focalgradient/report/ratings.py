@@ -14,7 +14,6 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
 from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
-from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import ViewedScreen, blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.exclusions import NAMES, catch_answers, criteria
@@ -34,7 +33,6 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
-from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.posteriors import BayesResult
 from focalgradient.statistics.questions import Answer, Answers, stated
@@ -107,15 +105,7 @@ def rating_plan(
     """
     questions = questions_of(analysis, fixations, scenes, design, bound)
     catch = catch_answers(analysis, design.get("catch_pictures") or ("standard",))
-    return Plan(
-        shown=shown,
-        exclusions=criteria(rules, unjudged, catch),
-        hypotheses=questions.hypotheses,
-        outcome=questions.outcome,
-        analysis=[questions.method, ROBUSTNESS, *further],
-        rules=(*OF_RATINGS, "bound") if analysis.ratios else OF_RATINGS,
-        choices=of_analysis(analysis),
-    )
+    return Plan(questions, shown, criteria(rules, unjudged, catch), [ROBUSTNESS, *further])
 
 
 def shown_ratings(design: Mapping[str, Any], answers: str) -> str:

@@ -22,7 +22,7 @@ TILE = 1024
 
 NATURAL_SLOPE = 1.0
 """Exponent with which the amplitude of natural scenes falls with spatial frequency (Field 1987): half of that of their
-power, which depth from blur assumes (`focalgradient.depth.scene_law`)."""
+power, which depth from blur assumes (`focalgradient.depth.filters.SCENE_SLOPE`)."""
 
 BELOW_NYQUIST = float(np.nextafter(0.5, 0))
 """Frequency in cycles per pixel just below the Nyquist limit, at which a field would have no phase."""

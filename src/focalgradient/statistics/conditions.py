@@ -195,8 +195,15 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     return tuple(replace(test, effect=effect) for test, effect in zip(shown, effects, strict=True))
 
 
-def condition_questions(tests: Sequence[ConditionTest]) -> Analysis:
+def condition_questions(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> Analysis:
     """Return a question for each test, asked of the tests with their effects; tests without effects have no answer.
+
+    Parameters
+    ----------
+    tests
+        Tests.
+    scenes, adjusted
+        As in `condition_method`.
 
     Examples
     --------
@@ -204,7 +211,13 @@ def condition_questions(tests: Sequence[ConditionTest]) -> Analysis:
     >>> [answer.name for answer in condition_questions(tests).answers(tests)]
     ['slope of blur on sigma']
     """
-    return Analysis([_question(*asked) for asked in enumerate(tests)])
+    outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
+    return Analysis(
+        [_question(*asked) for asked in enumerate(tests)],
+        f"The primary outcome is {outcome}. Means are over subjects, with 95 % intervals by Student’s t.",
+        condition_method(tests, scenes=scenes, adjusted=adjusted) if tests else "No hypothesis was tested.",
+        choices=("over-subjects", "holm"),
+    )
 
 
 def cells_in_r(test: ConditionTest, factors: Sequence[str]) -> str:

@@ -19,8 +19,8 @@ from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
 from focalgradient.optics import Optics
 from focalgradient.psf import Disc, Psf, PsfName, psf_of
-from focalgradient.psf.pixel import PIXEL_VARIANCE
 from focalgradient.psf.profile import steepest_slope
+from focalgradient.psf.shapes import PIXEL_VARIANCE
 
 __all__ = ["PIXEL_VARIANCE", "sharpest", "sharpest_place", "sharpness"]
 

@@ -40,7 +40,7 @@ from focalgradient.depth.validity import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAS
 from focalgradient.errors import InputError
 from focalgradient.optics import Aperture, Optics
 from focalgradient.psf import Annulus, Blend, Disc, Gaussian, Psf
-from focalgradient.psf.disc import disc_transfer
+from focalgradient.psf.shapes import disc_transfer
 
 __all__ = [
     "Alternative",

@@ -1,5 +1,10 @@
 """The default method: maximum likelihood by equalisation of whole images (Pentland 1987, Eqs. 7-11, any optics).
 
+Each view's noise, the law by which it rises and the power of the scene are estimated once for all tiles. Noise may rise
+with brightness, as that of photons does, and with contrast, as the errors of compression do. Where the views agree, the
+residual is noise, so that its power in dark and in bright places, and in flat places and those with contrast, gives the
+law. The residuals of each pixel are then divided by its own noise, and all that follows takes noise to be even.
+
 JPEG leaves less of fine detail, and less still of the blurred: depth of compressed views is estimated again at half
 their size, where most of what compression took away is averaged out, in a window twice as wide in the scene. It is used
 where fine detail gives no depth, and joined with that of fine detail where both are valid; where fine detail leaves
@@ -9,7 +14,8 @@ more than noise, and coarse detail does not, it is used alone.
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, replace
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,17 +23,214 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
 from focalgradient.depth.equalise.outlines import curves, find_outlines
-from focalgradient.depth.equalise.parts import ERRS, Likelihood, detail_halves, refine, reject_outliers
-from focalgradient.depth.equalise.signal import BY_CHANCE, NEARLY_NOTHING, Signal, beyond_ends, beyond_infinity
-from focalgradient.depth.equalise.whitening import Whitening, estimate_noise
-from focalgradient.depth.filters import smoothed
-from focalgradient.depth.numerics import interpolate_nodes, repeat_blocks
+from focalgradient.depth.equalise.parts import (
+    ERRS,
+    Likelihood,
+    Part,
+    Tile,
+    detail_halves,
+    refine,
+    reject_outliers,
+    tiles,
+)
+from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, beyond_ends, beyond_infinity
+from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
+from focalgradient.depth.filters import FloatArray, Image, Spectra, smoothed
+from focalgradient.depth.noise import (
+    LENIENCE,
+    NOISE_SIDE,
+    NoiseLaw,
+    brightness_of,
+    local_contrast,
+    noise_from_residuals,
+    noise_law,
+    uneven_noise,
+)
+from focalgradient.depth.numerics import block_mean, interpolate_nodes, repeat_blocks
 from focalgradient.depth.registration import RegisteredViews, shrunk
-from focalgradient.depth.search import LEAST_LEVELS, Estimate, Problem
+from focalgradient.depth.search import LEAST_LEVELS, Blurs, Estimate, Problem
 from focalgradient.depth.settings import LEAST_SIDE, WINDOWS
+from focalgradient.depth.validity import NEARLY_NOTHING
 
-__all__ = ["estimate", "halved", "joined"]
+__all__ = ["Whitening", "estimate", "estimate_noise", "halved", "joined"]
+
+COMMON_SIDE = 1024
+"""Side in pixels of the part of a large frame from which parameters common to all tiles are estimated; limits the time.
+Chosen by hand."""
+
+BANDS_SIDE = 256
+"""Side in pixels of the part of the views from which texture shared by wavebands is estimated. Chosen by hand."""
+
+EVENING_ROUNDS = 4
+"""Maximum number of times noise is equalised and depth is estimated again. Chosen by hand."""
+
+SHARE_SETTLED, CONTRAST_SETTLED = 0.02, 0.1
+"""Change of the brightness-dependent share, and relative change of the contrast-dependent part, below which the noise
+law has converged. Chosen by hand."""
+
+
+def estimate_noise(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:
+    """Estimate the noise of each registered view, where it is not given, and what wavebands share.
+
+    Returns
+    -------
+    sd, raisable, gains
+        Standard deviation of each view's noise; the factor by which its variance may still be raised (None where noise
+        is given); and what wavebands share (None: all views are in one).
+    """
+    settings, registered, wavebands = problem.settings, problem.registered, problem.search.wavebands
+    given = settings.given_noise(len(problem.views))
+    if len(set(wavebands)) == 1:
+        return *noise_from_residuals(registered, blurs, settings.window, given), None
+    known = None if given is None else noise_from_residuals(registered, blurs, settings.window, given)[0]
+    part = registered.most_textured_crop(BANDS_SIDE)
+    mixtures = [one.mixture for one in problem.search.stated]
+    expected = None
+    if mixtures[0] is not None:  # then all are
+        stated = np.array([(one.gain / mixtures[0].gain, one.gain_sd) for one in mixtures if one is not None])
+        expected = stated[:, 0], stated[:, 1]
+    gains = estimate_band_gains(wavebands, part, blurs, settings.window, known, expected)
+    return gains.noise_sd, LENIENCE**2, gains
+
+
+@dataclass(slots=True, eq=False)
+class Whitening:
+    """Whitening of the tiles of a frame."""
+
+    problem: Problem
+    blurs: Blurs
+    shared: SharedPower | None
+    noise_sd: list[float]  # of each view, as assumed
+    scale: float  # noise variance in units of the one assumed
+    law: NoiseLaw | None  # by which noise rises with brightness and contrast
+    power: FloatArray | None  # of the sharp scene; None: that of the tile
+    tiles: Sequence[Tile]
+    whole: tuple[Equalised, Image] | None  # the frame, where it is one tile: whitened already, with its energy
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        blurs: Blurs,
+        noise_sd: list[float],
+        raisable: float | None,
+        shared: SharedPower | None,
+    ) -> Whitening:
+        """Estimate what all tiles share, from the most textured part of a large frame."""
+        registered, settings = problem.registered, problem.settings
+        step = step_of(settings.window)
+        parts = list(tiles(registered.shape, step))
+        is_large = len(parts) > 1
+        crop, inward = registered, parts[0].inward(registered.shape)
+        if is_large:
+            crop = registered.most_textured_crop(COMMON_SIDE)
+            inward = np.full(crop.shape, max(registered.shape))
+        part = Part(crop, inward, settings.false_alarm, problem.search)
+        at = None if raisable is None else _brightness_of_noise(registered)
+        for again in (False, True):
+            power = None
+            if is_large:
+                power = scene_power(Spectra.of(crop.images, 16).over(noise_sd), noise_sd, blurs.frequencies)
+            first = equalise(
+                crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
+            )
+            law, nodes, energy = _even_out(first, part, at, shared is None)
+            if again or raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
+                break
+            # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all
+            # are treated alike.
+            noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
+        scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
+        if not is_large:
+            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, (first, energy))
+        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
+        noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
+        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
+
+    @property
+    def noise_found(self) -> list[float]:
+        """Standard deviation of each registered view's noise."""
+        return [math.sqrt(self.scale) * sd for sd in self.noise_sd]
+
+    @property
+    def is_compressed(self) -> bool:
+        """Whether noise rises with contrast, as that of compression does."""
+        return self.law is not None and self.law.by_contrast > 0
+
+    def of_tile(self, tile: Tile) -> tuple[Part, Equalised, Image | None]:
+        """Return a tile as a part of the frame, its views whitened at every candidate, and their energy if known."""
+        settings, registered = self.problem.settings, self.problem.registered
+        if len(self.tiles) > 1:
+            number = self.tiles.index(tile)
+            share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
+            settings.progress(0.4 + 0.5 * share, words)
+        views = registered if self.whole is not None else tile.of(registered)
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, self.is_compressed)
+        if self.whole is not None:
+            whole, self.whole = self.whole, None
+            return part, *whole
+        equalised = equalise(
+            views.images,
+            self.blurs,
+            self.noise_sd,
+            window=settings.window,
+            shared=self.shared,
+            power=self.power,
+            shares=views.shares,
+        )
+        if self.law is not None:
+            equalised.divide(uneven_noise(self.law, views))
+        return part, equalised, None
+
+
+def _brightness_of_noise(registered: RegisteredViews) -> float:
+    """Mean brightness of the part in which noise is estimated."""
+    part = registered.most_textured_crop(NOISE_SIDE)
+    return float(np.mean([image[part.usable].mean() for image in part.images])) if part.usable.any() else 0.0
+
+
+def _even_out(
+    equalised: Equalised, part: Part, at: float | None, one_waveband: bool
+) -> tuple[NoiseLaw | None, Nodes, Image]:
+    """Equalise noise that rises with brightness or contrast, in place; return the law, depth and energy.
+
+    At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
+    different wavebands, with textures of their own, are not compared.
+    """
+    weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
+
+    def read() -> tuple[Nodes, Image]:  # every other node
+        energy = equalised.energy(weight)
+        mean, support = equalised.averages(energy, weight)
+        return equalised.minima(mean[:, ::2, ::2], support[::2, ::2]), energy
+
+    def at_nodes(image: Image) -> FloatArray:
+        return block_mean(image, step)[::2, ::2]
+
+    (nodes, energy), law = read(), None
+    if not one_waveband:
+        return None, nodes, energy
+    image, contrast = brightness_of(views), local_contrast(views)
+    bright, varied, divided = at_nodes(image), at_nodes(contrast), np.ones_like(image)
+    brightness = float(image.mean()) if at is None else at
+    for _ in range(EVENING_ROUNDS):
+        # Where noise is less than assumed, depth is wrong and more is left of the views: the law mends both.
+        variance = nodes.misfit * (1 if law is None else law.variance(bright, varied))
+        some = nodes.with_texture(nodes.is_supported)
+        found = noise_law(variance[some], bright[some], varied[some], brightness, level_known=at is None)
+        if found is None or (law is not None and _alike(found, law)):
+            break
+        noise_sd = np.sqrt(found.variance(image, contrast)).astype(np.float32)
+        equalised.divide(noise_sd / divided)
+        law, divided, (nodes, energy) = found, noise_sd, read()
+    return law, nodes, energy
+
+
+def _alike(one: NoiseLaw, other: NoiseLaw) -> bool:
+    change = abs(one.by_contrast - other.by_contrast)
+    return abs(one.share - other.share) < SHARE_SETTLED and change <= CONTRAST_SETTLED * other.by_contrast
 
 
 def estimate(problem: Problem) -> Estimate:
@@ -55,11 +258,12 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     views, search, settings = problem.registered, problem.search, problem.settings
     settings.progress(0.15, "estimating noise")
     blurs = search.blurs(settings.psf).averaged(views.shares)
-    noise = estimate_noise(problem, blurs)
-    one_waveband = noise.gains is None  # textures of other wavebands leave residuals that are not a contradiction
+    assumed_sd, raisable, gains = estimate_noise(problem, blurs)
+    one_waveband = gains is None  # textures of other wavebands leave residuals that are not a contradiction
 
     settings.progress(0.4, "equalising blur")
-    whitening, frame = Whitening.of(problem, blurs, noise), Frame.empty(views.shape)
+    whitening = Whitening.of(problem, blurs, assumed_sd, raisable, None if gains is None else gains.shared)
+    frame = Frame.empty(views.shape)
     for tile in whitening.tiles:
         part, whitened, energy = whitening.of_tile(tile)
         likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
@@ -79,12 +283,10 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
-    nodes, split, jump_variance = depth_at_nodes(
-        frame, grid, blurs, search.levels_per_pixel, noise.gains, settings.outlines
-    )
+    nodes, split, jump_variance = depth_at_nodes(frame, grid, blurs, search.levels_per_pixel, gains, settings.outlines)
     alternative = judge_alternatives(problem, blurs, noise_sd) if one_waveband else None
     tau = error_with(split, alternative)
-    signal = Signal.of(problem, nodes, noise.gains, grid.step)
+    signal = Signal.of(problem, nodes, gains, grid.step)
     vergence, sd, is_valid, beside_sd = depth_at_pixels(
         problem, grid, frame, nodes, jump_variance, signal, tau, whitening.law
     )
@@ -93,10 +295,10 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
     if one_waveband:
         misfit, any_valid = signal.misfit(nodes), bool(is_valid.any())
         found = split, alternative, misfit, signal.explained, any_valid
-        model_details, texts = check_model(problem, noise.sd, noise_sd, *found)
+        model_details, texts = check_model(problem, assumed_sd, noise_sd, *found)
     outlines = frame.outlines if signal.is_trusted else None
     details = {
-        **({} if noise.gains is None else noise.gains.stated(search.wavebands)),
+        **({} if gains is None else gains.stated(search.wavebands)),
         "noise_by_brightness": None if whitening.law is None else asdict(whitening.law),
         "misfit": float(np.median(nodes.misfit)),
         "split_band": split.stated(),

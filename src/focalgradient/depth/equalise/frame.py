@@ -15,13 +15,11 @@ from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
 from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes, join_splits
 from focalgradient.depth.equalise.residuals import BAND
-from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
+from focalgradient.depth.equalise.signal import AROUND, OwnTexture, Signal, informative_nodes
 from focalgradient.depth.equalise.split_band import SplitBand
-from focalgradient.depth.equalise.texture import OwnTexture
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
-from focalgradient.depth.equalise.whitening import uneven_noise
 from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.noise import NoiseLaw
+from focalgradient.depth.noise import NoiseLaw, uneven_noise
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Problem, Search

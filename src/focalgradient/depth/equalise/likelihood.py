@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage, stats
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.levels import Candidates, EvenCoordinate
 from focalgradient.depth.equalise.residuals import (
     BAND,
     Residuals,
@@ -38,7 +37,7 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
-from focalgradient.depth.read import read_minima
+from focalgradient.depth.read import Candidates, EvenCoordinate, read_minima
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 

@@ -21,9 +21,8 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
-from focalgradient.depth.equalise.surfaces import APART, JUMP_SDS, LEAST_SD
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.planes import NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
+from focalgradient.depth.planes import APART, JUMP_SDS, LEAST_SD, NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows
 
 __all__ = ["between_surfaces", "find_small_jumps"]

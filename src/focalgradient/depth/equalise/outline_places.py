@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import FloatArray, Image, smoothed
+from focalgradient.depth.planes import Zone, jump_pairs, nearest_surfaces, surface_planes
 from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = [
@@ -192,7 +192,7 @@ class Conditions:
 class Located:
     """Where outlines lie."""
 
-    zone: surfaces.Zone
+    zone: Zone
     planes: FloatArray
     is_near: NDArray[np.bool_]  # H x W: whether a pixel lies on the near side
     distance: FloatArray  # pixels from the nearest outline
@@ -219,12 +219,12 @@ def locate(
 
     No outline runs through pixels that are settled (H x W): windows give their depth.
     """
-    planes = surfaces.planes(nodes.level, nodes.sd, is_reliable, given.gap)
-    pairs = surfaces.pairs(planes, jump_sd, is_reliable, given.gap)
+    planes = surface_planes(nodes.level, nodes.sd, is_reliable, given.gap)
+    pairs = jump_pairs(planes, jump_sd, is_reliable, given.gap)
     if pairs is None:
         return None
     reach = given.zone_reach(equalised.window)
-    zone = surfaces.spread(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)
+    zone = nearest_surfaces(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)
     near, far = (
         squared_residual(equalised, level, sd, given)
         for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
@@ -256,7 +256,7 @@ def locate(
 
 def _at_edges(
     is_near: NDArray[np.bool_],
-    zone: surfaces.Zone,
+    zone: Zone,
     is_settled: NDArray[np.bool_],
     images: Sequence[Image],
     blur: FloatArray,
@@ -269,7 +269,7 @@ def _at_edges(
 
 
 def _distance(
-    is_near: NDArray[np.bool_], zone: surfaces.Zone, is_settled: NDArray[np.bool_]
+    is_near: NDArray[np.bool_], zone: Zone, is_settled: NDArray[np.bool_]
 ) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
     """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
 

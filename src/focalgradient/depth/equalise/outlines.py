@@ -22,7 +22,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
-from focalgradient.depth.equalise import surfaces
 from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
@@ -46,7 +45,15 @@ from focalgradient.depth.equalise.parts import (
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import block_mean, block_sum
-from focalgradient.depth.planes import HELD_APART, SMOOTH
+from focalgradient.depth.planes import (
+    HELD_APART,
+    PLANE_SPAN,
+    SMOOTH,
+    continue_surfaces,
+    departure_from_planes,
+    jump_pairs,
+    surface_planes,
+)
 from focalgradient.depth.validity import LEAST_BLUR, blur_is_known
 
 __all__ = ["HALF", "Outlines", "curvature_variance", "curves", "find_outlines"]
@@ -200,8 +207,8 @@ def _outlines_of_tile(
     jump_sd = _jump_sd(nodes, given)
     is_valid = inliers.is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, given, images)
-    planes = surfaces.planes(nodes.level, nodes.sd, is_reliable, given.gap)
-    jumps = surfaces.pairs(planes, jump_sd, is_reliable, given.gap)
+    planes = surface_planes(nodes.level, nodes.sd, is_reliable, given.gap)
+    jumps = jump_pairs(planes, jump_sd, is_reliable, given.gap)
     found, is_jump = None, np.zeros(is_reliable.shape, np.bool_) if jumps is None else jumps[..., 0] >= 0
     for tile in tiles_about(is_jump, step, shape, given.zone_reach(equalised.window), _overlap(equalised)):
         within = tile.outer_nodes(step)
@@ -240,8 +247,8 @@ def _may_jump(
     `is_consistent` (H x W): pixels whose views agree.
     """
     sd, is_informative = _jump_sd(nodes, given), informative_nodes(nodes)
-    planes = surfaces.planes(nodes.level, nodes.sd, is_informative, given.gap)
-    jumps = surfaces.pairs(planes, sd, is_informative, given.gap)
+    planes = surface_planes(nodes.level, nodes.sd, is_informative, given.gap)
+    jumps = jump_pairs(planes, sd, is_informative, given.gap)
     may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative, given)
     may_jump |= ndimage.binary_opening(
         block_mean(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
@@ -257,7 +264,7 @@ def _jump_sd(nodes: Nodes, given: Conditions) -> FloatArray:
 
 def _overlap(equalised: Equalised) -> int:
     """Return the overlap in pixels that the depth in a tile's core requires."""
-    return equalised.step * surfaces.PLANE_SPAN + round(GROWN_WINDOWS * equalised.window)
+    return equalised.step * PLANE_SPAN + round(GROWN_WINDOWS * equalised.window)
 
 
 def _find_large(
@@ -311,7 +318,7 @@ def _continued(
     """Depth on either side of outlines: from windows clear of them (h x w), and continued from there."""
     zone, is_near, distance = located.zone, located.is_near, located.distance
     shape = is_near.shape
-    own, own_sd = surfaces.continued(zone, is_near, located.planes, nodes, node_sd, is_clear, equalised.step, gap)
+    own, own_sd = continue_surfaces(zone, is_near, located.planes, nodes.level, node_sd, is_clear, equalised.step, gap)
     # What a window clear of outlines gives is better than any continuation.
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
     is_own = equalised.to_blocks(is_clear, shape) & ((np.abs(level - own) < gap) | (distance > located.reach))
@@ -369,7 +376,7 @@ def curvature_variance(
 ) -> FloatArray:
     """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
     reach, same = equalised.reach(nodes, given.radii), SAME_SURFACE * given.levels_per_pixel
-    return surfaces.curvature_variance(nodes.level, nodes.sd, is_informative, reach, same)
+    return departure_from_planes(nodes.level, nodes.sd, is_informative, reach, same)
 
 
 def _is_supported(located: Located) -> NDArray[np.bool_]:

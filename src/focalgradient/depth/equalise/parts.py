@@ -20,9 +20,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
-from focalgradient.depth.equalise.signal import informative_nodes
+from focalgradient.depth.equalise.signal import OwnTexture, informative_nodes, own_texture, rests_on_texture
 from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
-from focalgradient.depth.equalise.texture import OwnTexture, own_texture, rests_on_texture
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.planes import HELD_APART, SMOOTH, Growth
