@@ -206,7 +206,7 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(result.mean, Interval)  # nobody is left out: a high threshold has the same effect
     few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
     assert isinstance(few, NotComputed)
-    assert "but must be 20" in few.reason
+    assert "needs 20 trials" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
 
 
