@@ -48,8 +48,8 @@ ROOMS = {
         "quantities render scenes tables tasks video",
         "tables": "errors files",
         "scales": "errors files",
-        "tasks": "display errors files scales",
-        "experiments": "dataset design display errors files scales stimuli tasks",
+        "tasks": "display errors files scales statistics",
+        "experiments": "dataset design display errors files scales statistics stimuli tasks",
         "design": "errors files scales tables tasks",
         "dataset": "design errors files parallel quantities scales tables tasks",
         "observers": "dataset depth design display errors eye files parallel progress render scales scenes statistics "

@@ -145,7 +145,7 @@ def test_own_factors_go_from_the_design_to_the_report(tmp_path):
     table = read_dataset(root).depth_rating
     assert set(table["light"]) == {"dim", "bright"}
     assert table.groupby("participant_id")["group"].nunique().max() == 1
-    factors = analyse_ratings(root).factors
+    factors = analyse_ratings(root).also
     (light,), (group,) = (factors.to(f"answer by {name}").values() for name in ("light", "group"))
     assert light.low < 0.1 < light.high
     assert light.significant
