@@ -357,8 +357,8 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
-    plan = Plan(condition_questions(tests))
-    part = condition_part(names, plan, table, table, tests, tests, simulated=False)
+    questions = condition_questions(tests)
+    part = condition_part(names, Plan(questions), table, table, tests, questions.answers(tests), simulated=False)
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6

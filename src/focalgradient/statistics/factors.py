@@ -51,7 +51,7 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
     def in_r(what: str, name: str, function: str) -> str:
         first, *others = factors[name]["levels"]
         test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
-        of = [function, "log_rating" if ratios else "rating", name]
+        of = function, "log_rating" if ratios else "rating", name
         return "".join(
             f"show({quoted(what)}, {quoted(less(level, first))}, {test}({_at(*of, level)}, {_at(*of, first)}))\n"
             for level in others
