@@ -152,17 +152,6 @@ def _changed(content: bytes) -> bytes:
     return json.dumps(json.loads(content) | {key: "other"}).encode()
 
 
-def test_what_contradicts_the_gaze_is_found(tmp_path: Path) -> None:
-    root = tmp_path / "data"
-    recorded(root, "01")
-    place = root / "sub-01/beh/sub-01_task-depthrating_beh.tsv"
-    rows = place.read_text().splitlines()
-    cells = rows[2].split("\t")
-    cells[rows[0].split("\t").index("gaze_left")] = "false"
-    place.write_text("\n".join([*rows[:2], "\t".join(cells), *rows[3:]]) + "\n")
-    assert any("row 3, where gaze_left is 'false', but 'true'" in problem for problem in validate(root).problems)
-
-
 def test_answers_and_design_must_agree_on_the_gaze(tmp_path: Path) -> None:
     apparatus = Apparatus("seconds")
     with Session.begin(tmp_path / "data", DESIGN, "01", apparatus=apparatus) as session:

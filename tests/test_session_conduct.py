@@ -75,17 +75,6 @@ def test_a_count_that_contradicts_the_exposures_is_found(tmp_path: Path) -> None
     )
 
 
-def test_sessions_without_recorded_exposures_are_valid_and_resumed_as_before(tmp_path: Path) -> None:
-    session = Session.begin(tmp_path, PINHOLE, "01", apparatus=APPARATUS)
-    session.record(session.trials[0], rated(0))
-    cut_off(session)
-    with Session.resume(tmp_path, "pinhole", "01", apparatus=APPARATUS) as session:
-        for number, trial in enumerate(session.remaining(), start=1):
-            session.record(trial, rated(number))
-    assert "shown" not in notes(tmp_path)
-    assert "interruptions" not in read_dataset(tmp_path).pinhole
-
-
 RATING = DepthRatingDesign(scenes=["spheres-01", "spheres-02"], catch_trials=0, practice_trials=1)
 
 
