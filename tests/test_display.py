@@ -54,14 +54,11 @@ def test_dithering_is_right_on_average_and_mixes_neighbours_only() -> None:
     assert not np.array_equal(values, display.encode(light, seed=2))
 
 
-def test_pixels_per_degree_is_exact_in_the_middle() -> None:
+def test_pixels_per_degree_and_the_steps_that_no_eye_sees() -> None:
     display = Display(pixel_pitch=0.3e-3, distance=0.8)
     angle = math.degrees(math.atan(0.3e-3 / 0.8 * 1e-3)) * 1e3  # of a thousandth of a pixel at the middle
     assert display.pixels_per_degree == pytest.approx(1 / angle, rel=1e-9)
     assert display.arcmin(display.pixels_per_degree) == pytest.approx(60)
-
-
-def test_steps_that_no_eye_sees_are_refused() -> None:
     far = Display(distance=2.0)  # 0.48 arcmin a pixel
     with pytest.raises(InputError, match=r"0 to 1.5 px, is 0.71 arcmin at the viewing distance of 2 m.*0.93"):
         far.check_steps([0.0, 1.5])

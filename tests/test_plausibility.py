@@ -199,15 +199,12 @@ def test_a_focus_hardly_short_of_infinity_is_warned_of() -> None:
         search(0.05, (16, 2.8), (800,), 5e-6)
 
 
-def test_distances_among_macrophotographs_with_far_foci_are_warned_of() -> None:
+def test_distances_that_do_not_suit_their_focus_are_unlikely() -> None:
     """As where the focal length was given in centimetres."""
     assert "6.8 focal lengths" in (too_near(0.017, [(1.25, 0.0025), (0.6, 0.0025)]) or "")
     assert too_near(0.2, [(5.0, 0.1)]) is None  # macro, focused there
     assert too_near(0.5, [(0.0, 0.025)]) is None  # focused at infinity
     assert too_near(0.03, [(3.0, None)]) is None  # an eye
-
-
-def test_pictures_whose_distances_reach_their_focus_are_likely() -> None:
     for focus in (0.0, 0.4, 1.0, 2.0):
         assert picture_slip((0.5, 3.0), 0.009, focus, 3e-4, 320) is None
     assert picture_slip((0.5, 3.0), 0.0, 100.0, 3e-4, 320) is None  # a pinhole

@@ -262,20 +262,6 @@ def test_the_obstruction_is_taken_out_of_the_disc() -> None:
     assert Annulus(0.5).transfer(0.4, 1.0) == pytest.approx(np.mean(np.cos(2 * np.pi * 0.4 * x[inside])), abs=3e-3)
 
 
-@pytest.mark.parametrize(
-    ("asked", "said"),
-    [
-        (("pillbox",), "psf is 'pillbox', but must be one of disc, gaussian, blend, annulus, polygon"),
-        ((Disc,), r"psf is the class Disc, but must be a shape of it: give Disc\(\)"),
-        ((Disc(), 0.5), "k is given with psf a disc, which has its own parameters"),
-        (("gaussian", -1), "k is -1, but must be a positive number, sigma / disc radius"),
-    ],
-)
-def test_what_is_no_shape_is_refused_by_name(asked: tuple, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        psf_of(*asked)
-
-
 @dataclass(frozen=True)
 class Softened(Psf):
     """A shape whose parameter lies between two bounds, neither of them included."""
@@ -300,6 +286,10 @@ def test_a_camera_s_k_goes_to_shapes_of_a_file_that_have_one(stated: dict, shape
 @pytest.mark.parametrize(
     ("make", "said"),
     [
+        (lambda: psf_of("pillbox"), "psf is 'pillbox', but must be one of disc, gaussian, blend, annulus, polygon"),
+        (lambda: psf_of(Disc), r"psf is the class Disc, but must be a shape of it: give Disc\(\)"),
+        (lambda: psf_of(Disc(), 0.5), "k is given with psf a disc, which has its own parameters"),
+        (lambda: psf_of("gaussian", -1), "k is -1, but must be a positive number, sigma / disc radius"),
         (lambda: Polygon(2), "blades is 2, but must be a whole number from 3 to 64"),
         (lambda: Annulus(1.0), r"obstruction is 1\.0, but must be a number from 0 to 0\.95"),
         (lambda: Polygon.of({"rotation_deg": 999}), "rotation_deg is 999, but must be a number from -360 to 360 deg"),
@@ -308,6 +298,6 @@ def test_a_camera_s_k_goes_to_shapes_of_a_file_that_have_one(stated: dict, shape
         (lambda: Softened(1.0), "softness is 1\\.0, but must be a number between 0 and 1"),
     ],
 )
-def test_parameters_out_of_bounds_are_refused_by_name(make, said: str) -> None:
+def test_what_is_no_shape_is_refused_by_name(make, said: str) -> None:
     with pytest.raises(InputError, match=said):
         make()

@@ -129,20 +129,14 @@ def shown():
     return fig6.make()
 
 
-def test_the_blur_circle_follows_from_the_rays(shown):
+def test_fig6_shows_rays_as_the_thin_lens_bends_them(shown):
     assert shown.summary["sigma_mm"] == pytest.approx(shown.summary["sigma_by_similar_triangles_mm"])
     assert shown.summary["sigma_mm"] == pytest.approx(3.125)  # 12.5 mm x (75 - 60) / 60
     assert shown.summary["u_from_sigma_by_Eq_1_mm"] == pytest.approx(300)
-
-
-def test_conjugate_planes_obey_the_thin_lens_law(shown):
     mm = shown.summary
     for there, here in (("u0", "v0"), ("u", "v")):
         assert 1 / mm[f"{there}_mm"] + 1 / mm[f"{here}_mm"] == pytest.approx(1 / mm["F_mm"])
     assert mm["v_mm"] < mm["v0_mm"]  # a point beyond focus is imaged in front of the image plane
-
-
-def test_rays_from_beyond_focus_end_on_the_rim_of_the_blur_circle(shown):
     ends = [line.get_xydata()[-1] for line in shown.figure.axes[0].lines if len(line.get_xdata()) == 4]
     assert len(ends) == 2
     for x, y in ends:
@@ -231,7 +225,7 @@ def test_a_myope_sees_near_and_a_presbyope_far_and_a_bifocal_lens_gives_both() -
     assert strehl(bifocal, 1.5) < 0.1
 
 
-def test_luminance_and_colour_go_from_the_red_to_the_blue_light():
+def test_the_wavelength_in_focus_by_each_rule():
     red, blue = (mixed.Mixture(share) for share in (0.0, 1.0))
     for rule in (mixed.by_luminance, mixed.by_colour):
         assert mixed.wavelength(rule(red)) > 595  # the display's red is about 610 nm
@@ -239,9 +233,6 @@ def test_luminance_and_colour_go_from_the_red_to_the_blue_light():
     # L and M cones see the mixture's red still where the opponent channel, with S cones, sees its blue.
     both = mixed.Mixture(0.3)
     assert mixed.by_luminance(both) - mixed.by_colour(both) > 0.8
-
-
-def test_accommodation_settles_where_what_it_misses_falls_through_nothing():
     focus = np.array([-1.0, -0.5, 0.0, 0.5])
     assert mixed._root(focus, np.array([0.5, 0.25, -0.25, -0.5])) == pytest.approx(-0.25)
     assert np.isnan(mixed._root(focus, np.array([-0.5, -0.25, 0.25, 0.5])))

@@ -48,12 +48,15 @@ def test_the_archive_can_be_read_without_us(depth: DepthMap, tmp_path: Path) -> 
         assert json.loads(str(file["details"]))["gain"] == [1.0, 1.5]
 
 
-def test_sd_of_distance_is_that_of_vergence_carried_over() -> None:
+def test_sd_of_distance_is_that_of_vergence_carried_over_and_infinite_at_infinity() -> None:
     """Numerically: 1/V of many draws of V."""
     draws = np.random.default_rng(1).normal(0.5, 0.005, 200_000)
     one = np.ones((1, 1), bool)
     depth = DepthMap(np.full((1, 1), 0.5), np.full((1, 1), 0.005), one, one)
     assert depth.distance_sd[0, 0] == pytest.approx(float(np.std(1 / draws)), rel=0.01)
+    vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
+    depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
+    assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
 
 
 def test_a_map_of_order_only_has_no_metres() -> None:
@@ -65,7 +68,9 @@ def test_a_map_of_order_only_has_no_metres() -> None:
     assert depth.summary() == "Depth map of 2 x 3 pixels: order only, 100% valid"
 
 
-def test_infinity_is_infinitely_uncertain() -> None:
-    vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
-    depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
-    assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
+@pytest.mark.parametrize("shape", [(40, 40), (60, 40), (20, 60)])
+def test_the_label_of_the_bar_lies_within_the_figure(shape: tuple[int, int]) -> None:
+    vergence = np.linspace(0.4, 2, np.prod(shape)).reshape(shape)
+    figure = DepthMap(vergence, 0.01 * vergence, vergence > 0, vergence > 0).plot().figure
+    figure.draw_without_rendering()
+    assert figure.get_tightbbox().width * figure.dpi <= figure.bbox.width + 1

@@ -28,35 +28,41 @@ def with_image(view: View, image: np.ndarray) -> View:
 
 
 @pytest.mark.parametrize(
-    ("views", "said"),
+    ("change", "said"),
     [
-        ([], "0 views given, but method .equalise. needs 2 or more: add a view"),
-        ([SHARP, with_image(WIDE, IMAGE[:, :-2])], "view 1 is 80 x 64 pixels but view 2 is 78 x 64"),
-        ([with_image(v, v.image[:31, :40]) for v in (SHARP, WIDE)], "views are 40 x 31 pixels, but at least 32"),
-        ([SHARP, with_image(WIDE, 0 * IMAGE)], "view 2 is black, but depth needs a lit scene"),
-        ([SHARP, with_image(WIDE, 0 * IMAGE + 0.5)], "view 2 is constant, so that it shows no texture"),
-        ([with_image(SHARP, np.minimum(IMAGE, 0.9)), WIDE], "view 1 is saturated over more than half"),
-        ([SHARP, with_image(WIDE, IMAGE), SHARP][::2], "all views are blurred alike"),
-        ([replace(SHARP, optics=lens(math.inf, f)) for f in (0.8, 1.2)], "all views are blurred alike .*pinholes"),
-    ],
-)
-def test_views(views: list[View], said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        recover_depth(views, near=0.85)
-
-
-@pytest.mark.parametrize(
-    ("settings", "said"),
-    [
+        ({"views": []}, "0 views given, but method .equalise. needs 2 or more: add a view"),
+        ({"views": [SHARP, with_image(WIDE, IMAGE[:, :-2])]}, "view 1 is 80 x 64 pixels but view 2 is 78 x 64"),
+        (
+            {"views": [with_image(v, v.image[:31, :40]) for v in (SHARP, WIDE)]},
+            "views are 40 x 31 pixels, but at least 32",
+        ),
+        ({"views": [SHARP, with_image(WIDE, 0 * IMAGE)]}, "view 2 is black, but depth needs a lit scene"),
+        ({"views": [SHARP, with_image(WIDE, 0 * IMAGE + 0.5)]}, "view 2 is constant, so that it shows no texture"),
+        ({"views": [with_image(SHARP, np.minimum(IMAGE, 0.9)), WIDE]}, "view 1 is saturated over more than half"),
+        ({"views": [SHARP, with_image(WIDE, IMAGE), SHARP][::2]}, "all views are blurred alike"),
+        (
+            {"views": [replace(SHARP, optics=lens(math.inf, f)) for f in (0.8, 1.2)]},
+            "all views are blurred alike .*pinholes",
+        ),
+        ({"views": SHARP}, r"views is one View, but must be a list of View: give \[first, second\]"),
+        ({"views": "views.toml"}, "views is a str, but must be a list of View"),
+        (
+            {"views": [IMAGE, IMAGE]},
+            r"view 1 is a ndarray, but must be a View: give View\(image, optics, pixel_angle\)",
+        ),
+        (
+            {"views": [SHARP, Rendered(WIDE, IMAGE)]},
+            "view 2 is a Rendered, but must be a View: give its attribute view",
+        ),
         ({"near": math.inf}, "near is infinite, but must be a finite distance"),
         ({"near": 2.0, "far": 1.0}, "near 2 m lies beyond far 1 m, .*exchange"),
         ({"window": 17.0}, "window is 17 pixels, but may be a quarter of the views' smaller side"),
         ({"noise": [0.1, 0.1, 0.1]}, r"noise is \[0\.1, 0\.1, 0\.1\].* each of the 2 views"),
     ],
 )
-def test_settings(settings: dict[str, Any], said: str) -> None:
+def test_views_and_settings(change: dict[str, Any], said: str) -> None:
     with pytest.raises(InputError, match=said):
-        recover_depth([SHARP, WIDE], **({"near": 0.85} | settings))
+        recover_depth(**({"views": [SHARP, WIDE], "near": 0.85} | change))
 
 
 @pytest.mark.filterwarnings("ignore:view 2 is displaced")  # views with nothing in common may seem to lie anywhere
@@ -67,20 +73,6 @@ def test_views_that_do_not_overlap_in_brightness() -> None:
     one[:, :39] = other[:, 41:] = 2.0  # just less than half of each
     with pytest.raises(InputError, match=r"hardly a pixel is usable \(unsaturated, not masked\) in every view"):
         recover_depth([with_image(SHARP, one), with_image(WIDE, other)], near=0.85)
-
-
-@pytest.mark.parametrize(
-    ("views", "said"),
-    [
-        (SHARP, r"views is one View, but must be a list of View: give \[first, second\]"),
-        ("views.toml", "views is a str, but must be a list of View"),
-        ([IMAGE, IMAGE], r"view 1 is a ndarray, but must be a View: give View\(image, optics, pixel_angle\)"),
-        ([SHARP, Rendered(WIDE, IMAGE)], "view 2 is a Rendered, but must be a View: give its attribute view"),
-    ],
-)
-def test_what_is_no_list_of_views(views: Any, said: str) -> None:
-    with pytest.raises(InputError, match=said):
-        recover_depth(views)
 
 
 PIXELS, STORED = np.ones((64, 128), np.float32), np.ones((64, 128), np.uint8)

@@ -11,9 +11,7 @@ import pytest
 from headless import Running, headless, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
-from focalgradient.design.form import check_about
 from focalgradient.design.words import words_text
-from focalgradient.errors import InputError
 from focalgradient.lab import preparation
 from focalgradient.lab.forms import missing_glyphs
 from focalgradient.lab.preparation import import_screen
@@ -52,6 +50,7 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> Non
     (tmp_path / "mine.toml").write_text(WATCHING)
     data = tmp_path / "data"
     given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    given += ["--gaze", "mouse", "--photodiode", "left"]
     with headless(tmp_path / "x") as screen:
         for stop, code, cubes, more in ((signal.SIGINT, 130, 2, ()), (signal.SIGTERM, 143, 1, ("--resume",))):
             stopped = Running(screen, "from-file", "necker", *given, *more)
@@ -77,6 +76,8 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> Non
         assert last.end() == 0, last.errors
     table = read_dataset(data).necker
     assert {*table["interruptions"][table["trial"] == 2]} == {2}
+    assert [*data.rglob("*_task-necker_recording-eye1_physio.tsv.gz")], "gaze is recorded in every task"
+    assert "gaze_left" not in table, "a cube has no object to be fixated"
     found = validate(data)
     assert found.problems == ()
     assert any("1 trial was shown more than once" in note for note in found.notes)
@@ -126,9 +127,3 @@ def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> Non
         again = Running(screen, "from-file", "necker", *given, "--resume")
         assert again.end() == 2
         assert "ended with its practice, which was not passed" in again.errors
-
-
-def test_an_impossible_age_is_refused() -> None:
-    for age in ("-3", "thirty", "nan", "131"):
-        with pytest.raises(InputError, match=f"age is '{age}', but must be a number of years from 0 to 130"):
-            check_about({"age": age}, ["age"])

@@ -113,16 +113,13 @@ def test_coma_spreads_light_to_the_side_that_its_sign_says() -> None:
     assert abs(skew(seen.T[:, inner], place[inner])) < 0.2 * abs(skew(seen[:, inner], place[inner]))
 
 
-def test_spherical_aberration_and_the_stiles_crawford_effect_are_isotropic() -> None:
+def test_only_blur_that_is_round_has_a_radial_transfer() -> None:
     cones = Cones.of(Eye(0.005, 2.0, aberrations=((4, 0, 0.1),), stiles_crawford=0.05), "S", wavelengths=2)
     assert cones.isotropic
     radial = cones.transfer(np.degrees([0, 3, 8]), 1.6)
     assert radial[0] == pytest.approx(1, abs=1e-6)
     both = cones.optical_transfer(np.degrees([0, 1.8, 0]), np.degrees([0, 2.4, -8]), 1.6)
     assert np.allclose(radial, both, atol=2e-3)
-
-
-def test_blur_that_is_not_round_has_no_radial_transfer() -> None:
     cones = Cones.of(Eye(0.004, 1.0, aberrations=COMA), "S")
     assert not cones.isotropic
     with pytest.raises(InputError, match="optical_transfer"):

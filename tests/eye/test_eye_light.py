@@ -45,13 +45,10 @@ def test_sensitivities_are_those_of_people() -> None:
     assert (cones[nm < 390] == 0).all()
 
 
-def test_luminance_is_a_sum_of_l_and_m() -> None:
+def test_luminance_is_a_sum_of_l_and_m_and_illuminants_are_those_of_the_cie() -> None:
     """By definition of the CIE 2008 observer: 0.6899 L + 0.3483 M."""
     nm = np.arange(400, 701, 10)
     assert cone_fundamentals(nm)[:, :2] @ [0.689903, 0.348322] == pytest.approx(luminosity(nm), abs=2e-3)
-
-
-def test_illuminants() -> None:
     assert illuminant([560, 600], "E") == pytest.approx([100, 100])
     assert float(illuminant(560)) == pytest.approx(100)
     assert illuminant(450, "A") < 40 < 110 < illuminant(450, "D65")
@@ -68,14 +65,13 @@ def test_light_of_one_wavelength_and_of_two() -> None:
     assert two.difference(600) == pytest.approx(0.25 * float(chromatic_difference(500, 600)))
 
 
-def test_white_is_one_for_every_cone_class() -> None:
+def test_cone_images_of_white_of_sums_and_of_what_no_cone_catches() -> None:
     assert cone_images(np.full((2, 3, 3), 0.4)) == pytest.approx(0.4)
     assert cone_images(np.full((1, 1, 9), 2.0), wavelength_nm=np.linspace(400, 720, 9)) == pytest.approx(2)
-
-
-def test_light_adds() -> None:
     first, second = np.random.default_rng(0).random((2, 4, 5, 3))
     assert cone_images(first + 2 * second) == pytest.approx(cone_images(first) + 2 * cone_images(second))
+    seen = cone_images(np.ones((1, 1, 3)), wavelength_nm=[660.0, 680.0, 700.0])
+    assert seen[0, 0].tolist() == pytest.approx([1, 1, 0])
 
 
 def test_one_wavelength_is_caught_by_its_sensitivity() -> None:
@@ -92,11 +88,6 @@ def test_displays_differ_and_red_is_for_l_cones() -> None:
     assert not np.allclose(*seen, atol=1e-3)
     for one in seen:
         assert one[0] > one[1] > one[2]
-
-
-def test_cones_that_catch_nothing_of_a_light_see_nothing() -> None:
-    seen = cone_images(np.ones((1, 1, 3)), wavelength_nm=[660.0, 680.0, 700.0])
-    assert seen[0, 0].tolist() == pytest.approx([1, 1, 0])
 
 
 MINUTE = np.radians(1 / 60)

@@ -48,29 +48,23 @@ def test_the_wavelengths_have_the_transfer_of_the_whole_band(band: Any, finest_c
     assert sum(cones.weights) == pytest.approx(1)
 
 
-def test_bands_are_focused_as_far_apart_as_their_lights() -> None:
+def test_bands_are_focused_as_far_apart_as_their_lights_and_keep_their_means() -> None:
     apart = Cones.of(EYE, "S").focus_vergence - Cones.of(EYE, "L+M").focus_vergence
     assert apart == pytest.approx(0.783, abs=2e-3)  # `test_eye_light`
     assert Cones.of(EYE, "S").accommodated(0.0).focus_vergence == pytest.approx(
         Cones.of(EYE, "S").focus_vergence - 2, abs=1e-9
     )
-
-
-def test_wavelengths_keep_the_lights_mean() -> None:
     light = band_light("S", "D65")
     wavelengths, shares = parts_of_band(light, 4)
     mean = np.dot([EYE.in_light(nm).focus_vergence for nm in wavelengths], shares)
     assert mean == pytest.approx(2.0 - light.difference(), abs=2e-3)
 
 
-def test_what_is_too_fine_is_not_seen() -> None:
+def test_cones_state_their_blur_and_do_not_resolve_what_is_too_fine() -> None:
     coarse, fine = Cones.of(EYE, "S", finest_cpd=10), Cones.of(EYE, "S")
     ratio = coarse.transfer(np.degrees([0, 6, 8, 14]), 2.5) / fine.transfer(np.degrees([0, 6, 8, 14]), 2.5)
     assert ratio[:3] == pytest.approx(1, abs=0.03)
     assert ratio[3] == 0
-
-
-def test_cones_are_optics_that_say_their_blur_and_light() -> None:
     assert own_blur(Cones.of(EYE, "S")).isotropic
     assert capabilities(Cones.of(EYE, "S")).waveband == "S"
     assert own_blur(EYE).isotropic

@@ -111,15 +111,12 @@ def test_large_blur_is_a_disc_whose_best_gaussian_is_known() -> None:
     assert fit.reversal_per_rad == pytest.approx(0.6098 / fit.radius, rel=0.01)
 
 
-def test_in_focus_there_is_no_disc() -> None:
+def test_in_focus_there_is_no_disc_and_white_light_is_nearer_to_a_gaussian() -> None:
     fit = best_gaussian(EYE, 1.0)
     assert fit.radius == 0
     assert np.isnan(fit.k)
     assert fit.reversal_per_rad == np.inf
     assert fit.sigma == pytest.approx(0.42 * 580e-9 / 0.004, rel=0.05)  # as a Gaussian stands for Airy's disc
-
-
-def test_white_light_is_nearer_to_a_gaussian_than_yellow() -> None:
     white, yellow = best_gaussian(EYE, 0.0, band_light("luminance", "E", 10)), best_gaussian(EYE, 0.0)
     assert white.residual < yellow.residual
     assert white.lowest > yellow.lowest

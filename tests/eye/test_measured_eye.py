@@ -193,13 +193,10 @@ def test_pupils_and_microfluctuations() -> None:
     assert np.abs(np.corrcoef([pupils, rms, beta, [p.eye.chromatic_scale for p in PEOPLE]]) - np.eye(4)).max() < 0.08
 
 
-def test_the_first_of_many_are_those_of_few() -> None:
+def test_draws_are_those_of_their_seeds() -> None:
     assert draw_people(5, seed=1) == PEOPLE[:5]
     assert draw_people(5, seed=2) != PEOPLE[:5]
     assert len({person.fluctuation.seed for person in PEOPLE[:200]}) == 200
-
-
-def test_one_quantity_leaves_the_others() -> None:
     other = draw_people(20, seed=1, pupil_diameter=(0.006, 0.0), rms=(0.2, 0.2))
     for changed, person in zip(other, PEOPLE, strict=False):
         assert changed.eye.pupil_diameter == 0.006

@@ -246,12 +246,16 @@ def test_ramps_random_steps_and_unpredictable_sums_are_followed_as_without_predi
         assert errors[0] == pytest.approx(errors[1], rel=0.05)
 
 
-def test_steps_and_still_targets_pass_as_they_are():
+def test_without_a_horizon_and_for_steps_and_still_targets_nothing_is_foretold():
     still, skill = followed(lambda t: 2.0, 20, 0.5)
     assert skill == 0
     assert still.accommodation[-1] == pytest.approx(Plant().steady(2.0), abs=0.05)
     step = [followed(lambda t: 3.0 if t > 5 else 1.0, 8, horizon)[0].accommodation for horizon in (0.0, 0.5)]
     assert step[1] == pytest.approx(step[0], abs=0.02)
+    one = Predictor(0.0, 0.1)
+    assert [one.update(v) for v in (1.0, 2.0, 0.5)] == [1.0, 2.0, 0.5]
+    with pytest.raises(InputError, match="step is 0"):
+        Predictor(0.5, 0.0)
 
 
 def test_a_forecast_between_two_frequencies_is_a_parabola_s():
@@ -259,13 +263,6 @@ def test_a_forecast_between_two_frequencies_is_a_parabola_s():
     one, number = Predictor(horizon=0.4, step=0.1), np.arange(48.0)
     one._missed = 2 + (number - 12.3) ** 2
     assert one._of_best(3 + 2 * number + 0.5 * number**2) == pytest.approx(3 + 2 * 12.3 + 0.5 * 12.3**2)
-
-
-def test_no_horizon_is_no_prediction():
-    one = Predictor(0.0, 0.1)
-    assert [one.update(v) for v in (1.0, 2.0, 0.5)] == [1.0, 2.0, 0.5]
-    with pytest.raises(InputError, match="step is 0"):
-        Predictor(0.5, 0.0)
 
 
 def test_fluctuations_grow_with_the_response_as_expected_of_an_eye():

@@ -111,22 +111,15 @@ def test_an_oblique_axis_is_that_of_the_examiner():
     assert (2, 2) not in terms
 
 
-def test_presbyopes_do_not_reach_what_is_near():
-    near = [Eye(age=age, looking_at=4.0).focus_vergence for age in (25, 45, 65)]
-    assert near[0] == pytest.approx(4.0)
-    assert near[1] == pytest.approx(float(accommodation_amplitude(45)))
-    assert near[2] < 0.1
-
-
-def test_one_eye_sees_as_a_tenth_of_the_light_of_two():
-    assert natural_pupil(100.0, eyes=1) == pytest.approx(natural_pupil(10.0, eyes=2))
-
-
-def test_amplitudes_of_anderson_et_al():
+def test_amplitudes_of_anderson_et_al_bound_what_presbyopes_reach():
     """Nearly constant below 20 years, a taper to nothing beyond 50."""
     assert accommodation_amplitude(20) > 0.96 * 7.083
     assert accommodation_amplitude(55) < 0.3
     assert accommodation_amplitude(36.2 + 0.6109 / 0.2031) == pytest.approx(7.083 / 2)
+    near = [Eye(age=age, looking_at=4.0).focus_vergence for age in (25, 45, 65)]
+    assert near[0] == pytest.approx(4.0)
+    assert near[1] == pytest.approx(float(accommodation_amplitude(45)))
+    assert near[2] < 0.1
 
 
 MYOPE = "-2.00 -0.75 x 180"
@@ -172,12 +165,13 @@ def test_the_amplitude_of_its_age_bounds_accommodation():
     assert relaxed.focus_vergence == pytest.approx(3 / 1.036)  # not beyond its relaxed state
 
 
-def test_without_a_diameter_the_pupil_is_the_natural_one():
+def test_without_a_diameter_the_pupil_is_the_natural_one_of_one_eye_or_two():
     assert Eye(age=60).pupil_diameter == float(natural_pupil(100.0, age=60, field_deg=20.0))
     dim = Eye(refraction="-1.00", age=25, luminance=0.5, field_deg=40.0)
     assert dim.pupil_diameter == float(natural_pupil(0.5, age=25, field_deg=40.0))
     assert Eye(refraction="plano").pupil_diameter == float(natural_pupil(100.0))
     assert Eye(0.005, age=15).pupil_diameter == 0.005  # an age of which the pupil's formula knows nothing
+    assert natural_pupil(100.0, eyes=1) == pytest.approx(natural_pupil(10.0, eyes=2))
 
 
 def test_everything_else_of_an_eye_goes_with_a_refraction():

@@ -48,15 +48,12 @@ def test_through_focus_agrees_with_the_quadrature(
         assert np.abs(row - exact).max() < 1e-3
 
 
-def test_defoci_need_not_be_even() -> None:
+def test_defoci_need_not_be_even_and_nothing_passes_beyond_the_cut_off() -> None:
     pupil = Pupil(0.004, 555.0, 0.0, NATURAL)
     down, right = np.array([300.0, -700.0]), np.array([500.0, 100.0])
     even = through_focus(down, right, pupil, np.linspace(0, 1, 5))
     some = through_focus(down, right, pupil, np.array([0.0, 0.25, 1.0]))
     assert np.allclose(some, even[[0, 1, 4]], atol=1e-6)
-
-
-def test_nothing_passes_beyond_the_cut_off() -> None:
     assert through_focus(np.zeros(1), np.array([8000.0]), Pupil(0.004, 555.0, 0.0, NATURAL), np.zeros(2)).tolist() == [
         [0],
         [0],

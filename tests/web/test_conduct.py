@@ -150,3 +150,44 @@ def test_blocked_storage_and_no_javascript_are_said(
     finally:
         server.end()
     assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.slow
+def test_a_choice_by_focus_or_touch_and_back_and_forward_lose_and_repeat_nothing(
+    browser: Browser, tmp_path: Path
+) -> None:
+    server = served(tmp_path, TASKS["choice"])
+    trials = load_design(tmp_path / "design.toml").trials("001")
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, has_touch=True)
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.port}/static/page.css")  # to which Back leads
+    page.goto(server.address)
+    for answered in ("focus", "touch", "left"):
+        take_part(page, until="button.way")
+        first, second = page.locator("button.way").all()
+        assert page.get_by_role("group", name=page.inner_text("h2")).get_by_role("button").count() == 2
+        if answered == "focus":
+            for _ in range(4):
+                page.keyboard.press("Tab")
+                if first.evaluate("(way) => way.matches(':focus-visible')"):
+                    break
+            page.keyboard.press("Enter")
+        elif answered == "touch":
+            second.tap()
+        else:
+            page.go_back()
+            assert page.url.endswith("page.css")
+            page.go_forward()
+            page.wait_for_function("globalThis.focalgradient")
+            continue
+        page.wait_for_selector("button.way", state="detached")
+    take_part(page)
+    context.close()
+    server.end()
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    events = read_journal(journal(tmp_path)).of("trial")
+    assert [(event["phase"], event["trial"]) for event in events] == [(one.phase, one.trial) for one in trials]
+    chosen = [1.0 if one.interval == way else 0.0 for way, one in enumerate(trials[:2], start=1)]
+    assert [event["rating"] for event in events[:2]] == chosen
+    table = read_dataset(tmp_path / "data").depth_rating
+    assert table["trial"].tolist() == [one.trial for one in trials if one.phase == "main"]

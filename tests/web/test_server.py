@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ import participant
 import pytest
 from fuzz_server import run
 from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
+from PIL import Image
 from starlette.testclient import TestClient
 
 from focalgradient.dataset import read_journal, validate
@@ -52,7 +54,8 @@ def test_a_session_from_link_to_completion_is_a_valid_data_set(tmp_path: Path, d
             if design == DEPTH and trial.phase == "main" and "example" not in trial.scene:
                 file = made.lists.pictures.picture(trial.scene, trial.aperture, trial.fixation, {}).png
                 url = someone.entry(number)["intervals"][-1]["url"]
-                assert someone.picture(url) == (tmp_path / "set" / file).read_bytes()
+                shown, kept = (Image.open(one) for one in (BytesIO(someone.picture(url)), tmp_path / "set" / file))
+                assert np.array_equal(np.asarray(shown), np.asarray(kept))
             assert someone.answer(number).json() == {"recorded": True, "done": number + 1}
         assert someone.ask("state").json()["status"] == "complete"
         assert someone.ask("finish").json()["completion"] == "https://example.org/done?cc=1"
@@ -347,7 +350,7 @@ def test_an_answer_needs_the_token_of_its_trial(tmp_path: Path) -> None:
         assert someone.ask("next", **first).status_code == 409  # recorded
     with client_of(study(tmp_path)) as client:  # of a page that had its tokens before the server was started again
         same = Participant(client, someone.token)
-        later = same.message(someone.trials[1], 1)
+        later = someone.message(someone.trials[1], 1)
         assert same.ask("answer", **later, trial_token=tokens[1]).json() == {"recorded": True, "done": 2}
 
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from numpy.typing import NDArray
 from focalgradient.dataset import Answer, Noted
 from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
+from focalgradient.lab.questions import Given
 from focalgradient.stimuli import Picture, StimulusSet
 from focalgradient.tasks.noted import noted_start
 
@@ -146,7 +148,7 @@ class Sitting:
 
     def begin(self, trial: Any) -> None:
         """Begin a trial: label the events that follow with its condition."""
-        self.screen.practice = trial.phase == "practice"
+        self.screen.practice, self.taken = trial.phase == "practice", None
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 
@@ -157,6 +159,18 @@ class Sitting:
     def event(self, name: str) -> None:
         """Send a custom event marker now; its code is looked up in the file given with ``--codes``."""
         self.screen.on_event(name, self.screen.now())
+
+    @contextmanager
+    def gaze(self) -> Iterator[None]:
+        """Record gaze, if there is a source of it: in a trial of your own, while its pictures are shown."""
+        if self.recorder is None:
+            yield
+            return
+        self.recorder.begin()
+        try:
+            yield
+        finally:
+            self.taken = self.recorder.end()
 
     def note(self, name: str, value: Any, *, unit: str | None = None, description: str = "") -> None:
         """Record a value with the answer of this trial, as a column of the table that its sidecar describes.
@@ -177,8 +191,6 @@ class Sitting:
         InputError
             If the value is of another type. A name that is already a column is rejected when the answer is recorded.
         """
-        from focalgradient.lab.questions import Given
-
         if isinstance(value, Given):
             self.noted |= noted_start(value.start, name)
             value = value.value
