@@ -286,8 +286,10 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     sharpest = min(views, key=lambda view: view.optics.aperture_diameter)
     lowest, highest = found.details["searched_vergence_D"]
     searched = float(lowest), float(highest)
-    whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched)
-    return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
+    vergence, sd, evidence = complete(
+        found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched
+    )
+    return replace(found, vergence=vergence, vergence_sd=sd, evidence=evidence)
 
 
 def _causes(problem: Problem, estimate: Estimate) -> list[Cause]:

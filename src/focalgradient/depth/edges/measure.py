@@ -143,11 +143,9 @@ def measure_edges(
     profile = Profile.of(shape)
     sd = noise_from_differences(whole, mask) if noise is None else float(noise)
     half = int(length / 2)
-    contours = find_contours(whole, sd, half)
-    where, back = np.unique(_band_middles(contours.segment, half, max(1, int(length / 4))), return_inverse=True)
-    row, column, angle, blur = (
-        values[where] for values in (contours.row, contours.column, contours.angle, contours.blur)
-    )
+    *contour, segment = find_contours(whole, sd, half)
+    where, back = np.unique(_band_middles(segment, half, max(1, int(length / 4))), return_inverse=True)
+    row, column, angle, blur = (values[where] for values in contour)
     steps = fit_steps(
         *(pixels if mask is None else np.where(mask, pixels, np.float32(np.nan)), row, column, angle, blur),
         profile=profile,
@@ -169,8 +167,8 @@ def measure_edges(
     # First order in the square; near zero, where the root is steep, the root of the square's own.
     radius_sd = square_sd / (2 * np.sqrt(np.maximum(square, 0.0) + square_sd / 4))
     return Edges(
-        row=contours.row,
-        column=contours.column,
+        row=contour[0],
+        column=contour[1],
         angle=np.where(np.isfinite(steps["angle"]), steps["angle"], angle)[back],
         low=steps["low"][back],
         high=steps["high"][back],
@@ -178,7 +176,7 @@ def measure_edges(
         radius_sd=radius_sd[back],
         misfit=(steps["misfit"] / freedom)[back],
         valid=valid[back],
-        segment=contours.segment,
+        segment=segment,
     )
 
 

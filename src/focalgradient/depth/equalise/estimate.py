@@ -32,7 +32,6 @@ from focalgradient.depth.equalise.parts import (
     Tile,
     detail_halves,
     refine,
-    reject_outliers,
     tiles,
 )
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, beyond_ends, beyond_infinity
@@ -268,8 +267,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         part, whitened, energy = whitening.of_tile(tile)
         likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
         beyond = repeat_blocks(beyond_ends(likelihood.nodes, search), whitened.step, part.views.shape)
-        inliers, local = reject_outliers(whitened, part, likelihood)
-        refined = refine(whitened, part, inliers, local)
+        refined = refine(whitened, part, likelihood)
         halves = detail_halves(whitened, part, refined, one_waveband)
         split, outlines = halves.test(), None
         if settings.outlines and one_waveband:
@@ -279,7 +277,7 @@ def estimate_at_one_scale(problem: Problem) -> tuple[Estimate, NDArray[np.float3
         frame.fill(tile, beyond, refined, split, outlines)
         grid = whitened.without_images()
         # Before the next tile's are made, for memory.
-        del part, whitened, energy, likelihood, inliers, local, refined, halves, outlines
+        del part, whitened, energy, likelihood, refined, halves, outlines
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found

@@ -37,7 +37,7 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
-from focalgradient.depth.read import Candidates, EvenCoordinate, read_minima
+from focalgradient.depth.read import EvenCoordinate, read_minima, summed_levels
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
@@ -161,13 +161,14 @@ class Equalised:
     window: float
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
     even: EvenCoordinate
-    candidates: Candidates
+    summed: NDArray[np.intp]  # M: the levels at which residuals are summed
+    weights: Image  # L x M: with which all levels follow from these
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
 
     @property
     def levels(self) -> int:
         """Number of candidate levels."""
-        return len(self.candidates.weights)
+        return len(self.weights)
 
     def window_size(self) -> float:
         """Return the effective number of pixels of the window: 1 / sum of its squared weights."""
@@ -203,15 +204,15 @@ class Equalised:
 
     def energy(self, weight: Image) -> Image:
         """Return the squared residuals of the M `candidates`, summed over each node's block (M x h x w)."""
-        energy = self.residuals[0].energy(weight, self.step, self.candidates.levels)
+        energy = self.residuals[0].energy(weight, self.step, self.summed)
         for residual in self.residuals[1:]:
-            energy += residual.energy(weight, self.step, self.candidates.levels)
+            energy += residual.energy(weight, self.step, self.summed)
         return energy
 
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
         """Update `energy` in place to `weight`, which differs at the pixels of `changed` (H x W) only."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
-        levels = self.candidates.levels
+        levels = self.summed
         energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step, levels) for r in self.residuals)
 
     def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
@@ -229,7 +230,7 @@ class Equalised:
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
         slope = np.sum([r.noise_slope for r in self.residuals], axis=0)
         size = np.maximum(self.window_size() * support.ravel(), 1e-3)
-        by_node, weights = mean.reshape(len(mean), -1).T, self.candidates.weights.T
+        by_node, weights = mean.reshape(len(mean), -1).T, self.weights.T
         values, flags = np.empty((4, size.size)), np.empty((2, size.size), np.bool_)
         each = max(1, BAND // self.levels)
         for first in range(0, size.size, each):  # some nodes at a time, for memory
@@ -442,14 +443,18 @@ def equalise(
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     bend = np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))
+    levels, weights = np.arange(len(bend)), np.eye(len(bend), dtype=np.float32)
+    # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
+    if interpolate and shared is None:
+        levels, weights = summed_levels(bend)
     return Equalised(
         residuals,
         step_of(window),
         window,
         change,
         EvenCoordinate.of(blurs.radius, blurs.even),
-        # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
-        Candidates.of(bend) if interpolate and shared is None else Candidates.every(len(bend)),
+        levels,
+        weights,
         blurs.limited,
     )
 

@@ -23,7 +23,6 @@ __all__ = [
     "AROUND",
     "BY_CHANCE",
     "EXPLAINED",
-    "OwnTexture",
     "Signal",
     "among_outside",
     "beyond_ends",
@@ -114,18 +113,12 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnTexture:
-    """Where depth rests on texture at the pixel itself, H x W each."""
-
-    is_present: NDArray[np.bool_]
-    other_surface: Image  # probability that a pixel belongs to a surface without texture, beside that which is seen
-
-
 def own_texture(
     equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
-) -> OwnTexture:
-    """Test whether information about depth lies at each pixel, and not only beside it in its window.
+) -> tuple[NDArray[np.bool_], Image]:
+    """Test whether information about depth lies at each pixel, and not only beside it in its window (H x W).
+
+    Also returns the probability that a pixel belongs to a surface without texture, beside that which is seen.
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
     with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
@@ -142,7 +135,7 @@ def own_texture(
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))
     share = smoothed(lacks, LACK_SD) / (smoothed(weight, LACK_SD) + 1e-6)
-    return OwnTexture(_without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32))
+    return _without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32)
 
 
 def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
