@@ -17,8 +17,8 @@ from scipy.ndimage import gaussian_filter
 
 from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.read import parabola_minimum
-from focalgradient.depth.recover import halves_of
 from focalgradient.depth.search import Estimate, Problem
+from focalgradient.depth.settings import halves_of
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.optics import DualPixel
 from focalgradient.optics.dual_pixel import half_transfer

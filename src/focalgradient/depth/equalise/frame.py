@@ -9,8 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import between_surfaces
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_jumps import (
+    ALL_WINDOWS,
+    SCATTER_WINDOWS,
+    between_surfaces,
+    variance_beside_jumps,
+)
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
 from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes, join_splits
@@ -129,10 +134,13 @@ def depth_at_nodes(
             # An error of the model bends depth, too, and is part of the sd already.
             by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
-        return equalised.beside_jumps(nodes, SCATTER_WINDOWS, is_seen), split, variance
+        counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
+        beside = variance_beside_jumps(equalised, counted, SCATTER_WINDOWS)
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + beside)), split, variance
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
-    variance = equalised.farther_from_jumps(nodes, FILTER_REACH * float(np.median(given.blur(nodes.level))))
-    nodes = equalised.beside_jumps(nodes)
+    reach = FILTER_REACH * float(np.median(given.blur(nodes.level)))
+    beside, farther = (variance_beside_jumps(equalised, nodes, ALL_WINDOWS, pixels) for pixels in (0.0, reach))
+    variance, nodes = np.maximum(farther - beside, 0), replace(nodes, sd=np.sqrt(nodes.sd**2 + beside))
     is_between, added = between_surfaces(equalised, nodes, informative_nodes(nodes, one_waveband=False), given)
     frame.is_consistent &= ~equalised.to_blocks(is_between, shape)
     moved = np.interp(nodes.level, np.arange(equalised.levels), common_error(gains, blurs))

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, ndimage, stats
+from scipy import integrate, stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.residuals import (
@@ -42,8 +42,6 @@ from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
-    "ALL_WINDOWS",
-    "SCATTER_WINDOWS",
     "Equalised",
     "Filters",
     "Nodes",
@@ -63,14 +61,6 @@ MIN_NOISE_VARIANCE = 1e-4
 SUPPORTED, FEW = 0.5, 0.02
 """Minimum proportion of a node's window that must be usable for it to count in statistics of the frame; and proportion
 of the nodes with texture up to which all count. Chosen by hand."""
-
-SCATTER_SHARE = 0.5
-"""Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
-
-SCATTER_WINDOWS, ALL_WINDOWS = 2.0, 4.0
-"""Distance in windows over which a jump scatters depth, and invalidates it, where boundaries are found: 95 % of a
-window's weight; and where none is looked for: all of it. Planes that grow farther leave out what lies on another
-surface."""
 
 RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
@@ -317,42 +307,6 @@ class Equalised:
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
-
-    def beside_jumps(
-        self, nodes: Nodes, windows: float = ALL_WINDOWS, is_seen: NDArray[np.bool_] | Literal[True] = True
-    ) -> Nodes:
-        """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
-
-        Adds to it the scatter of depth about its local plane, in the window asked for, as far as enough of it reach.
-        Nodes that are not `is_seen` (h x w) do not scatter depth.
-        """
-        counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(counted, windows)))
-
-    def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
-        """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
-        return np.maximum(
-            SCATTER_SHARE * (self.scatter(nodes, ALL_WINDOWS, reach) - self.scatter(nodes, ALL_WINDOWS)), 0
-        )
-
-    def scatter(self, nodes: Nodes, windows: float, reach: float = 0.0) -> FloatArray:
-        """Return the variance of depth about its local plane in the requested window, in levels squared (h x w).
-
-        The window, wider by `reach` pixels, ends at `windows` standard deviations.
-        """
-        trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
-
-        def local(values: FloatArray) -> FloatArray:
-            margin = min(round(windows * sd) + 1, *(n - 1 for n in values.shape))
-            wide = np.pad(values, margin, mode="reflect")
-            return ndimage.gaussian_filter(wide, sd, truncate=windows)[margin:-margin, margin:-margin]
-
-        sd = (self.window + reach) / self.step
-        total = np.maximum(local(trust), 1e-9)
-        mean = local(trust * nodes.level) / total
-        spread = local(trust * nodes.level**2) / total - mean**2
-        down, right = np.gradient(mean)
-        return np.maximum(spread - sd**2 * (down**2 + right**2), 0)
 
     def agreement(
         self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
-from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import between_surfaces, find_small_jumps
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
     Conditions,
