@@ -23,6 +23,7 @@ __all__ = [
     "AROUND",
     "BY_CHANCE",
     "EXPLAINED",
+    "JPEG_BLOCK",
     "Signal",
     "among_outside",
     "beyond_ends",
@@ -33,7 +34,7 @@ __all__ = [
     "outside_range",
     "own_texture",
     "rests_on_texture",
-    "show_blocks",
+    "steps_at_blocks",
     "why_rejected",
 ]
 
@@ -176,9 +177,8 @@ LESS_THAN_NOISE = 0.5
 quality 60 to 80, whose compression leaves some blocks flat; 0.9 and more on texture."""
 
 JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
-"""Side in pixels of a JPEG block (its standard); and ratio of the mean step between blocks to that within them above
-which blocks are visible: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored
-scenes."""
+"""Side in pixels of a JPEG block (its standard); and ratio of the step between blocks to that within them above which
+blocks are visible: 2.1 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored scenes."""
 
 LINES = 256
 """Maximum number of rows or columns in which JPEG blocks are searched in large frames: sufficient for their mean."""
@@ -319,23 +319,28 @@ def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
     return np.asarray(outside > OUTSIDE * np.maximum(all_of_them, 1e-6))
 
 
-def show_blocks(images: Sequence[Image]) -> bool:
-    """Return whether JPEG blocks are visible in any of the views (H x W each).
+def steps_at_blocks(image: NDArray[np.floating], order: int = 1) -> list[float]:
+    """Return the step between JPEG blocks over that within them, down and across an image (H x W): 1 without blocks.
 
-    >>> paper = np.random.default_rng(0).standard_normal((64, 64)).astype(np.float32)
-    >>> blocks = np.kron(paper[:8, :8], np.ones((8, 8), np.float32))
-    >>> show_blocks([paper]), show_blocks([paper, paper / 4 + blocks])
-    (False, True)
+    Steps are differences of an `order`. Each place of a block has the lower quartile over all blocks: a
+    pattern of a multiple of their side has steps at some of them only.
+
+    >>> paper = np.random.default_rng(0).standard_normal((96, 96))
+    >>> blocks, squares = (np.kron(paper[: 96 // n, : 96 // n], np.ones((n, n))) for n in (8, 24))
+    >>> [max(steps_at_blocks(paper / 4 + pattern)) > STEP_AT_BLOCKS for pattern in (0, blocks, squares)]
+    [False, True, False]
     """
-    for image in images:
-        for lines in (image, image.T):
-            some = lines[:, :: max(1, lines.shape[1] // LINES)]
-            step = np.abs(np.diff(some, axis=0)).mean(axis=1)
-            by_place = step[: len(step) // JPEG_BLOCK * JPEG_BLOCK].reshape(-1, JPEG_BLOCK).mean(axis=0)
-            edge, *within = np.sort(by_place)[::-1]
-            if edge > STEP_AT_BLOCKS * np.median(within):
-                return True
-    return False
+    found = []
+    for lines in (image, image.T):
+        some = lines[:, :: max(1, lines.shape[1] // LINES)]
+        step = np.abs(np.diff(some, order, axis=0)).mean(axis=1)
+        blocks = step[: len(step) // JPEG_BLOCK * JPEG_BLOCK].reshape(-1, JPEG_BLOCK)
+        if not blocks.any():
+            found.append(1.0)
+            continue
+        edge, *within = np.sort(np.quantile(blocks[blocks.any(axis=1)], 0.25, axis=0))[::-1]
+        found.append(float(edge / max(float(np.median(within)), 1e-30)))
+    return found
 
 
 def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
@@ -348,7 +353,7 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     if not (seen & informative).any():
         return None
     there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
-    if there < LESS_THAN_NOISE and show_blocks(images):
+    if there < LESS_THAN_NOISE and max(max(steps_at_blocks(image)) for image in images) > STEP_AT_BLOCKS:
         return there
     return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
 
