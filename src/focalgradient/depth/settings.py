@@ -34,6 +34,7 @@ __all__ = [
     "checked_views",
     "halves_of",
     "methods_for",
+    "noise_of_each",
     "used_blur",
 ]
 
@@ -177,7 +178,7 @@ class RecoverySettings:
 
     def given_noise(self, count: int) -> NDArray[np.float64] | None:
         """Standard deviation of the noise of each of `count` views, as given; None where it is to be estimated."""
-        return None if self.noise is None else np.broadcast_to(np.asarray(self.noise, float), count)
+        return None if self.noise is None else noise_of_each(self.noise, count)
 
     def stated(self) -> dict[str, Any]:
         """Return the settings for the details of a map."""
@@ -200,12 +201,7 @@ class RecoverySettings:
         self._check_limits()
         if not (is_number(self.window) and 2 <= self.window <= 64):
             raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
-        values = np.asarray(1.0 if self.noise is None else self.noise)
-        numbers = values.dtype.kind in "iuf" and values.ndim < 2 and values.size in (1, count)
-        if not (numbers and np.all((values > 0) & np.isfinite(values))):
-            raise InputError(
-                f"noise is {self.noise!r}, but must be one positive number, or one for each of the {count} views."
-            )
+        self.given_noise(count)
         if not (is_number(self.false_alarm) and 0 < self.false_alarm < 1):
             raise InputError(f"false_alarm is {self.false_alarm!r}, but must be a probability between 0 and 1.")
 
@@ -224,6 +220,19 @@ class RecoverySettings:
 def _check_positive(name: str, value: Any, unit: str) -> None:
     if not (is_number(value) and value > 0):
         raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")
+
+
+def noise_of_each(noise: float | Sequence[float], count: int, of: str = "views") -> NDArray[np.float64]:
+    """Return the standard deviation of the noise of each of `count` views; raise `InputError` unless positive.
+
+    >>> noise_of_each(0.1, 2).tolist()
+    [0.1, 0.1]
+    """
+    values = np.asarray(noise)
+    fits = values.dtype.kind in "iuf" and values.ndim < 2 and values.size in (1, count)
+    if not (fits and np.all((values > 0) & np.isfinite(values))):
+        raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the {count} {of}.")
+    return np.broadcast_to(values.astype(float), count)
 
 
 def checked_views(views: Sequence[View]) -> list[View]:

@@ -19,7 +19,7 @@ from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.read import parabola_minimum
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.settings import halves_of
-from focalgradient.depth.validity import blur_is_known
+from focalgradient.depth.validity import SECONDARY_MINIMUM, blur_is_known
 from focalgradient.optics import DualPixel
 from focalgradient.optics.dual_pixel import half_transfer
 
@@ -136,10 +136,6 @@ def half_asymmetry(
     return found, sd, clear > 0
 
 
-SECOND = 4.5
-"""Minimum log-likelihood ratio of the best radius to any other mode: three standard deviations."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class _Compared:
     """Two halves' spectra in the band that is compared."""
@@ -209,7 +205,7 @@ class _Compared:
         away = np.abs(radii[:, None, None] - radius) > np.maximum(4 * sd, 6 * step)
         second = np.where(away, cost, np.inf).min(axis=0)
         best = cost.argmin(axis=0)
-        clear = (independent / 2 * (second / least - 1) > SECOND) & (best > 1) & (best < len(radii) - 2)
+        clear = (independent / 2 * (second / least - 1) > SECONDARY_MINIMUM / 2) & (best > 1) & (best < len(radii) - 2)
         return radius, sd, clear.astype(float), least
 
 

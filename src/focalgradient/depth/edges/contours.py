@@ -12,9 +12,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace, maximum_filter
 
+from focalgradient.depth.filters import FloatArray
+
 __all__ = ["find_contours"]
 
-FloatArray = NDArray[np.float64]
 
 SCALES = (1.0, 2.0, 4.0, 8.0)
 """Standard deviations in pixels of the Gaussians, in octaves, the finest first. Chosen by hand."""

@@ -19,6 +19,7 @@ from scipy.special import chdtrc, fdtrc
 from focalgradient.depth.edges.contours import find_contours
 from focalgradient.depth.edges.regression import regress_edges
 from focalgradient.depth.edges.steps import Profile, fit_steps
+from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
@@ -30,7 +31,6 @@ __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
 Fit = Literal["likelihood", "paper"]
 
-FloatArray = NDArray[np.float64]
 
 _PAPER_K = 1.0
 """The paper's sigma / radius: unless another k is given, edges are described by their sigma."""

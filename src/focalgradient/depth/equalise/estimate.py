@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power, step_of
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
 from focalgradient.depth.equalise.outlines import curves, find_outlines
 from focalgradient.depth.equalise.parts import (
     ERRS,
@@ -43,7 +43,7 @@ from focalgradient.depth.noise import (
     noise_law,
     uneven_noise,
 )
-from focalgradient.depth.numerics import block_mean, repeat_blocks
+from focalgradient.depth.numerics import block_mean, repeat_blocks, step_of
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Estimate, Problem
 from focalgradient.depth.validity import NEARLY_NOTHING

@@ -51,7 +51,6 @@ __all__ = [
     "comparing_filters",
     "equalise",
     "scene_power",
-    "step_of",
     "view_spectra",
 ]
 
@@ -174,7 +173,7 @@ class Equalised:
 
     def in_windows(self, window: float) -> Equalised:
         """Return the same residuals, averaged in windows of another size at their own nodes."""
-        return replace(self, window=window, step=step_of(window))
+        return replace(self, window=window, step=numerics.step_of(window))
 
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
@@ -403,7 +402,7 @@ def equalise(
         levels, weights = summed_levels(bend)
     return Equalised(
         residuals,
-        step_of(window),
+        numerics.step_of(window),
         window,
         change,
         EvenCoordinate.of(blurs.radius, blurs.even),
@@ -411,11 +410,6 @@ def equalise(
         weights,
         blurs.limited,
     )
-
-
-def step_of(window: float) -> int:
-    """Return the spacing of nodes in pixels, for a window of `window` pixels."""
-    return max(1, round(window / numerics.NODES))
 
 
 def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:

@@ -22,6 +22,7 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import APART, JUMP_SDS, LEAST_SD, NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows
 
@@ -150,8 +151,7 @@ def find_small_jumps(
     )
     is_near = level > middle
     border = np.zeros(shape, np.bool_)
-    for axis in (0, 1):
-        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+    for first, second in NEIGHBOURS:
         changes = (is_near[first] != is_near[second]) & is_inside[first] & is_inside[second]
         border[first] |= changes
         border[second] |= changes

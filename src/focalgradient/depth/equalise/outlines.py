@@ -26,6 +26,7 @@ from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
+    OUTLINE_SD,
     Conditions,
     Located,
     few_large,
@@ -43,7 +44,7 @@ from focalgradient.depth.equalise.parts import (
 )
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.numerics import block_mean, block_sum
+from focalgradient.depth.numerics import NEIGHBOURS, block_mean, block_sum
 from focalgradient.depth.planes import (
     HELD_APART,
     PLANE_SPAN,
@@ -82,7 +83,7 @@ MIN_CLEAR_NODES = 2
 """Minimum number of unoccluded grid points per side; with fewer, a side is extended from all of its points. Chosen on
 `MADE_WITH`."""
 
-SMALL_OUTLINE_SD = 4.0
+SMALL_OUTLINE_SD = 2 * OUTLINE_SD
 """Localisation standard deviation, in pixels, of boundaries that only depth reveals: twice `OUTLINE_SD`. Chosen on
 `MADE_WITH`."""
 
@@ -98,7 +99,7 @@ HALF = 0.5
 """Minimum proportion of the pixels next to a boundary that a surface must explain to be extended to it; and of a grid
 point's pixels that must be unoccluded, or consistent: a majority."""
 
-SLACK = 3.0
+SLACK = 1.5 * OUTLINE_SD
 """Distance in pixels beyond the reach of a boundary within which a contradiction may be caused by it: 1.5 `OUTLINE_SD`.
 Chosen on `MADE_WITH`."""
 
@@ -433,8 +434,7 @@ def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
     """
     # Borders between pixels, from corner to corner; corner (i, j) is the upper left one of pixel (i, j).
     follows: dict[Point, list[Point]] = {}
-    for axis in (0, 1):
-        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+    for axis, (first, second) in enumerate(NEIGHBOURS):
         for i, j in np.argwhere(side[first] * side[second] < 0).tolist():
             start, end = ((i + 1, j), (i + 1, j + 1)) if axis == 0 else ((i + 1, j + 1), (i, j + 1))
             if side[i, j] > 0:

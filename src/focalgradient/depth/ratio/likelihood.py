@@ -20,13 +20,13 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, Plane, noise_at
 from focalgradient.depth.ratio.table import DisparityTable, band_transfer, frequencies, texture, transfers
 from focalgradient.parallel import share_rows
 
 __all__ = ["CHANNELS", "STEPS", "energy_covariance"]
 
-FloatArray = NDArray[np.float64]
 Tables = NDArray[np.float32]
 
 CHANNELS = 8
