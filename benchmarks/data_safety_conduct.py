@@ -47,10 +47,15 @@ class _Script:
 
     def answer(self, trial: dict[str, Any], number: int, **changed: Any) -> int:
         """Answer a trial after its usual duration; return the status."""
-        seconds = trial["cube"]["seconds"]
-        told = {"onset": 11.0 * number, "presses": [], "trial_duration": seconds, "frames": FRAMES} | changed
         key = {"phase": trial["phase"], "trial": trial["trial"]}
         given = self.client.post("/api/next", json={**self.who, **key}).json()
+        seconds = sum(one["seconds"] for one in given["trials"][0]["intervals"]) if "trials" in given else 1.0
+        told: dict[str, Any] = {
+            "onset": 11.0 * number,
+            "presses": [],
+            "trial_duration": seconds,
+            "frames": FRAMES,
+        } | changed
         self.client.post("/api/expose", json={**self.who, **key, "round": 1, "exposure": f"e-{number}"})
         key |= {"attempt": f"a-{number}", "trial_token": given.get("trial_tokens", ["none"])[0]}
         return self.client.post("/api/answer", json={**self.who, **key, "answer": told}).status_code

@@ -9,6 +9,13 @@ def run(*args: object) -> Result:
     return CliRunner().invoke(main, [str(arg) for arg in args])
 
 
+def succeed(*args: object) -> Result:
+    """Run a command that must end with exit code 0."""
+    result = run(*args)
+    assert result.exit_code == 0, result.output
+    return result
+
+
 def sentence(result: Result) -> str:
     """The one sentence with which a run was refused."""
     assert result.exit_code == 2, result.output

@@ -100,15 +100,12 @@ def test_stated_uncertainties_cover_the_truth() -> None:
     assert np.mean(np.abs(predicted) < 2) > 0.85
 
 
-def test_the_side_of_focus_is_told_by_how_blur_changes_with_distance() -> None:
+def test_the_side_of_focus_is_told_by_how_blur_changes_with_distance_or_by_a_mark() -> None:
     nearer = calibrate(sheet((0.5, 0.8, 1.2), stops={4.0: 4.0}, focus=2.5), F, 4.7e-6)
     beyond = calibrate(sheet((0.5, 0.8, 1.2), stops={8.0: 8.0}, focus=0.3), F, 4.7e-6)
     between = calibrate(sheet((0.5, 0.8, 1.2, 2.0), stops={4.0: 4.0}, focus=1.0), F, 4.7e-6)
     for camera, focus in ((nearer, 2.5), (beyond, 0.3), (between, 1.0)):
         assert abs(camera.focus[None] - 1 / focus) < 3 * camera.sd[-1]
-
-
-def test_a_side_that_is_left_open_is_refused_until_focus_is_marked() -> None:
     once = sheet((1.0,), stops={4.0: 4.0}, focus=1.25)
     with pytest.raises(InputError, match=r"beyond the plane of focus as well as .* give focus_distance_m"):
         calibrate(once, F, 4.7e-6)
@@ -233,7 +230,7 @@ def test_a_target_before_the_ray_caster_calibrates_the_camera() -> None:
     assert predicted.distance == pytest.approx(1.0, abs=min(2.5 * predicted.distance_sd, 0.1))
 
 
-def test_a_tone_curve_is_named_and_changes_all_widths_alike() -> None:
+def test_what_shows_no_linear_edges_is_named() -> None:
     """So that k takes it up."""
     changes = []
     for f_number in (5.6, 8.0):
@@ -244,9 +241,6 @@ def test_a_tone_curve_is_named_and_changes_all_widths_alike() -> None:
             changes.append(read_target(toned)[0] / read_target(view)[0])
     assert changes[0] == pytest.approx(changes[1], rel=0.03)
     assert changes[0] < 0.95
-
-
-def test_texture_instead_of_edges_is_named_with_the_method_for_it() -> None:
     texture = ndimage.gaussian_filter(np.random.default_rng(3).standard_normal((160, 200)), 2.0)
     view = View(0.5 + 0.1 * texture / texture.std(), Lens(FOCAL_LENGTH, 8.0, 0.4), 3e-4)
     with pytest.warns(FocalGradientWarning, match=r"a target of texture \(method='equalise'\)"):

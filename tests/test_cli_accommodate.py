@@ -22,12 +22,12 @@ def place(tmp_path, monkeypatch):
 
 
 run = partial(command_line.run, "eye")
+succeed = partial(command_line.succeed, "eye")
 
 
 def test_a_course_from_a_table():
     Path("target.csv").write_text("time,dioptres\n0,1\n0.5,1\n0.5,3\n3,3\n", encoding="utf-8")
-    result = run("--accommodate", "target.csv", "--out", "out", "--views", "both", "--seed", "2", "--json")
-    assert result.exit_code == 0, result.output
+    result = succeed("--accommodate", "target.csv", "--out", "out", "--views", "both", "--seed", "2", "--json")
     summary = json.loads(result.stdout)
     assert summary["simulated"] is True
     assert summary["settings"]["target"] == "target.csv"
@@ -56,7 +56,6 @@ def test_the_target_is_drawn_as_it_moves_between_the_eyes_moments(form):
     ("args", "said"),
     [
         (["spheres", "--accommodate", "step:1,3"], "SCENE 'spheres' and --accommodate are both given"),
-        (["--accommodate", "step:1,12"], "the lens goes from 0 to 8 D only"),
         (["--accommodate", "sine:2,1,0"], "has 0 Hz, but must be above 0 and below 5 Hz"),
         (["--accommodate", "long.csv"], "must end by 120 s"),
     ],

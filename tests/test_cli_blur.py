@@ -25,6 +25,7 @@ LENS = ["--f-number", "2", "--focal-length", "50"]
 
 
 run = partial(command_line.run, "blur")
+succeed = partial(command_line.succeed, "blur")
 
 
 @pytest.fixture
@@ -49,8 +50,7 @@ def test_a_picture_lit_by_an_illuminant_is_blurred_as_its_light_is_focused(folde
         "old": ["--illuminant", "D65", "--age", "75", "--refraction", "-1.00"],
     }.items():
         given = ["--pupil", 4, "--focus", "1.0", "--field", 1, "--chromatic", "--wavelengths", 5, *more]
-        result = run(folder / "edge.png", folder / "wall.npy", "--out", folder / name, *given)
-        assert result.exit_code == 0, result.output
+        succeed(folder / "edge.png", folder / "wall.npy", "--out", folder / name, *given)
         light[name] = np.load(folder / name / "blurred-1.0m.npy")
         assert np.ptp(light[name][24, 4]) < 0.02 * light[name].max()  # far from the edge: grey
         assert json.loads((folder / name / "summary.json").read_text())["settings"]["illuminant"] == more[1]
@@ -61,7 +61,7 @@ def test_a_picture_lit_by_an_illuminant_is_blurred_as_its_light_is_focused(folde
 
 def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) -> None:
     out = folder / "out"
-    result = run(
+    succeed(
         folder / "picture.png",
         folder / "depth.npy",
         "--out",
@@ -74,7 +74,6 @@ def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) 
         "--field",
         4,
     )
-    assert result.exit_code == 0, result.output
     assert {path.name for path in out.iterdir()} == {
         *("blurred-1.0m.png", "blurred-1.0m.npy", "blurred-2.5m.png", "blurred-2.5m.npy"),
         *("distance.npy", "summary.json"),
@@ -102,8 +101,7 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
         (["--pupil", 2], ["--pupil", 2, "--chromatic"], spectral, ["--eye", folder / "eye.toml"])
     ):
         out = folder / str(number)
-        result = run(folder / "picture.png", folder / "wall.npy", "--out", out, *given, "--focus", 1, "--field", 1)
-        assert result.exit_code == 0, result.output
+        succeed(folder / "picture.png", folder / "wall.npy", "--out", out, *given, "--focus", 1, "--field", 1)
         light.append(np.load(out / "blurred-1.0m.npy"))
     plain, chromatic, parts, aberrated = (one.std(axis=(0, 1)) for one in light)
     assert parts[2] < 0.9 * plain[2]
@@ -114,8 +112,7 @@ def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: P
 def test_the_size_of_a_pixel_comes_from_the_display_or_the_sensor(folder: Path) -> None:
     screen = ["--screen", "1000x800", "--screen-width", "40", "--distance", "0.8"]
     for given, minutes in ((screen, 0.4e-3 / 0.8), (["--pixel-pitch", "50"], 0.05 / 50)):
-        result = run(folder / "picture.png", folder / "depth.npy", "--out", folder / "out", *LENS, "--focus", 1, *given)
-        assert result.exit_code == 0, result.output
+        succeed(folder / "picture.png", folder / "depth.npy", "--out", folder / "out", *LENS, "--focus", 1, *given)
         summary = json.loads((folder / "out" / "summary.json").read_text())
         assert summary["pictures"][0]["pixel_arcmin"] == pytest.approx(60 * np.degrees(minutes))
 
@@ -128,11 +125,11 @@ def test_folders_of_frames_go_on_where_they_were_cut_off(folder: Path) -> None:
         cv2.imwrite(str(frames / f"{number}.png"), np.full((40, 40), 50 + number, np.uint8))
         np.save(depths / f"{number}.npy", np.full((40, 40), 2.0))
     arguments = (frames, depths, "--out", out, *LENS, "--focus", 1, "--field", 4)
-    assert run(*arguments).exit_code == 0
+    succeed(*arguments)
     assert len(list(out.iterdir())) == 8
     kept = (out / "0-1.0m.npy").stat().st_mtime_ns
     (out / "1-1.0m.npy").unlink()
-    assert run(*arguments).exit_code == 0
+    succeed(*arguments)
     assert (out / "0-1.0m.npy").stat().st_mtime_ns == kept
     assert np.load(out / "1-1.0m.npy").shape == (40, 40)
     result = run(frames, depths, "--out", out, "--f-number", 4, "--focal-length", 50, "--focus", 1, "--field", 4)
@@ -148,8 +145,7 @@ def test_each_frame_of_a_video_has_its_depth(folder: Path) -> None:
     for number, metres in enumerate((1.0, 1.5, 3.0)):
         np.save(folder / "depths" / f"{number}.npy", np.full((40, 64), metres))
     given = [folder / "clip.mkv", folder / "depths", "--out", folder / "out", *LENS, "--focus", 1, "--field", 4]
-    result = run(*given)
-    assert result.exit_code == 0, result.output
+    result = succeed(*given)
     seen = [np.load(folder / "out" / f"clip-{number:06}-1.0m.npy") for number in range(3)]
     sharp = srgb_to_linear(frames[0] / 255)
     assert np.abs(seen[0].mean(axis=2) - sharp).max() < 0.03  # in focus; the file's colours are rounded
@@ -281,14 +277,6 @@ def test_another_colour_profile_is_warned_of(tmp_path: Path, recwarn: pytest.War
         read_picture(tmp_path / "LAB.png")
 
 
-@pytest.mark.parametrize("kind", [np.uint32, np.uint64, np.int16])
-def test_pictures_of_other_integers_are_refused(tmp_path: Path, kind: type) -> None:
-    """A table of all levels of 32 bits would fill 34 GB."""
-    np.save(tmp_path / "p.npy", np.ones((2, 3), kind))
-    with pytest.raises(InputError, match=f"of type {kind.__name__}, but must contain 8- or 16-bit"):
-        read_picture(tmp_path / "p.npy")
-
-
 def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None:
     depth = np.array([[1.0, np.nan, 0.0, 2.0], [np.nan, -1.0, 3.0, 3.0], [np.nan] * 4])
     np.save(tmp_path / "d.npy", depth)
@@ -300,8 +288,7 @@ def test_holes_are_filled_from_the_farther_side_and_said(tmp_path: Path) -> None
 def test_a_focus_out_of_an_eyes_reach_is_stated(folder: Path) -> None:
     """A myope of 2 D is focused at 0.51 m where 4 m is asked for, as the name, the summary and the note state."""
     given = [folder / "picture.png", folder / "depth.npy", "--refraction", "-2.00", "--age", 30, "--field", 1]
-    result = run(*given, "--focus", 4, "--focus", 0.4, "--out", folder / "seen")
-    assert result.exit_code == 0, result.output
+    result = succeed(*given, "--focus", 4, "--focus", 0.4, "--out", folder / "seen")
     assert {path.name for path in (folder / "seen").glob("*.png")} == {"blurred-0.512m.png", "blurred-0.4m.png"}
     summary = json.loads((folder / "seen" / "summary.json").read_text())
     far, near = summary["settings"]["eyes"]

@@ -27,13 +27,12 @@ SMALL = {
 }
 
 
-run = partial(command_line.run, "stimuli")
+succeed = partial(command_line.succeed, "stimuli")
 
 
 @pytest.mark.parametrize("name", SMALL)
 def test_the_files_are_what_the_function_draws(tmp_path: Path, name: str) -> None:
-    result = run(name, "--out", tmp_path / "made", "--screen-width", 40, "--json", *SMALL[name])
-    assert result.exit_code == 0, result.stderr
+    result = succeed(name, "--out", tmp_path / "made", "--screen-width", 40, "--json", *SMALL[name])
     assert {file.name for file in (tmp_path / "made").iterdir()} == set(FILES)
     summary = json.loads((tmp_path / "made" / "stimulus.json").read_text(encoding="utf-8"))
     assert {**summary, "written": str(tmp_path / "made")} | json.loads(result.stdout) == {
@@ -57,8 +56,7 @@ def test_the_files_are_what_the_function_draws(tmp_path: Path, name: str) -> Non
 
 
 def test_replicas(tmp_path: Path) -> None:
-    result = run("replica", "mather2002", "--condition", "right sharp, blurred border", "--out", tmp_path / "made")
-    assert result.exit_code == 0, result.stderr
+    succeed("replica", "mather2002", "--condition", "right sharp, blurred border", "--out", tmp_path / "made")
     summary = json.loads((tmp_path / "made" / "stimulus.json").read_text(encoding="utf-8"))
     assert summary["source"] == ["mather2002"]
     assert summary["controlled"]["near"] == "left"
@@ -69,11 +67,10 @@ def test_a_set_is_made_of_what_was_drawn(tmp_path: Path) -> None:
     """Pictures are those that were drawn, to the last of the 8 bits; a file that was changed since is refused."""
     size = ("--screen-width", 40, "--pupil-mm", 6, "--width-deg", 3, "--height-deg", 2)
     shape = ("--psf", "polygon", "--blades", 5)
-    assert run("slanted-plane", "--out", tmp_path / "plane", *size).exit_code == 0
-    assert run("texture-border", "--out", tmp_path / "border", *shape, *size).exit_code == 0
+    succeed("slanted-plane", "--out", tmp_path / "plane", *size)
+    succeed("texture-border", "--out", tmp_path / "border", *shape, *size)
     folders = tmp_path / "plane", tmp_path / "border"
-    result = run("set", *folders, "--out", tmp_path / "made", "--json")
-    assert result.exit_code == 0, result.stderr
+    result = succeed("set", *folders, "--out", tmp_path / "made", "--json")
     assert json.loads(result.stdout)["controls"]["sharpest"]["met"]
     made = stimuli.read_set(tmp_path / "made")
     assert made.scenes == ("plane", "border")

@@ -54,21 +54,15 @@ def test_transfer_is_that_of_a_weighted_disc() -> None:
     check_optics(optics, vergences=[0.5, 1.6], frequency=0.5 / ANGLE)
 
 
-def test_halves_are_alike_and_sharp_in_focus() -> None:
+def test_halves_are_alike_in_focus_and_displaced_by_little_blur_as_bessel_functions_state() -> None:
     y, x = np.meshgrid(np.linspace(-400, 400, 5), np.linspace(-400, 400, 5), indexing="ij")
     for radius in (0.0, 1e-12):
         even, odd = half_transfer(y, x, radius)
         np.testing.assert_allclose(even, 1, atol=1e-9)
         np.testing.assert_allclose(odd, 0, atol=1e-9)
-
-
-def test_little_blur_displaces_the_halves_as_bessel_functions_state() -> None:
     for z in (1e-4, 5e-3, 0.02, 0.5):  # on either side of the change from a series to the functions
         odd = half_transfer(np.array([0.0]), np.array([1.0]), z / (2 * np.pi))[1]
         assert odd == pytest.approx(2 * special.jv(2, z) / z, rel=1e-5)
-
-
-def test_only_an_asymmetry_that_varies_makes_blur_vary_over_the_field() -> None:
     assert DualPixel(LENS, 0.3).uniform
     assert not DualPixel(LENS, 0.3, field=(0.0, 0.0, 0.0, 0.1, 0.0)).uniform
 

@@ -163,13 +163,6 @@ def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):
     assert limits_beside_focus(0.5, 5.0, settings) == (0.5, 5.0)  # both sides are meant
 
 
-def test_a_marked_focus_decides_the_side():
-    lens = Lens(0.035, 4.0, 1.0)
-    seen = [Reading(d, 4.0, 1.0, 0.5 * float(lens.blur_radius(d)) * lens.sensor_distance, 1e-7) for d in (0.55, 0.8)]
-    camera = calibrate(seen, 0.035, 5e-6, Priors(k=0.5))
-    assert camera.focus[1.0] == pytest.approx(1.0, abs=0.05)
-
-
 def test_the_calibrations_error_is_part_of_the_sd():
     camera = Calibration(
         0.035, 2e-5, 0.5, 0.0, 0.0, {4.0: 4.0, 11.0: 11.0}, {1.0: 1.0}, 0.01,

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parent / "fuzz"))
 sys.path.insert(0, str(Path(__file__).parent / "experiments"))
 
 from headless import make_set
-from structures import workbook
+from mutations import workbook
 
 FACTORS = {"light": {"levels": ["dim", "bright"], "pictures": False}}
 DESIGNS = [

@@ -53,16 +53,13 @@ def test_eq_1_says_where_no_point_blurs_so_much() -> None:
 # --- Eq. 12 to Eq. 15 -------------------------------------------------------------------------------------------------
 
 
-def test_eq_13_is_where_two_rays_cross() -> None:
+def test_eq_13_is_where_two_rays_cross_and_holds_within_the_focal_length() -> None:
     """A ray along the axis goes through the far focus, one through the centre goes straight on: they meet in the image.
 
     A point 1 high at 2 m, F = 50 mm: 1 - x / F = -x / 2 at x = 2/39 m.
     """
     assert conjugate_distance(2 / 39, focal_length=0.050) == pytest.approx(2.0)
     assert conjugate_distance(2.0, focal_length=0.050) == pytest.approx(2 / 39)  # and back: Eq. 12 is symmetrical
-
-
-def test_eq_13_at_and_within_the_focal_length() -> None:
     assert conjugate_distance([0.05, math.inf], focal_length=0.05).tolist() == [math.inf, 0.05]
     virtual = conjugate_distance(0.025, focal_length=0.05)
     assert virtual == pytest.approx(-0.05)  # by Newton: x x' = F^2

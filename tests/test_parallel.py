@@ -11,13 +11,7 @@ import pytest
 from interrupts import interruptible
 from threadpoolctl import threadpool_info, threadpool_limits
 
-from focalgradient.parallel import (
-    completed,
-    in_order,
-    linear_algebra_on_one_thread,
-    scheduler,
-    shared,
-)
+from focalgradient.parallel import completed, in_order, linear_algebra_on_one_thread, scheduler, shared
 
 PROGRAM = """
 import sys, time

@@ -121,20 +121,14 @@ def test_rejected_pixels_show_hatched_grey_and_valid_ones_colour():
     assert "50 % valid" in written(figure)
 
 
-def test_near_is_brighter_than_far():
+def test_one_scale_shows_near_bright_truth_and_error():
     shown = pixels(figure := depth_figure(views(16, 5.6), ramp(1.0, 2.0)), panel(figure, "Recovered"))
     luminance = shown.mean(axis=(0, 2))
     assert luminance[0] > 2 * luminance[-1]
-
-
-def test_truth_and_recovered_share_one_scale():
     figure = depth_figure(views(16, 5.6), ramp(1.0, 1.5), truth=1 / ramp(1.0, 3.0).vergence)
     true, recovered = (panel(figure, title).images[0].norm for title in ("True", "Recovered"))
     assert (true.vmin, true.vmax) == (recovered.vmin, recovered.vmax)
     assert true.vmin == pytest.approx(1 / 3, rel=0.02)
-
-
-def test_error_has_its_sign_and_size():
     true = 1 / ramp().vergence
     figure = depth_figure(views(16, 5.6), ramp(vergence=1 / (1.02 * true)), truth=true)
     assert panel(figure, "Error").images[0].get_array().mean() == pytest.approx(2.0)

@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+import io
 import itertools
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from scipy import stats
 
 from focalgradient import InputError
+from focalgradient.plotting.conditions import draw_condition
 from focalgradient.report import make_report
-from focalgradient.statistics import Effect
+from focalgradient.statistics import Effect, read_ratings
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables.conditions import read_conditions
-from focalgradient.user_tables.files import text_table
+from focalgradient.user_tables.files import UserTable, text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -172,3 +176,35 @@ def test_a_column_of_repetitions_is_no_part_of_a_trial():
     own = read_conditions(text_table("\n".join(["vp,blur,rep,depth_rating", *rows])), by=["blur"])
     assert len(own.table) == len(rows)
     assert own.notices == ()
+
+
+def test_unused_columns_are_exported_with_the_trials(table: Path, tmp_path: Path) -> None:
+    """Also those with the name of a column that the report adds, and of a table with a column for each condition."""
+    theirs = pd.read_csv(table).assign(light="dim", shift=-1.5, included="perhaps")
+    theirs.to_csv(table, index=False)
+    [trials] = [content for name, content in make_report(table).files.items() if name.endswith("_trials.csv")]
+    exported = pd.read_csv(io.BytesIO(trials))
+    assert exported["light"].eq("dim").all()
+    assert exported["shift"].eq(-1.5).all()
+    assert exported["included (file)"].eq("perhaps").all()
+    assert exported["included"].all()
+    wide = text_table("subject,light,near_pinhole,near_f5.6\nA,dim,1.0,1.4\nB,bright,1.1,1.5\n")
+    assert [*read_ratings(wide).exported["light"]] == ["dim", "dim", "bright", "bright"]
+    assert "near_pinhole" not in read_ratings(wide).exported
+
+
+def test_the_figure_shows_the_tested_means() -> None:
+    """With unequal numbers of trials at the levels of a second condition, too."""
+    rows = [("A", 0, "L", 1.0), ("A", 1, "L", 2.0), *[("A", 1, "R", 4.0)] * 9, ("A", 0, "R", 2.0)]
+    rows += [("B", blur, eye, 2.0 + blur) for blur in (0, 1) for eye in "LR"]
+    own = read_conditions(frame_table(rows), by=["blur", "eye"])
+    test, _ = rating_tests(replace(own, log=False))
+    ax = Figure().subplots()
+    draw_condition(ax, test, units={})
+    means = next(line.get_ydata() for line in ax.lines if line.get_linewidth() == 2)
+    assert isinstance(test.effect, Effect)
+    assert means[1] - means[0] == pytest.approx(test.effect.estimate)
+
+
+def frame_table(rows: list[tuple[str, int, str, float]]) -> UserTable:
+    return text_table("\n".join(["subject,blur,eye,rating", *(",".join(map(str, row)) for row in rows)]))

@@ -14,7 +14,7 @@ from test_scales import design_of, honest, record
 
 from focalgradient.dataset import Noted, Rated, Session
 from focalgradient.report import make_report
-from focalgradient.report.conditions import condition_part
+from focalgradient.report.conditions import condition_part, conditions_of_table
 from focalgradient.report.detection import detection_part
 from focalgradient.report.export import report_files, safe_csv, trial_files
 from focalgradient.report.parts import Plan
@@ -22,6 +22,7 @@ from focalgradient.report.thresholds import threshold_part
 from focalgradient.statistics import (
     Effect,
     NotComputed,
+    Rules,
     SubjectThreshold,
     ThresholdFit,
     ThresholdResult,
@@ -33,8 +34,10 @@ from focalgradient.statistics import (
     read_detection,
 )
 from focalgradient.statistics.cells import cells
+from focalgradient.statistics.conditions import condition_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.slope_questions import own_slopes
+from focalgradient.user_tables.conditions import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -81,7 +84,7 @@ def printed(said: str) -> Printed:
     found: Printed = {}
     lines = [*said.splitlines(), "", ""]
     for header, first, second in zip(lines, lines[1:], lines[2:], strict=False):
-        if name := re.fullmatch(r"([a-z].*): (.*)", header):
+        if name := re.fullmatch(r"([a-z(].*): (.*)", header):
             values = (
                 None if first.startswith("[1]") else dict(zip(first.split(), map(float, second.split()), strict=True))
             )
@@ -353,10 +356,42 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
-    part = condition_part(names, Plan(), table, table, tests, tests, simulated=False, repeated_in_r=True)
+    plan = Plan(condition_questions(tests))
+    part = condition_part(names, plan, table, table, tests, tests, simulated=False)
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6
+
+
+@needs_r
+@pytest.mark.parametrize("by", [("mm", "group", "age", "eye"), ("mm", "eye", "group"), ("age",), ("mm=factor",)])
+def test_r_finds_the_effects_of_conditions_of_a_table(by: tuple[str, ...], tmp_path: Path) -> None:
+    """Slopes over subjects and scenes with empty cells, conditions between subjects, and trials left out by rules."""
+    rng = np.random.default_rng(5)
+    rows = [
+        (
+            f"S{who}",
+            mm,
+            eye,
+            scene,
+            ("young", "old")[who % 2],
+            20 + who * who % 17,
+            np.exp(0.05 * mm * rng.normal()),
+            rt,
+        )
+        for who in range(9)
+        for mm in (2.0, 4.0, 8.0)
+        for eye in ("left", "right")
+        for scene in "abcde"
+        for rt, noise in [(rng.choice([0.1, 1.0], p=[0.1, 0.9]), rng.normal(0, 0.05))]
+    ]
+    names = ["subject", "mm", "eye", "scene", "group", "age", "rating", "rt"]
+    table = pd.DataFrame(rows, columns=names)[rng.random(len(rows)) < 0.9]
+    table.to_csv(tmp_path / "own.csv", index=False)
+    part = conditions_of_table(read_conditions(tmp_path / "own.csv", by=by), Rules())
+    said = run(tmp_path, {**part.files}, "conditions.R")
+    agree(said, part.answers.of_roles("main"), rel=1e-5)  # degrees of freedom of REML by numerical derivatives
+    assert len(printed(said)) == {4: 8, 3: 5, 1: 1 + ("mm=factor" in by)}[len(by)]
 
 
 @needs_r

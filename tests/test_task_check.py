@@ -216,11 +216,11 @@ class HeldSides(Sides):
         return SideAnswer(chosen=held, **times)
 
 
-def test_a_film_with_held_keys_is_checked_and_left_to_the_laboratory(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_film_with_held_keys_is_checked_and_shown_in_a_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     design = HeldDesign()
     check_task(design)
-    with pytest.raises(InputError, match="answered by held keys, which a browser offers for the turning cube only"):
-        Lists(design)
+    (entry,) = Lists(design).shown("01", design.trials("01")[:1])
+    assert (entry["scale"]["kind"], entry["intervals"][0]["film"]) == ("held", 60.0)
     with pytest.raises(InputError, match="have 16 x 8 pixels, but the window has only 40 x 7"):
         check_task(design, room=(40, 8))  # the labels of the keys need room, too
     monkeypatch.setattr(HeldSides, "keys", ("f", "f"))

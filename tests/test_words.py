@@ -56,8 +56,8 @@ def test_keys_are_named_in_the_participants_language(language, space, tmp_path):
     assert f"  {space}  " in text
     assert "  ←  " in text
     assert "LEFT" not in text
-    listed = Lists(design)
-    assert listed.session("01")["key_names"] == {"left": "←", "space": space}
+    (entry,) = Lists(design).shown("01", design.trials("01")[:1])
+    assert (entry["scale"]["keys"], entry["scale"]["names"]) == (["left", "space"], ["←", space])
     older = words_text(language).replace("[keys]", "[removed]")
     start, end = older.index("[removed]"), older.index("[form]")
     (tmp_path / "older.toml").write_text(older[:start] + older[end:])

@@ -2,16 +2,7 @@
 
 import numpy as np
 import pytest
-from outline_scenes import (
-    HELD_BACK,
-    MADE_WITH,
-    UNCERTAINTY,
-    Case,
-    near_outlines,
-    recovered,
-    score,
-    views_and_truth,
-)
+from outline_scenes import HELD_BACK, MADE_WITH, UNCERTAINTY, Case, near_outlines, recovered, score, views_and_truth
 
 SCENES = {**MADE_WITH, **HELD_BACK}
 

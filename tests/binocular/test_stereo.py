@@ -244,8 +244,6 @@ def test_a_thin_post_is_seen_on_either_side() -> None:
     ("change", "said"),
     [
         ({"eye": (lens(),) * 3}, "eye contains 3 optics"),
-        ({"interocular": -0.06}, "interocular"),
-        ({"pixel_angle": 0.0}, "pixel_angle"),
         ({"scene": np.ones((*SHAPE, 4))}, "must be H x W"),
         ({"disparity_distance": np.ones(3)}, "disparity_distance"),
         ({"scene": plane(1.0), "shape": SHAPE}, "distance is given with a scene"),

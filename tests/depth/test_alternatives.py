@@ -67,14 +67,6 @@ def test_blur_of_a_discs_second_moment_alone_is_named_and_covered(form, monkeypa
     assert 0.4 < error / np.median(depth.vergence_sd[depth.valid]) < 1.6
 
 
-@pytest.mark.parametrize("lenses", [APERTURES, FOCI])
-def test_a_disc_is_no_ring(lenses):
-    depth, text = said(wall(lenses, 1.5), 0.85 if lenses is APERTURES else None)
-    assert text == ""
-    assert "likelier" not in depth.details
-    assert max(depth.details["split_band"]["tau_by_direction"]) < 0.02
-
-
 @pytest.mark.parametrize("number", [0, 1])
 def test_motion_in_one_view_is_named(number):
     views = wall(APERTURES, 1.3, noise=0)

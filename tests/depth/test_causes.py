@@ -88,11 +88,8 @@ def test_texture_that_repeats_itself_is_not_displaced(kind, apertures):
     assert depth.valid.any()
 
 
-def test_reversed_contrast_is_one_scene():
+def test_reversed_contrast_and_views_blurred_by_40_pixels_show_one_scene():
     assert rank_causes(replace(SOUND, agreement=-0.98, agreement_as_given=-0.98))[0].name == "reversal"
-
-
-def test_views_blurred_by_40_pixels_show_one_scene():
     views = wall([lens(2.8, 0.5), lens(1.4, 0.5)], 1.5, noise=0.003)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

@@ -40,11 +40,6 @@ def test_every_pair_tells_the_depth_and_all_together_more() -> None:
     assert 0.87 <= np.mean(np.abs(check.joint - 1 / 1.2)[INSIDE] <= 2 * check.joint_sd[INSIDE]) <= 0.995
 
 
-def test_two_views_have_one_depth_by_their_pair_and_jointly(views: list[View]) -> None:
-    check = check_views(views[::2], **LIMITS)
-    assert np.array_equal(check.pairs[0].vergence, check.joint)
-
-
 def test_false_alarms_are_as_many_as_asked_for() -> None:
     """Of what agrees, a tenth and a hundredth is rejected; the statistic follows chi-square."""
     statistic = np.concatenate(

@@ -5,7 +5,7 @@ import pytest
 from blurred import lens, wall
 
 from focalgradient import DepthMap, recover_depth
-from focalgradient.depth.dense import _of_others, complete
+from focalgradient.depth.dense import complete
 
 SHAPE = (120, 160)
 
@@ -101,14 +101,3 @@ def test_recovered_depth_is_completed_on_request(tmp_path):
     assert np.abs(dense.vergence - 1 / 1.1).max() < 0.05
     dense.save(tmp_path / "depth.npz")
     np.testing.assert_array_equal(DepthMap.load(tmp_path / "depth.npz").evidence, dense.evidence)
-
-
-@pytest.mark.parametrize("searched", [None, (0.6, 1.0)])
-def test_the_error_by_another_surface_is_that_of_surfaces_drawn_about_the_middle(searched):
-    """Or drawn over the range that is searched, where that is less."""
-    random, level = np.random.default_rng(3), np.array([0.2, 1.0, 1.7])
-    others = [1.1 + 0.4 * random.standard_normal(400_000)]
-    if searched is not None:
-        others.append(random.uniform(*searched, 400_000))
-    expected = np.min([[np.mean((at - other) ** 2) for at in level] for other in others], axis=0)
-    assert _of_others(level, 1.1, 0.4, searched) == pytest.approx(expected, rel=0.01)

@@ -48,12 +48,15 @@ def test_the_archive_can_be_read_without_us(depth: DepthMap, tmp_path: Path) -> 
         assert json.loads(str(file["details"]))["gain"] == [1.0, 1.5]
 
 
-def test_sd_of_distance_is_that_of_vergence_carried_over() -> None:
+def test_sd_of_distance_is_that_of_vergence_carried_over_and_infinite_at_infinity() -> None:
     """Numerically: 1/V of many draws of V."""
     draws = np.random.default_rng(1).normal(0.5, 0.005, 200_000)
     one = np.ones((1, 1), bool)
     depth = DepthMap(np.full((1, 1), 0.5), np.full((1, 1), 0.005), one, one)
     assert depth.distance_sd[0, 0] == pytest.approx(float(np.std(1 / draws)), rel=0.01)
+    vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
+    depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
+    assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]
 
 
 def test_a_map_of_order_only_has_no_metres() -> None:
@@ -63,9 +66,3 @@ def test_a_map_of_order_only_has_no_metres() -> None:
     assert np.isnan(depth.distance_sd).all()
     assert repr(depth) == "<DepthMap of 2 x 3 pixels: order only, 100% valid>"
     assert depth.summary() == "Depth map of 2 x 3 pixels: order only, 100% valid"
-
-
-def test_infinity_is_infinitely_uncertain() -> None:
-    vergence = np.array([[0.0, 0.0, -0.1, 0.5]])
-    depth = DepthMap(vergence, np.array([[0.0, 0.1, 0.1, 0.0]]), vergence > -1, vergence > -1)
-    assert depth.distance_sd.tolist() == [[np.inf, np.inf, np.inf, 0.0]]

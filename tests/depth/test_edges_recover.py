@@ -36,8 +36,7 @@ def cards(distance):
 
 
 @pytest.mark.parametrize(
-    ("distance", "limits"),
-    [(1.4, {"near": 1.0}), (2.5, {"near": 1.0}), (0.7, {"far": 1.0}), (0.8, {"far": 1.0})],
+    ("distance", "limits"), [(1.4, {"near": 1.0}), (2.5, {"near": 1.0}), (0.7, {"far": 1.0}), (0.8, {"far": 1.0})]
 )
 def test_one_view_tells_distance_on_the_stated_side(distance, limits):
     depth = recover_depth([view(cards(distance), lens(1.0), 1)], method="edges", **limits)
@@ -110,11 +109,3 @@ def test_an_edge_that_recedes_is_followed():
     assert np.ptp(column) > 100
     assert np.median(np.abs(depth.vergence[row, column] / true - 1)) < 0.02
     assert np.abs(depth.vergence[row, column] / true - 1).max() < 0.06
-
-
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
-def test_a_view_without_edges_is_nowhere_valid():
-    blank = noisy(cast(Scene((WALL,)), lens(1.0), SHAPE, PIXEL, samples=1).view, NOISE, 1)
-    depth = recover_depth([blank], method="edges", near=1.0)
-    assert not depth.valid.any()
-    assert np.isfinite(depth.distance_sd[depth.vergence > 0]).all()

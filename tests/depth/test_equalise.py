@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.likelihood import Equalised, equalise
 from focalgradient.depth.equalise.residuals import Residuals, whitened_filters
 from focalgradient.depth.numerics import block_sum
 from focalgradient.depth.search import Search
@@ -89,15 +89,6 @@ def test_blocks_whose_weight_changed_are_summed_again_and_no_others(
     energy[:, blocks] = residuals.energy_of_blocks(blocks, after, step)
     assert energy == pytest.approx(truth, rel=1e-5)
     assert residuals.energy_of_blocks(np.zeros_like(blocks), after, step).shape == (levels, 0)
-
-
-def test_minima_of_some_nodes_at_a_time_are_those_of_all(monkeypatch: pytest.MonkeyPatch) -> None:
-    equalised = equalised_wall()
-    weight = np.ones((64, 80), np.float32)
-    whole = equalised.read(weight)
-    monkeypatch.setattr("focalgradient.depth.equalise.likelihood.BAND", 7 * equalised.levels)
-    for name in Nodes.__slots__:
-        np.testing.assert_allclose(getattr(equalised.read(weight), name), getattr(whole, name), rtol=1e-4)  # of float32
 
 
 def test_a_window_averages_the_squared_residual_of_the_pixels_that_are_usable() -> None:

@@ -6,7 +6,6 @@ import warnings
 from dataclasses import replace
 from pathlib import Path
 
-import cv2
 import numpy as np
 import pytest
 
@@ -66,26 +65,6 @@ def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
         squares = np.kron(even[:3, :3], np.ones((24, 24), np.float32))[:64, :64]  # steps at every third block
         for image in (even, squares + even / 4):
             assert left_on_blank(nodes(30, misfit), informative, [image]) is None
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("quality", [*(pytest.param(one, marks=pytest.mark.slow) for one in (65, 75, 85)), 95])
-def test_blank_paper_in_jpeg_is_rejected(quality: int) -> None:
-    for seed in range(3):
-        random, views = np.random.default_rng(seed), []
-        for number in (16, 4):
-            # Uneven light and photons, as a camera stores them.
-            light = 0.55 + 0.2 * np.linspace(0, 1, 400) + np.zeros((300, 1))
-            light += random.standard_normal(light.shape) * np.sqrt(1e-5 + 3e-5 * light)
-            pixels = np.rint(255 * light ** (1 / 2.2)).astype(np.uint8)
-            file = cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, quality])[1]
-            image = (cv2.imdecode(file, cv2.IMREAD_GRAYSCALE) / 255) ** 2.2
-            views.append(View(image.astype(np.float32), Lens(0.025, number, 0.85), 3.2e-4))
-        with warnings.catch_warnings():  # compression's blocks look displaced
-            warnings.simplefilter("ignore", FocalGradientWarning)
-            depth = recover_depth(views, near=0.85)
-        assert depth.valid.mean() < 1e-3
-        assert "rejected" in depth.details
 
 
 @pytest.mark.slow

@@ -11,11 +11,7 @@ from hypothesis import strategies as st
 from scipy import integrate, optimize, stats
 
 from focalgradient import Lens
-from focalgradient.depth.limits import (
-    comparison_bound,
-    edge_bound,
-    natural_power,
-)
+from focalgradient.depth.limits import comparison_bound, edge_bound, natural_power
 from focalgradient.psf import transfer
 
 WIDE = lens(5.6)
@@ -135,15 +131,12 @@ def test_laws(f_numbers: list[float], noise: float, sigma: float, psf: str) -> N
         assert bound(f_numbers, area=100) == pytest.approx(2 * all_views, rel=1e-6)
 
 
-def test_noise_of_each_view_counts() -> None:
+def test_a_view_drowned_in_noise_or_without_blur_tells_nothing() -> None:
     """A third view drowned in noise tells nothing."""
     texture = {"power": natural_power(0.2, 32), "area": 400.0}
     two = comparison_bound([lens(16), WIDE], vergence(2.0), PIXEL, noise=[0.01, 0.02], **texture)
     three = comparison_bound([lens(16), WIDE, lens(8)], vergence(2.0), PIXEL, noise=[0.01, 0.02, 1e3], **texture)
     assert three == pytest.approx(two, rel=1e-6)
-
-
-def test_no_blur_to_tell_by_is_an_infinite_bound() -> None:
     pinholes = [lens(math.inf), lens(math.inf)]
     bound = comparison_bound(pinholes, [0.5, 1.0], PIXEL, power=natural_power(0.2, 32), noise=0.01, area=100)
     assert bound.tolist() == [math.inf, math.inf]

@@ -109,12 +109,9 @@ def test_a_second_minimum_beyond_a_barrier_is_named_unless_it_fits_worse(deeper:
     assert minimum(cost)[4] == alone
 
 
-def test_a_cost_that_still_falls_at_an_end_has_its_minimum_beyond() -> None:
+def test_minima_beyond_the_ends_and_of_even_candidates() -> None:
     for place, inside in ((-4.0, False), (0.0, True), (39.0, True), (43.0, False)):
         assert minimum(((LEVELS - place) / 0.5) ** 2)[5] == inside
-
-
-def test_the_parabola_s_minimum_of_even_candidates() -> None:
     at = np.arange(9.0)[:, None, None]
     place = np.array([[3.2, 5.9], [0.4, 7.9]])
     found, value, curvature = parabola_minimum(1.5 + 0.7 * (at - place) ** 2)

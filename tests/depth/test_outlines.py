@@ -1,15 +1,10 @@
 """Depth about outlines: each surface goes on to where it ends, and nothing changes where nothing ends."""
 
-from dataclasses import replace
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.equalise.outline_jumps import between_surfaces
 from focalgradient.depth.equalise.outline_places import _contrast
 from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, departure_from_planes, grow_planes, surface_planes
 from focalgradient.render import cast, noisy
@@ -41,17 +36,6 @@ def near_the_step(truth: np.ndarray) -> np.ndarray:
     inside = np.zeros(SHAPE, bool)
     inside[16:-16] = True
     return (ndimage.distance_transform_edt(~jumps) <= 10) & inside
-
-
-def test_depth_about_a_small_jump_varies_by_half_of_it_as_far_as_windows_reach() -> None:
-    level = 6 * np.clip((np.arange(26.0) - 9.5) / 6, 0, 1) + np.zeros((20, 1))  # windows smoothed columns 12 and 13
-    frame: Any = SimpleNamespace(reach=lambda nodes, radii: np.full(nodes.level.shape, 3.0))
-    nodes: Any = SimpleNamespace(level=level, sd=np.full(level.shape, 0.3))
-    conditions: Any = SimpleNamespace(radii=None, levels_per_pixel=10.0)
-    shown, variance = between_surfaces(frame, nodes, np.ones(level.shape, bool), conditions)
-    assert np.flatnonzero(shown[10]).tolist() == [12, 13]
-    assert np.flatnonzero(variance[10]).tolist() == list(range(8, 18))  # 1.5 reaches, 4.5 nodes, to each side
-    assert np.sqrt(variance[10, 8:18]) == pytest.approx(3.0, rel=0.15)
 
 
 def test_depth_goes_on_to_a_step(jump: tuple[list[View], np.ndarray], found: DepthMap) -> None:
@@ -120,13 +104,6 @@ def test_a_jump_that_no_pixel_contradicts_is_an_outline_too(seed: int) -> None:
     assert claimed[1] > max(0.8, claimed[0])
     longest = np.array(max(depth.details["outlines"], key=len))
     assert np.abs(longest[:, 0] - (SHAPE[1] - 1) / 2).mean() < 4
-
-
-def test_what_is_masked_stays_invalid(jump: tuple[list[View], np.ndarray]) -> None:
-    mask = np.ones(SHAPE, bool)
-    mask[60:70, 100:140] = False
-    depth = recover_depth([replace(view, mask=mask) for view in jump[0]])
-    assert not depth.valid[~mask].any()
 
 
 def test_surfaces_close_to_each_other_are_held_apart() -> None:

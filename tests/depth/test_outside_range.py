@@ -117,6 +117,15 @@ def test_a_surface_outside_the_search_is_reported(lenses, distance, limits, side
 
 
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
+def test_a_wall_in_focus_is_not_said_to_lie_beyond_an_end_that_hardly_blurs() -> None:
+    """At 0.88 m the views differ by 0.2 pixels of blur: less is neither claimed nor called nearer."""
+    depth = recover_depth(wall([lens(16, 0.85), lens(5.6, 0.85)], 0.85, seed=3), near=0.88, far=2.0)
+    assert not depth.valid.any()
+    assert depth.beyond is not None
+    assert not depth.beyond.any()
+
+
+@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_what_is_blurred_alike_on_the_other_side_of_focus_is_stated() -> None:
     """Two apertures focused at 1 m: a wall at 0.8 m is given the 1.33 m with the same blur, and the map says so."""
     depth = recover_depth(wall([lens(16, 1.0), lens(5.6, 1.0)], 0.8, seed=5), near=1.02, far=2.0)

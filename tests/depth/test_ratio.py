@@ -236,20 +236,6 @@ def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope
     assert error.std() < 0.06
 
 
-def test_nearer_than_focus_by_the_limits() -> None:
-    optics = [lens(16, 2.0), lens(5.6, 2.0)]
-    views = wall(optics, 1.2, noise=0.003)
-    depth = recover_depth(views, near=0.8, far=2.0, method="ratio")
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(1.2, rel=0.03)
-
-
-def test_two_views_through_one_aperture_are_estimated_near_focus() -> None:
-    views = wall([lens(16), lens(16)], 1.4, noise=0.003)
-    stated = [views[0], View(views[1].image, lens(5.6), PIXEL)]
-    depth = recover_depth(stated, near=0.85, method="ratio")
-    assert np.median(depth.distance[depth.valid]) < 0.9
-
-
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_a_view_sharper_than_the_optics_allow_is_rejected() -> None:
     views = wall(LENSES, 1.4, noise=0.003)

@@ -151,11 +151,8 @@ def test_unit_of_radiance(pair: list[View], reading: DepthMap, unit: float) -> N
     assert depth.details["noise"] == pytest.approx([unit * sd for sd in reading.details["noise"]], rel=0.01)
 
 
-def test_precision_of_storage(pair: list[View], reading: DepthMap) -> None:
+def test_precision_of_storage_and_order_of_views(pair: list[View], reading: DepthMap) -> None:
     assert apart(reading, recover_depth([replace(v, image=v.image.astype(float)) for v in pair], near=0.85)) < 0.01
-
-
-def test_order_of_views(pair: list[View], reading: DepthMap) -> None:
     assert apart(reading, recover_depth(pair[::-1], near=0.85)) < 0.5
 
 

@@ -44,14 +44,11 @@ def test_natural_texture_in_jpeg_is_covered(distance: float) -> None:
     assert (off > 5).mean() < 0.005
 
 
-def test_natural_texture_without_compression_is_no_wider() -> None:
+def test_natural_and_sparse_texture_without_compression_are_covered() -> None:
     valid, off = over_sd(natural(np.random.default_rng(11)), 1.1, None)
     assert valid > 0.95
     assert (off < 2).mean() > 0.9
     assert np.median(off) > 0.5  # 0.67 where errors are normal and their sd right
-
-
-def test_sparse_texture_near_the_focus_is_covered() -> None:
     valid, off = over_sd(strewn(np.random.default_rng(11)), 0.88, None)
     assert valid > 0.2  # blank paper beside the squares is not claimed
     assert (off < 2).mean() > 0.9

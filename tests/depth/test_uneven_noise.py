@@ -57,13 +57,10 @@ def test_photons_are_covered_in_the_dark_and_in_the_light(sd):
     assert bright < dark
 
 
-def test_even_noise_is_left_alone():
+def test_even_noise_and_noise_that_is_given_are_left_alone():
     depth = recover_depth(views(waves(8), 0.01, photons=False), near=0.86, far=2.4)
     assert depth.details["noise_by_brightness"] is None
     assert depth.valid.mean() > 0.95
-
-
-def test_noise_that_is_given_is_even():
     depth = recover_depth(views(waves(8), 0.01, photons=True), near=0.86, far=2.4, noise=0.02)
     assert depth.details["noise_by_brightness"] is None
 

@@ -52,6 +52,7 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> Non
     (tmp_path / "mine.toml").write_text(WATCHING)
     data = tmp_path / "data"
     given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    given += ["--gaze", "mouse", "--photodiode", "left"]
     with headless(tmp_path / "x") as screen:
         for stop, code, cubes, more in ((signal.SIGINT, 130, 2, ()), (signal.SIGTERM, 143, 1, ("--resume",))):
             stopped = Running(screen, "from-file", "necker", *given, *more)
@@ -77,6 +78,8 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> Non
         assert last.end() == 0, last.errors
     table = read_dataset(data).necker
     assert {*table["interruptions"][table["trial"] == 2]} == {2}
+    assert [*data.rglob("*_task-necker_recording-eye1_physio.tsv.gz")], "gaze is recorded in every task"
+    assert "gaze_left" not in table, "a cube has no object to be fixated"
     found = validate(data)
     assert found.problems == ()
     assert any("1 trial was shown more than once" in note for note in found.notes)

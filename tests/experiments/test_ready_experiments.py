@@ -147,7 +147,7 @@ def turn_knob(screen: Headless, trial: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("slant_from_blur", "en")])
 def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path: Path) -> None:
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01"]
+    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--gaze", "mouse"]
     given += ["--design", written(tmp_path, name, language)]
     task = task_of(name)
     trials = task.design(**{key: tuple(v) if isinstance(v, list) else v for key, v in SHORT[name].items()}).trials("01")
@@ -173,6 +173,7 @@ def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path
     assert validate(tmp_path / "data").problems == ()
     (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
     assert len(table) == len(trials)
+    assert [*(tmp_path / "data").rglob("*_recording-eye1_physio.tsv.gz")]
     if name == "slant_from_blur":
         assert table["start"].equals(table["seen"])  # the first key places the marker at random, and none moved it
     if name == "blur_matching":

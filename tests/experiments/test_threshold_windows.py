@@ -60,6 +60,7 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
     assert isinstance(design, BlurThresholdDesign)
     trials = list(design.trials("01"))
     given = ["--data", folder / "data", "--stimuli", folder / "set", "--uncalibrated", "--participant", "01"]
+    given += ["--gaze", "mouse"]
     with headless(folder / "x") as screen:
         first = Running(screen, "blur-threshold", *given, "--design", folder / "mine.toml")
         answer_all(first, screen, trials, 7, folder)
@@ -74,6 +75,7 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
     table = read_dataset(folder / "data").blur_threshold
     assert len(table) == 12
     assert set(table["sitting"]) == {1, 2}
+    assert (table["gaze_left"] == ~(table["gaze_away"] <= 2.0)).all()
     counted = table[~table["catch"]]
     assert counted["correct"].tolist() == [number % 3 != 0 for number in counted["trial"]]
     assert (table["level"][table["catch"]] == design.levels[-1]).all()

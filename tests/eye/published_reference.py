@@ -58,11 +58,7 @@ def lenses() -> list[dict[str, float]]:
 
     passed = {age: cie2006cmfsEx(age=age, out="LMS,trans_lens")[1] for age in AGES}
     return [
-        {
-            "age": age,
-            "nm": nm,
-            "density": round(float(-np.log10(np.interp(nm, one[0, 0], one[1, 0]))), 4),
-        }
+        {"age": age, "nm": nm, "density": round(float(-np.log10(np.interp(nm, one[0, 0], one[1, 0]))), 4)}
         for age, one in passed.items()
         for nm in NANOMETRES
     ]

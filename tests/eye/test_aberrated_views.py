@@ -9,16 +9,7 @@ import pytest
 
 from focalgradient import InputError, recover_depth, scenes
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
-from focalgradient.eye import (
-    Cones,
-    Eye,
-    Oscillation,
-    accommodation_views,
-    band_views,
-    eye_views,
-    point_spread,
-    score,
-)
+from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, eye_views, point_spread, score
 from focalgradient.render import blur_picture
 from focalgradient.view import View
 
@@ -72,15 +63,6 @@ def test_bands(pupil: float, beyond: float) -> None:
     assert found["side_right"] > 0.97
 
 
-def test_bands_of_one_texture_without_noise() -> None:
-    rendered = band_views(1 / 1.5, aberrated(0.003), (128, 128), PIXEL, seed=3)
-    depth = recover_depth([one.view for one in rendered], near=0.3)
-    found = score(depth.vergence, depth.valid, rendered[0].distance, 2.0)
-    assert found["valid"] > 0.3
-    assert found["median_error_D"] < 0.005
-    assert depth.details["shared_texture"]["S"]["gain"] == pytest.approx(1, abs=0.01)
-
-
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_the_wrong_optics_give_nothing_or_the_wrong_depth() -> None:
     """Which shows that the eye's own are used."""
@@ -91,22 +73,6 @@ def test_the_wrong_optics_give_nothing_or_the_wrong_depth() -> None:
     assert right.valid.mean() > 0.5
     assert np.median(right.vergence[right.valid]) == pytest.approx(1.4, abs=0.03)
     assert abs(np.median(wrong.vergence) - 1.4) > 0.3
-
-
-@pytest.mark.slow
-def test_over_the_plane_depth_is_that_of_the_radial_way() -> None:
-    """A clear pupil, and one whose coma of a picometre asks for both dimensions."""
-    eye = Eye(0.003, 2.0)
-    views = [one.view for one in accommodation_views(1 / 2.4, eye, PAIR, Oscillation(), (128, 128), PIXEL, noise=0.01)]
-    hardly = [
-        View(one.image, replace(one.optics, eye=replace(one.optics.eye, aberrations=((3, 1, 1e-6),))), PIXEL)
-        for one in views
-    ]
-    radial, both = (recover_depth(some, near=0.3) for some in (views, hardly))
-    valid = radial.valid & both.valid
-    assert np.mean(radial.valid == both.valid) > 0.95
-    apart = np.abs(radial.vergence - both.vergence)[valid] / radial.vergence_sd[valid]
-    assert np.median(apart) < 0.2
 
 
 @pytest.mark.parametrize("finest", [0.5, 0.4])
@@ -147,16 +113,13 @@ def test_coma_spreads_light_to_the_side_that_its_sign_says() -> None:
     assert abs(skew(seen.T[:, inner], place[inner])) < 0.2 * abs(skew(seen[:, inner], place[inner]))
 
 
-def test_spherical_aberration_and_the_stiles_crawford_effect_are_isotropic() -> None:
+def test_only_blur_that_is_round_has_a_radial_transfer() -> None:
     cones = Cones.of(Eye(0.005, 2.0, aberrations=((4, 0, 0.1),), stiles_crawford=0.05), "S", wavelengths=2)
     assert cones.isotropic
     radial = cones.transfer(np.degrees([0, 3, 8]), 1.6)
     assert radial[0] == pytest.approx(1, abs=1e-6)
     both = cones.optical_transfer(np.degrees([0, 1.8, 0]), np.degrees([0, 2.4, -8]), 1.6)
     assert np.allclose(radial, both, atol=2e-3)
-
-
-def test_blur_that_is_not_round_has_no_radial_transfer() -> None:
     cones = Cones.of(Eye(0.004, 1.0, aberrations=COMA), "S")
     assert not cones.isotropic
     with pytest.raises(InputError, match="optical_transfer"):

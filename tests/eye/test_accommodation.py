@@ -5,15 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from focalgradient.eye import (
-    Accommodation,
-    Course,
-    Oscillation,
-    Stimulus,
-    Target,
-    TargetMotion,
-    accommodate,
-)
+from focalgradient.eye import Accommodation, Course, Oscillation, Stimulus, Target, TargetMotion, accommodate
 
 STEADY = Accommodation(fluctuation=None)
 

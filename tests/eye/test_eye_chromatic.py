@@ -1,10 +1,11 @@
-"""Chromatic difference of refraction against the literature."""
+"""Chromatic difference of refraction and of position, against the literature, rays and measured people."""
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient.eye import Eye, chromatic_difference, chromatic_wavelength
+from focalgradient.eye import Cones, Eye, chromatic_difference, chromatic_wavelength, point_spread
 
 LIGHT = st.floats(380, 780)
 
@@ -13,10 +14,7 @@ def test_values_of_the_chromatic_eye() -> None:
     """Worked by hand from Thibos et al. 1992: R(450) = -1.000, R(550) = -0.201, R(580) = -0.046, R(650) = 0.232."""
     assert chromatic_difference([450, 550, 650]) == pytest.approx([-0.954, -0.155, 0.278], abs=1.0e-3)
     assert chromatic_difference(589) - chromatic_difference(580) == pytest.approx(0.042, abs=5e-4)
-
-
-def test_spans_of_the_chromatic_eye() -> None:
-    """Its span from 400 to 700 nm is near the 2.1 D of the literature; 1.232 D from 450 to 650 nm."""
+    # Its span from 400 to 700 nm is near the 2.1 D of the literature.
     assert chromatic_difference(650, 450) == pytest.approx(1.232, abs=5e-4)
     assert chromatic_difference(700, 400) == pytest.approx(2.104, abs=5e-4)
 
@@ -39,3 +37,45 @@ def test_an_individual_has_more_or_less_of_it() -> None:
         for scale in (0.0, 1.0, 1.25)
     ]
     assert spans == pytest.approx([0, 1.232, 1.540], abs=5e-4)
+
+
+OFFSET = Eye(0.003, 1.0, pupil_offset=(0.0005, -0.0003))
+
+
+def centroid(eye: Eye) -> tuple[float, float]:
+    """Middle (x, y) of the light of a point in focus at 580 nm, in radians, of its waves."""
+    angle = np.linspace(-3e-3, 3e-3, 241)
+    light = point_spread(angle, angle, eye, 1.0)
+    return float(light.sum(axis=0) @ angle / light.sum()), float(light.sum(axis=1) @ angle / light.sum())
+
+
+@pytest.mark.parametrize("nm", [480.0, 580.0, 650.0])
+def test_the_light_of_a_point_moves_by_offset_times_chromatic_difference(nm):
+    change = -float(chromatic_difference(nm))
+    assert centroid(OFFSET.in_light(nm)) == pytest.approx((change * 0.0005, change * -0.0003), abs=6e-6)
+
+
+def test_the_transfer_turns_by_the_shift():
+    """A shift of t turns the phase by -2 pi f t; its size stays, and a centred pupil's phase is 0."""
+    f = np.degrees(4.0)
+    moved, still = (complex(eye.in_light(480.0).optical_transfer(0.0, f, 1.0)) for eye in (OFFSET, Eye(0.003, 1.0)))
+    assert abs(moved) == pytest.approx(abs(still), abs=1e-3)
+    turn = np.angle(moved / still)
+    assert turn == pytest.approx(-2 * np.pi * f * OFFSET.in_light(480.0).chromatic_shift[0], abs=2e-3)
+
+
+def test_people_of_rynders_et_al():
+    """Mean size 0.8 arcmin between 497 and 605 nm is a pupil decentred by less than 0.5 mm."""
+    eye = Eye(0.004, 0.0, pupil_offset=(0.000376, 0.0))
+    shifts = [eye.in_light(nm).chromatic_shift[0] for nm in (497.0, 605.0)]
+    assert 60 * np.degrees(shifts[0] - shifts[1]) == pytest.approx(0.8, abs=0.01)
+
+
+def test_cones_of_a_decentred_eye_lose_contrast_along_the_shift():
+    cones = Cones.of(Eye(0.003, 1.0, pupil_offset=(0.001, 0.0)), "luminance", wavelengths=7)
+    assert not cones.isotropic
+    f = np.degrees(20.0)
+    across, along = abs(cones.optical_transfer(f, 0.0, 1.0)), abs(cones.optical_transfer(0.0, f, 1.0))
+    assert along < 0.95 * across
+    through = cones.through_focus(np.array([0.0]), np.array([f]), [1.0])[0]
+    assert complex(through[0]) == pytest.approx(complex(cones.optical_transfer(0.0, f, 1.0)), abs=2e-3)

@@ -1,12 +1,14 @@
-"""What cones make of the light: its blur against the exact transfer, and what they do not resolve."""
+"""What cones make of the light: exact transfers, sampling, and scatter against published straylight."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from scipy.special import j1
+from scipy.integrate import quad
+from scipy.special import j0, j1
 
-from focalgradient.eye import Cones, Eye, band_light, blur_transfer, optical_transfer
+from focalgradient.eye import Cones, Eye, Scatter, band_light, blur_transfer, optical_transfer
 from focalgradient.eye.cones import sampling
 from focalgradient.eye.parts import parts_of_band
 from focalgradient.optics import capabilities, own_blur
@@ -46,29 +48,23 @@ def test_the_wavelengths_have_the_transfer_of_the_whole_band(band: Any, finest_c
     assert sum(cones.weights) == pytest.approx(1)
 
 
-def test_bands_are_focused_as_far_apart_as_their_lights() -> None:
+def test_bands_are_focused_as_far_apart_as_their_lights_and_keep_their_means() -> None:
     apart = Cones.of(EYE, "S").focus_vergence - Cones.of(EYE, "L+M").focus_vergence
     assert apart == pytest.approx(0.783, abs=2e-3)  # `test_eye_light`
     assert Cones.of(EYE, "S").accommodated(0.0).focus_vergence == pytest.approx(
         Cones.of(EYE, "S").focus_vergence - 2, abs=1e-9
     )
-
-
-def test_wavelengths_keep_the_lights_mean() -> None:
     light = band_light("S", "D65")
     wavelengths, shares = parts_of_band(light, 4)
     mean = np.dot([EYE.in_light(nm).focus_vergence for nm in wavelengths], shares)
     assert mean == pytest.approx(2.0 - light.difference(), abs=2e-3)
 
 
-def test_what_is_too_fine_is_not_seen() -> None:
+def test_cones_state_their_blur_and_do_not_resolve_what_is_too_fine() -> None:
     coarse, fine = Cones.of(EYE, "S", finest_cpd=10), Cones.of(EYE, "S")
     ratio = coarse.transfer(np.degrees([0, 6, 8, 14]), 2.5) / fine.transfer(np.degrees([0, 6, 8, 14]), 2.5)
     assert ratio[:3] == pytest.approx(1, abs=0.03)
     assert ratio[3] == 0
-
-
-def test_cones_are_optics_that_say_their_blur_and_light() -> None:
     assert own_blur(Cones.of(EYE, "S")).isotropic
     assert capabilities(Cones.of(EYE, "S")).waveband == "S"
     assert own_blur(EYE).isotropic
@@ -89,3 +85,35 @@ def test_opposite_frequencies_are_alike(model) -> None:
     """Round blur is even: a grid's negative frequencies get what its positive ones do."""
     cones = Cones.of(EYE, "S", wavelengths=2, finest_cpd=30, model=model)
     assert cones.transfer(-np.degrees(CPD), 1.0) == pytest.approx(cones.transfer(np.degrees(CPD), 1.0), abs=1e-12)
+
+
+@pytest.mark.parametrize(("age", "log_s"), [(20, 0.87), (70, 1.24)])
+def test_straylight_of_van_den_berg_et_al(age, log_s):
+    """log10(theta^2 L / E) at 7 degrees, from 0.87 at 20 years by 1 + (age / 65)^4 (2007, Am. J. Ophth. 144, 358)."""
+    found = float(np.log10(49 * Scatter(age, 0.5).veil(7.0)))
+    assert found == pytest.approx(log_s, abs=0.08)
+
+
+def test_stiles_and_holladay_between_3_and_30_degrees():
+    """The classic 10 E / theta^2 is within a factor of 2 of young and old."""
+    theta = np.array([3.0, 10.0, 30.0])
+    for age in (25, 70):
+        ratio = Scatter(age).veil(theta) * theta**2 / 10
+        assert np.all((ratio > 0.5) & (ratio < 2))
+
+
+def test_the_transform_is_the_hankel_integral():
+    one = Scatter(50, 1.0)
+    for cpd in (0.0, 0.05):
+        weight = lambda t, f=cpd: float(one.veil(t)) * 2 * np.pi * np.sin(np.radians(t)) * j0(2 * np.pi * f * t)  # noqa: E731
+        whole = sum(quad(weight, a, b, limit=400)[0] for a, b in ((0.1, 1), (1, 10), (10, 89.999))) * np.pi / 180
+        assert 1 - one.share + whole == pytest.approx(float(one.transfer(np.degrees(cpd))), abs=2e-3)
+
+
+def test_cones_lose_contrast_by_scatter():
+    cones = Cones.of(Eye(0.003, 1.0), "luminance", wavelengths=3)
+    old = replace(cones, scatter=Scatter(75))
+    f = np.degrees([0.0, 5.0, 20.0])
+    assert old.transfer(f, 1.0) == pytest.approx(cones.transfer(f, 1.0) * Scatter(75).transfer(f))
+    assert old.transfer(0.0, 1.0) == pytest.approx(1.0)
+    assert old.optical_transfer(f[1], 0.0, 1.0) == pytest.approx(old.transfer(f[1], 1.0))

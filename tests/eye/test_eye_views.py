@@ -3,10 +3,13 @@
 Flat walls and scenes are blurred by waves in five wavelengths a band.
 """
 
+from __future__ import annotations
+
 import warnings
 
 import numpy as np
 import pytest
+from textures import natural
 
 from focalgradient import FocalGradientWarning, InputError, recover_depth
 from focalgradient.eye import (
@@ -15,12 +18,14 @@ from focalgradient.eye import (
     Microfluctuations,
     Oscillation,
     Photons,
+    SpectralPicture,
     accommodation_views,
     band_views,
     eye_views,
     score,
 )
-from focalgradient.scenes import plane, spheres
+from focalgradient.eye.cones import S_FINEST_CPD
+from focalgradient.scenes import plane, spheres, step
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
@@ -159,3 +164,44 @@ def test_views_of_nothing_are_refused_and_progress_is_told_as_elsewhere() -> Non
     told: list[tuple[float, str]] = []
     band_views(1.0, EYE, (16, 40), PIXEL, progress=lambda share, words: told.append((share, words)))
     assert [share for share, _ in told] == [0.5, 1.0]
+
+
+def test_depth_of_a_picture_by_two_moments() -> None:
+    """Two walls side by side, 0.6 D apart: each is found away from the border between them."""
+    distance = np.full((128, 160), 1 / 1.6)
+    distance[:, 80:] = 1 / 2.2
+    shown = natural((160, 160))[:128]
+    rendered = accommodation_views(
+        (shown, distance), Eye(0.003, 2.0), (0.125, 0.375), Oscillation(), shown.shape, PIXEL, noise=0.005
+    )
+    assert np.array_equal(rendered[0].distance, distance)
+    depth = recover_depth([one.view for one in rendered])
+    for part, vergence in ((np.s_[24:-24, 24:48], 1.6), (np.s_[24:-24, 112:136], 2.2)):
+        valid = depth.valid[part]
+        assert valid.mean() > 0.5
+        assert np.median(depth.vergence[part][valid]) == pytest.approx(vergence, abs=0.03)
+
+
+def test_each_cone_class_sees_its_own_light() -> None:
+    """Of one colour all over, which blur leaves as it is."""
+    colour = np.full((64, 64, 1), 0.8) * np.array([0.9, 0.4, 0.1])
+    seen = band_views((colour, np.full((64, 64), 0.5)), Eye(0.003, 2.0), (64, 64), PIXEL)
+    for rendered, band in zip(seen, ("L+M", "S"), strict=True):
+        wanted = SpectralPicture.of(colour).catch(band).mean()
+        assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
+
+
+PIXEL, SHAPE = np.radians(1 / 60), (112, 224)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("near", "far", "seed"), [(1.8, 0.4, 3), (0.8, 0.2, 4)])
+def test_depth_between_two_surfaces_is_not_claimed(near: float, far: float, seed: int) -> None:
+    eye = Eye(0.004, 1.0)
+    cones = [Cones.of(eye, "L+M"), Cones.of(eye, "S", finest_cpd=S_FINEST_CPD)]
+    views = eye_views(step(1 / near, 1 / far, seed=seed), cones, SHAPE, PIXEL, noise=0.01, correlation=0.95, seed=seed)
+    depth = recover_depth([one.view for one in views])
+    off = np.abs(depth.vergence - 1 / views[0].distance)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert depth.valid.mean() > 0.5
+    assert (off > 5).mean() < 0.01  # 2 and 7 % where what lies in between counts as depth
+    assert (off < 2).mean() > 0.93

@@ -1,4 +1,6 @@
-"""The focus off axis, against rays traced in space through the same surfaces by other formulas."""
+"""Focus, coma and sampling off axis, against rays traced in space by other formulas and published numbers."""
+
+from __future__ import annotations
 
 import numpy as np
 import pytest
@@ -13,6 +15,7 @@ from focalgradient.eye import (
     Eye,
     field_coma,
     field_foci,
+    midget_density,
     off_axis,
     resolved_cpd,
 )
@@ -97,15 +100,12 @@ def test_an_eye_off_axis_is_focused_in_one_plane_where_its_tangential_focus_is()
     assert turned.aberrations[0][2] == pytest.approx(-eye.aberrations[0][2])
 
 
-def test_measured_foci_take_the_place_of_the_model_s() -> None:
+def test_measured_foci_take_the_place_of_the_model_s_and_terms_add_up() -> None:
     eye = off_axis(Eye(0.004, 0.5, aberrations=((2, 2, 0.1),)), 25.0, foci=(-0.2, -1.0))
     assert eye.accommodation == pytest.approx(0.5 - 0.6)
     assert {(n, m): c for n, m, c in eye.aberrations}[2, 2] == pytest.approx(0.1 + 0.8 * 16 / (16 * 6**0.5))
     assert Cones.of(eye, "L+M", finest_cpd=float(resolved_cpd(25.0))).finest_cpd < 5
-
-
-def test_terms_of_one_order_add_up_as_the_wavefront_does() -> None:
-    """A wavefront may state a term twice; off axis it keeps both."""
+    # A wavefront may state a term twice; off axis it keeps both.
     twice, once = (Eye(0.004, 0.5, aberrations=terms) for terms in (((3, 1, 0.1), (3, 1, 0.2)), ((3, 1, 0.3),)))
     there = [{(n, m): c for n, m, c in off_axis(eye, 20.0).aberrations} for eye in (twice, once)]
     assert there[0] == pytest.approx(there[1])
@@ -177,3 +177,24 @@ def test_people_were_measured_along_the_horizontal_meridian_only() -> None:
     with pytest.raises(InputError, match="measured to 40"):
         MYOPES.at(40.001)
     assert MYOPES.at(40.0)[0] == pytest.approx(MYOPES.at(39.99)[0], abs=0.01)
+
+
+MERIDIANS = ("temporal", "superior", "nasal", "inferior")
+
+
+def test_sampling_is_that_of_watson_and_falls_outwards() -> None:
+    """Watson's Table 2: 29,609.2 midget fields in a square degree, and a Nyquist frequency of 65.37 cycles a degree."""
+    for meridian in MERIDIANS:
+        assert midget_density(0, meridian) == pytest.approx(29609.2, rel=1e-3)
+        assert resolved_cpd(0, meridian) == pytest.approx(65.37, rel=1e-3)
+    far = np.linspace(0, 60, 61)
+    every = np.stack([resolved_cpd(far, meridian) for meridian in MERIDIANS])
+    assert np.all(np.diff(every) < 0)
+    assert np.all(every[0, 15:] >= every[:, 15:])
+
+
+def test_cones_away_from_the_fovea_lose_fine_detail() -> None:
+    there = Cones.of(Eye(0.004, 1.0), "L+M", finest_cpd=float(resolved_cpd(20.0)))
+    passed = there.transfer(np.degrees([2.0, 8.0]), 1.0)
+    assert passed[0] > 0.5
+    assert passed[1] == 0

@@ -22,18 +22,20 @@ def fixation(eye: Eye, vergence: float, kind: str = "both", side: int = 112, see
     return [one.view for one in eye_views(1 / vergence, cones, (side, side), PIXEL, noise=0.01, seed=seed)]
 
 
-def test_an_eye_that_is_known_gives_the_depth_of_recover_depth() -> None:
+def test_what_is_uncertain_of_an_eye_is_part_of_the_uncertainty() -> None:
     views = fixation(EYE, 1.5, "moments")
     plain, known = recover_depth(views), recover_eye_depth(views, EyePrior(chromatic_scale_sd=0.0))
     assert np.array_equal(plain.valid, known.valid)
     assert known.vergence == pytest.approx(plain.vergence)
     assert known.vergence_sd == pytest.approx(plain.vergence_sd, rel=1e-5)
-
-
-def test_an_uncertain_focus_is_part_of_the_uncertainty() -> None:
-    views = fixation(EYE, 1.5, "moments")
-    one, other = (recover_eye_depth(views, EyePrior(chromatic_scale_sd=0.0, focus_sd=sd)) for sd in (0.0, 0.1))
-    assert other.vergence_sd[other.valid] == pytest.approx(np.hypot(one.vergence_sd, 0.1)[other.valid], rel=1e-4)
+    focus = recover_eye_depth(views, EyePrior(chromatic_scale_sd=0.0, focus_sd=0.1))
+    assert focus.vergence_sd[focus.valid] == pytest.approx(np.hypot(known.vergence_sd, 0.1)[focus.valid], rel=1e-4)
+    prior = EyePrior(chromatic_scale_sd=0.0, illuminants=("D65", "A"))
+    assert [weight for *_, weight in prior.eyes()] == [0.5, 0.5]
+    light = recover_eye_depth(views, prior)
+    # Light A moves the focus of the L and M cones by 0.1 D.
+    assert np.median(light.vergence_sd) > np.median(known.vergence_sd) + 0.03
+    assert light.details["eye"]["illuminants"] == ["D65", "A"]
 
 
 def test_people_are_less_certain_than_a_person_and_a_wrong_eye_is_covered() -> None:
@@ -65,13 +67,3 @@ def test_a_persons_aberration_is_learnt_from_fixations(scale: float) -> None:
     # With it two wavebands alone are right again.
     depth = recover_eye_depth(fixation(eye, 1.5, "bands", seed=7), learnt)
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(1.5, abs=0.05)
-
-
-def test_a_light_may_be_uncertain() -> None:
-    prior = EyePrior(chromatic_scale_sd=0.0, illuminants=("D65", "A"))
-    assert [weight for *_, weight in prior.eyes()] == [0.5, 0.5]
-    views = fixation(EYE, 1.5, "moments")
-    one, other = recover_eye_depth(views, EyePrior(chromatic_scale_sd=0.0)), recover_eye_depth(views, prior)
-    # Light A moves the focus of the L and M cones by 0.1 D.
-    assert np.median(other.vergence_sd) > np.median(one.vergence_sd) + 0.03
-    assert other.details["eye"]["illuminants"] == ["D65", "A"]

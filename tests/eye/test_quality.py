@@ -1,9 +1,9 @@
-"""Image quality through focus: closed forms of a clear pupil, and what astigmatism does."""
+"""Image quality through focus: closed forms of clear pupils and of multifocal lenses, and what astigmatism does."""
 
 import numpy as np
 import pytest
 
-from focalgradient.eye import Cones, Eye, image_quality, optical_transfer
+from focalgradient.eye import Cones, Eye, ZonedLens, blur_transfer, image_quality, optical_transfer, point_spread
 
 
 def one_light(eye: Eye) -> Cones:
@@ -53,3 +53,85 @@ def test_an_astigmatic_eye_is_best_between_its_foci_and_alike_to_either_side():
     assert ends[0] < found.best < ends[1]
     assert found.visual_strehl == pytest.approx(found.visual_strehl[::-1], abs=1e-3)
     assert found.visual_strehl.max() < 0.3
+
+
+def quality(lens, levels, pupil=0.004):
+    return image_quality(Cones(Eye(pupil, 0.0, lens=lens), "luminance", (580.0,)), levels).visual_strehl
+
+
+@pytest.mark.parametrize("power", [1.0, -0.5])
+def test_one_zone_over_the_pupil_is_defocus(power):
+    lens = ZonedLens((0.009,), (power,))
+    f = np.degrees(np.linspace(1, 20, 8))
+    found = blur_transfer(0.0, f, Eye(0.004, 0.5, lens=lens), 1.0)
+    assert found == pytest.approx(blur_transfer(0.0, f, Eye(0.004, 0.5 + power), 1.0), abs=2e-3)
+
+
+def test_the_wavefront_is_continuous_and_curved_by_the_power():
+    lens = ZonedLens((0.002, 0.003, 0.006), (2.0, 0.0, 1.0))
+    r = np.linspace(0, 0.003, 3001)
+    wave = lens.wavefront(r) * 1e-6
+    assert np.abs(np.diff(wave)).max() < 3e-9
+    slope = np.gradient(wave, r)
+    inside = np.abs(r[:, None] - [0.001, 0.0015]).min(axis=1) > 5e-6
+    assert slope[inside][1:-1] == pytest.approx((lens.power(r) * r)[inside][1:-1], abs=2e-6)
+
+
+def test_centre_near_has_two_foci_with_a_large_pupil_and_one_with_a_small_one():
+    """2 D within 2.4 mm: through 4 mm near and far, through 2 mm near alone."""
+    lens = ZonedLens((0.0024, 0.009), (2.0, 0.0))
+    levels = np.linspace(-1, 3, 81)
+    both = quality(lens, levels)
+    peaks = levels[1:-1][(both[1:-1] > both[:-2]) & (both[1:-1] > both[2:]) & (both[1:-1] > 0.08)]
+    assert np.abs(peaks[:, None] - [0.0, 2.0]).min(axis=0) == pytest.approx(0, abs=0.3)
+    assert levels[quality(lens, levels, 0.002).argmax()] == pytest.approx(2.0, abs=0.1)
+    assert both.max() < 0.8
+
+
+def test_many_zones_deepen_focus():
+    """Ten zones from 1.5 to 0 D, as an extended-depth lens."""
+    edges = tuple(float(one) for one in 0.004 * np.sqrt(np.arange(1, 11) / 10))
+    lens = ZonedLens(edges, tuple(np.linspace(1.5, 0.0, 10).tolist()))
+    levels = np.linspace(-1, 3, 81)
+    depth = [
+        image_quality(Cones(Eye(0.004, 0.0, lens=one), "luminance", (580.0,)), levels).depth_of_focus(0.5)
+        for one in (lens, None)
+    ]
+    assert depth[0] > 2 * depth[1]
+
+
+def strehl_ratio(pupil, lens, defocus, nm=580.0):
+    """Return |mean amplitude over the pupil|^2, a closed form: within a zone the phase is linear in r^2."""
+    edges = np.array([0.0, *(d / 2 for d in lens.diameters if d < pupil), pupil / 2]) ** 2
+    total, path = 0.0, 0.0  # the path in metres at the zone's inner edge
+    for low, high, power in zip(edges[:-1], edges[1:], lens.additions, strict=False):
+        ahead = path + (power + defocus) * (high - low) / 2
+        inner, outer = (np.exp(2j * np.pi * one / (1e-9 * nm)) for one in (path, ahead))
+        rate = np.pi * (power + defocus) / (1e-9 * nm)
+        total += (outer - inner) / (1j * rate) if rate else inner * (high - low)
+        path = ahead
+    return abs(total / edges[-1]) ** 2
+
+
+@pytest.mark.parametrize(
+    ("pupil", "lens"),
+    [
+        (0.004, ZonedLens((0.002, 0.008), (2.0, 0.0))),
+        (0.005, ZonedLens((0.0015, 0.009), (2.0, 0.0))),
+        (0.008, ZonedLens((0.002, 0.009), (3.0, 0.0))),
+        (0.004, ZonedLens(tuple(5e-4 * n for n in range(1, 9)), (2.0, 0.0) * 4)),
+    ],
+)
+def test_strehl_ratio_of_zones_has_a_closed_form(pupil, lens):
+    """Over the plane the OTF sums to the light at the centre of the point spread, in focus pi / 4 at a cut-off of 1."""
+    eye, levels = Eye(pupil, 0.0, lens=lens), np.array([-1.0, 0.0, 1.0, 2.0])
+    nodes, weights = np.polynomial.legendre.leggauss(128)
+    share = (nodes + 1) / 2
+    frequency = share * pupil / 580e-9
+    through = Cones(eye, "luminance", (580.0,)).through_focus(0.0, frequency, levels)
+    peak = np.pi / 4 * (pupil / 580e-9) ** 2
+    truth = [strehl_ratio(pupil, lens, -level) for level in levels]
+    assert 4 * through.real @ (weights * share) == pytest.approx(truth, abs=4e-4)
+    single = blur_transfer(0.0, frequency, eye, 0.0).real
+    assert 4 * single @ (weights * share) == pytest.approx(truth[1], abs=4e-4)
+    assert point_spread([0.0], [0.0], eye, 0.0).item() / peak == pytest.approx(truth[1], abs=2e-3)

@@ -5,14 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from focalgradient.eye import (
-    REFERENCE_NM,
-    Eye,
-    Oscillation,
-    blur_transfer,
-    chromatic_difference,
-    point_spread,
-)
+from focalgradient.eye import REFERENCE_NM, Eye, Oscillation, blur_transfer, chromatic_difference, point_spread
 from focalgradient.eye.wavefront import defocus_term
 
 LIGHT = st.floats(380, 780)
@@ -48,14 +41,11 @@ def test_nearer_is_sharper_in_blue_by_every_model(model: str) -> None:
     assert (blue > np.abs(red)).all()
 
 
-def test_defocus_is_positive_beyond_the_plane_of_focus() -> None:
+def test_defocus_is_positive_beyond_the_plane_of_focus_and_accommodation_brings_it_nearer() -> None:
     eye = Eye(0.004, accommodation=2.0)
     assert eye.defocus(1.0) == 1.0
     assert eye.defocus(0.25) == -2.0
     assert eye.in_light(450).defocus(0.5) > 0  # what yellow light shows sharp is beyond the focus of blue
-
-
-def test_accommodation_brings_focus_nearer() -> None:
     near, far = Eye(0.004, 1.0).through([0.125, 0.375], Oscillation(0.25, 2.0))
     assert (near.focus_vergence, far.focus_vergence) == pytest.approx((1.25, 0.75))
 

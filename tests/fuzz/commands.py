@@ -1,8 +1,7 @@
 """Every command, as its own options and files describe it, given wrong values: `run.py 10000 --door commands`.
 
-Unlike `doors.py`, which calls functions, this reads the options and their types from the command line itself, so that a
-new option is tried without being named here, and it damages files by their structure: a value of another type in the
-place of any leaf, tables that are wide, long, ragged or in another encoding, and one file in the place of another.
+This reads the options and their types from the command line itself, so that a new option is tried without being named
+here, and damages files by what they are (`mutations.py`), or puts one in the place of another.
 
 A case passes where the exit code is 0, 1 or 2, the screen shows neither a traceback nor a path of the source code, and
 a refused command leaves its folder as it was.
@@ -33,14 +32,15 @@ from click.testing import CliRunner
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from doors import CALIBRATED  # noqa: E402
-from mutations import as_toml  # noqa: E402
-from structures import is_text, workbook, wrong_file  # noqa: E402
+from doors import CALIBRATED, photograph  # noqa: E402
+from mutations import as_toml, is_text, workbook, wrong_file  # noqa: E402
 
 OPTICS = "--focal-length 25 --pixel-pitch 8 --f-number 16 --f-number 5.6 --focus-distance 0.85"
 LENS = "--f-number 4 --focal-length 25 --focus 0.8 --field 6"
 LINES = (
     f"depth a.png b.png {OPTICS} --focus-distance 0.85 --out out",
+    f"depth a.tif a.npy {OPTICS} --focus-distance 0.85 --out out",
+    "depth a.jpg b.jpg --f-number 16 --f-number 5.6 --out out",
     "depth views.toml --out out",
     "depth views.toml --method edges --out out",
     "depth a.png b.png --f-number 16 --f-number 5.6 --focus-distance .85 --calibration camera.toml --out out",
@@ -162,6 +162,11 @@ def base() -> Path:
     prepare(folder)
     participant.make_set(folder / "pictures", ("spheres-00", "spheres-01"))
     (folder / "views.toml").write_bytes((folder / "f0.toml").read_bytes())
+    light = cv2.imread(str(folder / "a.png"), cv2.IMREAD_UNCHANGED) / np.float32(65535)
+    cv2.imwrite(str(folder / "a.tif"), light)
+    np.save(folder / "a.npy", light)
+    for name in ("a.jpg", "b.jpg"):
+        (folder / name).write_bytes(photograph())
     (folder / "camera.toml").write_bytes(as_toml(CALIBRATED))
     (folder / "rules.toml").write_text("same_answer = 0.9\ndropped_frames = 3\n")
     (folder / "eye.toml").write_text(
@@ -313,7 +318,7 @@ def made(seed: int, only: str | None, folder: Path) -> list[str]:
         line = chance.choice(lines).split()
     given = [word for word in line if os.path.exists(base() / word)]
     if "views.toml" in given or {"f0.toml", "f1.toml"} & set(given):
-        given += ["a.png", "b.png"]
+        given += ["near.png", "soft.png"]
     given += ["words.toml"] if "own.toml" in given else ["zernike.csv"] if "zernike.toml" in given else []
     if "targets.toml" in given:
         given += [path.name for path in base().glob("*.png")]

@@ -1,4 +1,4 @@
-"""Every function that reads files, given damaged ones; the command line is tried by `commands.py`.
+"""What no command reads by itself, given damaged: EXIF, depth maps and work that goes on; `commands.py` tries the rest.
 
 A case is a door and a seed. It is passed where what comes out is a result or an `InputError`, in time, and nothing is
 left outside the folder it was given.
@@ -7,7 +7,7 @@ left outside the folder it was given.
 from __future__ import annotations
 
 import contextlib
-import json
+import io
 import os
 import random
 import shutil
@@ -25,19 +25,13 @@ from PIL import Image
 
 sys.path[:0] = [str(Path(__file__).parent), str(Path(__file__).parents[1])]
 
-from mutations import NUMBERS, as_json, as_toml, damaged_bytes, damaged_text, damaged_tree  # noqa: E402
+from mutations import NUMBERS, as_json, damaged_bytes, wrong_file  # noqa: E402
 
 from focalgradient.errors import InputError  # noqa: E402
 
 SIDE = 48
 """Width and height of the pictures."""
 
-CAMERA = {"focal_length_mm": 25.0, "pixel_pitch_um": 8.0}
-VIEWS = {"camera": CAMERA, "view": [{"image": f"{n}.png", "f_number": n, "focus_distance_m": 0.85} for n in (16, 5.6)]}
-TARGETS = {
-    "camera": CAMERA | {"offset_m": 0.0, "offset_sd_m": 0.1},
-    "view": [{"image": "16.png", "distance_m": d, "f_number": 16.0} for d in (0.5, 1.0)],
-}
 BODY = {"focal_length_mm": 25.0, "pixel_pitch_um": 8.0, "blur_k": 0.5, "own_blur_um2": 1.0, "offset_m": 0.0}
 CALIBRATED = {
     "camera": BODY | {"model_error": 0.02},
@@ -45,11 +39,6 @@ CALIBRATED = {
     "focus": [{"focus_distance_m": 0.85, "vergence_dioptres": 1.17}],
     "uncertainty": {"informed": [0.5] * 6, "covariance": [[1e-4 * (i == j) for j in range(6)] for i in range(6)]},
 }
-DESIGNS = (
-    {"task": "depthrating", "scenes": ["spheres-00"], "repetitions": 1, "catch_trials": 0, "practice_trials": 0},
-    {"task": "necker", "repetitions": 1, "strengths_mm": [4.0], "directions": ["right"], "trial_s": 20.0},
-    {"task": "pinhole"},
-)
 
 
 @cache
@@ -59,103 +48,13 @@ def _texture() -> np.ndarray:
 
 
 @cache
-def _files() -> dict[str, bytes]:
-    """Whole image files of each kind."""
-    eight, sixteen = (np.rint(top * _texture()) for top in (255, 65535))
-    colour = np.repeat(eight.astype(np.uint8)[..., None], 3, axis=2)
-    files = {
-        "a.png": cv2.imencode(".png", sixteen.astype(np.uint16))[1].tobytes(),
-        "b.png": cv2.imencode(".png", colour)[1].tobytes(),
-        "a.tif": cv2.imencode(".tif", sixteen.astype(np.uint16))[1].tobytes(),
-        "b.tif": cv2.imencode(".tif", _texture().astype(np.float32))[1].tobytes(),
-    }
-    with tempfile.TemporaryDirectory() as folder:
-        exif = Image.Exif()
-        exif.get_ifd(0x8769).update({37386: 25.0, 33437: 5.6, 37382: 0.85, 41486: 1250.0, 41488: 3, 274: 6})
-        Image.fromarray(colour).save(Path(folder, "a.jpg"), quality=90, exif=exif)
-        for name, array in (("a.npy", _texture()), ("b.npy", colour), ("c.npy", _texture().astype(np.float32))):
-            np.save(Path(folder, name), array)
-        for path in Path(folder).iterdir():
-            files[path.name] = path.read_bytes()
-    return files
-
-
-@cache
-def _video() -> bytes:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "a.avi")
-        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, cv2.VideoWriter.fourcc(*"MJPG"), 10, (64, 64))
-        for number in range(8):
-            frame = np.rint(255 * cv2.resize(_texture(), (64, 64))).astype(np.uint8)
-            frame = frame if number % 2 else cv2.GaussianBlur(frame, (0, 0), 1.5)
-            writer.write(cv2.cvtColor(frame, cv2.COLOR_GRAY2BGR))
-        writer.release()
-        return path.read_bytes()
-
-
-@cache
-def _dataset() -> dict[str, bytes]:
-    """Files of a small data set, by path."""
-    from recorded import record_necker, record_ratings
-
-    with tempfile.TemporaryDirectory() as folder:
-        root = record_necker(record_ratings(Path(folder, "data"), 2), 2)
-        return _read_all(root)
-
-
-def _read_all(root: Path) -> dict[str, bytes]:
-    return {path.relative_to(root).as_posix(): path.read_bytes() for path in root.rglob("*") if path.is_file()}
-
-
-@cache
-def _stimuli() -> dict[str, bytes]:
-    """Files of a small set of pictures, by path."""
-    from focalgradient.display import Display
-    from focalgradient.stimuli import make_depth_rating
-
-    with tempfile.TemporaryDirectory() as folder:
-        make_depth_rating(folder, scenes=1, size=64, samples=2, engine="cast", display=Display(pixel_pitch=2e-3))
-        return _read_all(Path(folder))
-
-
-def _put(folder: Path, files: dict[str, bytes]) -> None:
-    for name, data in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(data)
-
-
-def _toml(tree: dict[str, Any], chance: random.Random) -> bytes:
-    if chance.random() < 0.6:
-        damaged = damaged_tree(tree, chance)
-        return as_toml(damaged if isinstance(damaged, dict) else {"a": damaged})
-    return damaged_text(as_toml(tree), chance)
-
-
-def settings(chance: random.Random, folder: Path) -> None:
-    from focalgradient.photographs import read_views
-
-    _put(folder, {"16.png": _files()["a.png"], "5.6.png": _files()["a.png"], "views.toml": _toml(VIEWS, chance)})
-    read_views(folder / "views.toml")
-
-
-def images(chance: random.Random, folder: Path) -> None:
-    from focalgradient.photographs import read_photograph
-
-    name = chance.choice(sorted(_files()))
-    data = damaged_bytes(_files()[name], chance)
-    if chance.random() < 0.1:
-        name = chance.choice(("a.cr2", "a.dng", "x.npy", "x.png", "x.jpg"))
-    if name.endswith(".npy") and chance.random() < 0.5:
-        array = _texture().astype(chance.choice(("f2", "f4", "f8", ">f4", "u2", ">u2")))
-        rows = chance.randrange(1, SIDE)
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            array[:rows] = (float(chance.choice(NUMBERS[-8:])) * array[:rows].astype(float)).astype(array.dtype)
-        np.save(folder / name, array)
-    else:
-        (folder / name).write_bytes(data)
-    read_photograph(folder / name, chance.choice((None, "linear", "srgb")))
+def photograph() -> bytes:
+    """A JPEG file with the settings of a camera."""
+    exif = Image.Exif()
+    exif.get_ifd(0x8769).update({37386: 25.0, 33437: 5.6, 37382: 0.85, 41486: 1250.0, 41488: 3, 274: 6})
+    file = io.BytesIO()
+    Image.fromarray(np.rint(255 * _texture()).astype(np.uint8)).save(file, "JPEG", quality=90, exif=exif)
+    return file.getvalue()
 
 
 def exif(chance: random.Random, folder: Path) -> None:
@@ -170,7 +69,7 @@ def exif(chance: random.Random, folder: Path) -> None:
         with contextlib.suppress(Exception):  # not every number can be written
             Image.fromarray(np.rint(255 * _texture()).astype(np.uint8)).save(folder / name, exif=made)
         if not (folder / name).exists() or chance.random() < 0.5:
-            whole = bytearray(_files()["a.jpg"])
+            whole = bytearray(photograph())
             whole[2:400] = damaged_bytes(bytes(whole[2:400]), chance)
             (folder / name).write_bytes(whole)
     given: dict[str, Any] = {}
@@ -179,121 +78,20 @@ def exif(chance: random.Random, folder: Path) -> None:
     from_exif([folder / "a.jpg", folder / "b.jpg"], **given)
 
 
-def video(chance: random.Random, folder: Path) -> None:
-    from focalgradient.video import Frame, Source, alternation, pairs
-
-    (folder / "a.avi").write_bytes(damaged_bytes(_video(), chance))
-
-    def detail(image: np.ndarray) -> float:
-        return float(image.std())
-
-    with Source(folder / "a.avi") as source:
-        frames = list(source.frames())
-    if any(isinstance(one, Frame) for one in frames):
-        list(pairs(frames, detail, alternation(frames, detail)))
-
-
-def calibrations(chance: random.Random, folder: Path) -> None:
-    from focalgradient.photographs import load_targets
-
-    _put(folder, {"16.png": _files()["a.png"], "targets.toml": _toml(TARGETS, chance)})
-    targets = load_targets(folder / "targets.toml")
-    targets.read(targets.shots[0])
-
-
-def cameras(chance: random.Random, folder: Path) -> None:
-    from focalgradient.photographs import camera_toml, load_camera, load_settings
-
-    views = json.loads(json.dumps(VIEWS))
-    views["camera"] = {"calibration": "camera.toml"}
-    if chance.random() < 0.3:
-        views["view"][0]["f_number"] = chance.choice(NUMBERS[:-1])
-    _put(folder, {"camera.toml": _toml(CALIBRATED, chance), "views.toml": as_toml(views)})
-    calibrated = load_camera(folder / "camera.toml")
-    camera_toml(calibrated)
-    load_settings(folder / "views.toml").pixel_angles()
-
-
-def designs(chance: random.Random, folder: Path) -> None:
-    from focalgradient.design import load_design
-
-    (folder / "design.toml").write_bytes(_toml(dict(chance.choice(DESIGNS)), chance))
-    load_design(folder / "design.toml").trials("01")
-
-
-def manifests(chance: random.Random, folder: Path) -> None:
-    from focalgradient.dataset import check_stimuli
-    from focalgradient.stimuli import read_set
-
-    files = dict(_stimuli())
-    name = chance.choice(["manifest.json"] * 3 + sorted(files))
-    if name == "manifest.json" and chance.random() < 0.7:
-        files[name] = as_json(damaged_tree(json.loads(files[name]), chance))
-    else:
-        files[name] = damaged_bytes(files[name], chance)
-    _put(folder, files)
-    found = read_set(folder)
-    for picture in found.pictures[:2]:
-        scene = found.scene(picture.scene)
-        found.pixels(picture), found.linear(picture), found.depth(scene.name)
-    check_stimuli(folder)
-
-
-def datasets(chance: random.Random, folder: Path) -> None:
-    from focalgradient.dataset import export, journals, read_dataset, validate
-
-    files = dict(_dataset())
-    name = chance.choice(sorted(files))
-    if name.endswith(".json") and chance.random() < 0.7:
-        files[name] = as_json(damaged_tree(json.loads(files[name]), chance))
-    elif name.endswith(".jsonl") and chance.random() < 0.7:
-        lines = files[name].splitlines()
-        at = chance.randrange(len(lines))
-        lines[at] = as_json(damaged_tree(json.loads(lines[at]), chance))
-        files[name] = b"\n".join([*lines, b""])
-    else:
-        files[name] = damaged_text(files[name], chance)
-    _put(folder / "data", files)
-    root = folder / "data"
-    for what in (
-        lambda: validate(root),
-        lambda: read_dataset(root, "depthrating"),
-        lambda: read_dataset(root, "necker"),
-        lambda: [export(journal) for journal in journals(root)],
-    ):
-        with contextlib.suppress(InputError):
-            what()
-
-
-def reports(chance: random.Random, folder: Path) -> None:
-    from focalgradient.report import analyse_necker, analyse_ratings
-
-    files = {name: data for name, data in _dataset().items() if not name.startswith("sourcedata")}
-    name = chance.choice(sorted(files))
-    tree = name.endswith(".json") and chance.random() < 0.7
-    files[name] = as_json(damaged_tree(json.loads(files[name]), chance)) if tree else damaged_text(files[name], chance)
-    _put(folder / "data", files)
-    for analyse in (analyse_ratings, analyse_necker):
-        with contextlib.suppress(InputError):
-            analyse(folder / "data")
-
-
 def caches(chance: random.Random, folder: Path) -> None:
     from focalgradient import DepthMap
     from focalgradient.files import read_arrays
 
     grid = np.full((8, 8), 0.5)
     DepthMap(grid, 0.1 * grid, grid > 0, grid > 0, {"psf": "disc"}).save(folder / "depth.npz")
-    whole = (folder / "depth.npz").read_bytes()
     if chance.random() < 0.3:
-        arrays: dict[str, Any] = {"vergence": grid, "vergence_sd": grid, "valid": grid > 0, "side_known": grid > 0}
-        name = chance.choice([*arrays, "details", "offset"])
-        arrays |= {"details": np.array("{}"), "offset": np.array(0.0)}
+        with np.load(folder / "depth.npz") as whole:
+            arrays = dict(whole)
         others = (np.array("x"), np.array("[" * 9000), np.zeros(3), np.zeros((2, 2, 2)), np.array(1j))
-        arrays[name] = chance.choice(others)
+        arrays[chance.choice(sorted(arrays))] = chance.choice(others)
         np.savez(folder / "depth.npz", **arrays)
     else:
-        (folder / "depth.npz").write_bytes(damaged_bytes(whole, chance))
+        wrong_file(folder / "depth.npz", folder, chance)
     with contextlib.suppress(InputError):
         read_arrays(folder / "depth.npz", ("vergence", "valid"))
     DepthMap.load(folder / "depth.npz")
@@ -305,9 +103,9 @@ def resumables(chance: random.Random, folder: Path) -> None:
     from focalgradient.stimuli.folder import Folder
 
     listed = {"set": "x", "versions": {"a": "1"}, "files": {"a.png": "0" * 64}, "conditions": {}}
-    name = chance.choice(("unfinished.json", "manifest.json"))
-    data = as_json(damaged_tree(listed, chance)) if chance.random() < 0.6 else damaged_bytes(as_json(listed), chance)
-    (folder / name).write_bytes(data)
+    kept = folder / chance.choice(("unfinished.json", "manifest.json"))
+    kept.write_bytes(as_json(listed))
+    wrong_file(kept, folder, chance)
     with contextlib.suppress(InputError):
         Folder(folder, {"set": "x"}, {"a": "1"})
     study = Study(Model(), DepthRatingDesign())
@@ -316,18 +114,13 @@ def resumables(chance: random.Random, folder: Path) -> None:
     )
     file = folder / "experiments.jsonl"
     run(study, [3], 0, file)
-    head = file.read_bytes()
-    rows = b"".join(
-        as_json(damaged_tree(row | {"number": n}, chance) if chance.random() < 0.3 else row | {"number": n}) + b"\n"
-        for n in range(4)
-    )
-    file.write_bytes(damaged_text(head + rows, chance) if chance.random() < 0.5 else head + rows)
+    file.write_bytes(file.read_bytes() + b"".join(as_json(row | {"number": n}) + b"\n" for n in range(4)))
+    if chance.random() < 0.8:
+        wrong_file(file, folder, chance)
     run(study, [3], 0, file)
 
 
-READERS = (settings, images, exif, video, calibrations, cameras)
-DATA = (designs, manifests, datasets, reports, caches, resumables)
-DOORS: dict[str, Callable[[random.Random, Path], None]] = {door.__name__: door for door in (*READERS, *DATA)}
+DOORS: dict[str, Callable[[random.Random, Path], None]] = {door.__name__: door for door in (exif, caches, resumables)}
 
 
 @contextlib.contextmanager

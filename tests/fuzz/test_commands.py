@@ -12,7 +12,9 @@ from commands import LINES, base, case
 QUICK = ("blur", "collect", "repair", "run", "serve", "stream", "validate", "withdraw")
 """Commands whose cases take a tenth of a second."""
 
-CASES = dict.fromkeys(QUICK, 12) | dict.fromkeys(("calibrate", "depth", "eye", "power", "report", "simulate"), 3)
+CASES = (
+    dict.fromkeys(QUICK, 16) | {"depth": 16, "calibrate": 6} | dict.fromkeys(("eye", "power", "report", "simulate"), 4)
+)
 """Number of cases in the suite."""
 
 

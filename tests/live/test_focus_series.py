@@ -168,12 +168,9 @@ def test_an_eye_in_colour_is_in_focus_colour_by_colour() -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"distance": np.zeros((SIDE, SIDE))}, "not positive"),
         ({"distance": np.ones((3, 3))}, "shape"),
         ({"picture": np.full((SIDE, SIDE), 1e6)}, "scale it down"),
         ({"focus": (2.0, 1.0)}, "farthest and the nearest"),
-        ({"largest_error": 0.0}, "largest_error"),
-        ({"optics": object()}, "aperture_diameter"),
     ],
 )
 def test_what_cannot_be_a_series_is_refused(change: dict[str, Any], said: str) -> None:

@@ -40,18 +40,12 @@ def test_an_outline_hides_and_shows_what_a_lens_sees_past_it(focus: float) -> No
     assert np.sqrt(np.mean(error[~near] ** 2)) < 0.01
 
 
-def test_spheres_before_a_wall() -> None:
+def test_spheres_a_slant_and_what_is_in_focus() -> None:
     error, radius, away = both(spheres(6, field=SHAPE[1] * PIXEL), Aperture(0.008, 1 / 0.8))
     near = away <= 2 * radius.max()
     assert np.sqrt(np.mean(error[near] ** 2)) < 0.03
-
-
-def test_a_slanted_plane_through_the_focus() -> None:
     error, _, _ = both(slant(0.8, 2.0, 0.1, seed=4), Aperture(0.02, 0.85))
     assert np.sqrt(np.mean(error**2)) < 0.006
-
-
-def test_what_is_in_focus_is_left_as_it_is() -> None:
     picture = np.random.default_rng(1).random((20, 30)).astype(np.float32)
     blurred = blur_picture(picture, np.full((20, 30), 1.6), Aperture(0.05, 1 / 1.6), pixel_angle=PIXEL)
     assert np.allclose(blurred, picture, atol=1e-5)

@@ -63,13 +63,10 @@ def test_a_point_shows_the_shape_of_the_aperture(psf: Psf, distance: float) -> N
         assert abs(found - (theory if distance > 1 else np.conj(theory))) < 0.005
 
 
-def test_pinhole_is_sharp_and_its_pixel_is_a_box() -> None:
+def test_a_pinhole_and_what_is_in_focus_are_sharp_and_a_pixel_is_a_box() -> None:
     """A bright half that covers three tenths of a pixel lends it three tenths of its light, and others nothing."""
     image = cast(Scene((card(2.0, 40, 40, x=20.2),)), Lens(0.025, math.inf, 0.5), (4, 9), PIXEL, samples=256).view.image
     assert image == pytest.approx(np.broadcast_to([0, 0, 0, 0, 0.3, 1, 1, 1, 1], (4, 9)), abs=0.005)
-
-
-def test_in_focus_is_as_sharp_as_a_pinhole() -> None:
     scene = plane(0.8, seed=3)
     views = [cast(scene, Lens(0.025, n, 0.8), (48, 48), PIXEL, samples=256).view.image for n in (math.inf, 2)]
     assert views[0].std() > 0.02
@@ -103,16 +100,13 @@ def test_texture_is_where_it_should_be() -> None:
     assert np.abs(image / seen - 1).max() < 2e-3
 
 
-def test_spline_agrees_with_scipy() -> None:
+def test_splines_are_scipy_s_and_projected_texture_is_as_fine_at_every_distance() -> None:
     texture = Texture(seed=7)
     places = np.random.default_rng(0).uniform(-3000, 3000, (2, 200))
     ours = [_spline(texture.coefficients(), u, v) for v, u in places.T]
     theirs = map_coordinates(texture.values().astype(float), places, order=3, mode="grid-wrap")
     assert np.abs(ours - theirs).max() < 1e-6
-
-
-def test_projected_texture_is_equally_fine_at_every_distance() -> None:
-    """To a pinhole, a wall painted from the camera's place looks the same wherever it stands."""
+    # To a pinhole, a wall painted from the camera's place looks the same wherever it stands.
     pinhole = Lens(0.025, math.inf, 1.0)
     near, far = (cast(plane(z, seed=1), pinhole, (20, 20), PIXEL).view.image for z in (0.5, 5.0))
     assert np.abs(near - far).max() < 1e-6
@@ -143,18 +137,15 @@ def test_depth_of_a_sphere() -> None:
     assert rendered.view.image[0, 0] == 0.5
 
 
-def test_behind_the_camera_is_nothing() -> None:
-    scene = Scene((Sphere((0, 0, -1.0), 0.2), Plane((0, 0, -2.0), FRONT)))
-    rendered = cast(scene, Lens(0.025, 2, 1.0), (4, 4), PIXEL)
-    assert not rendered.view.image.any()
-    assert np.isinf(rendered.distance).all()
-
-
-def test_light_is_neither_lost_nor_made() -> None:
+def test_light_is_neither_lost_nor_made_nor_seen_behind_the_camera() -> None:
     """A world that is white all over looks white through any lens, whatever hides what."""
     things = (card(0.5, 30, 30), Sphere((0, 0, 0.9), 0.005, WHITE), *plane(3.0, texture=WHITE).objects)
     image = cast(Scene(things, background=1.0), Lens(0.025, 1.4, 0.9), (32, 32), PIXEL).view.image
     assert image == pytest.approx(1.0, abs=1e-6)
+    scene = Scene((Sphere((0, 0, -1.0), 0.2), Plane((0, 0, -2.0), FRONT)))
+    rendered = cast(scene, Lens(0.025, 2, 1.0), (4, 4), PIXEL)
+    assert not rendered.view.image.any()
+    assert np.isinf(rendered.distance).all()
 
 
 def test_sun_shades_and_shadows() -> None:

@@ -89,8 +89,7 @@ def test_a_line_through_focus_has_the_blur_of_its_width_and_its_defocus_together
     for row, column in np.random.default_rng(3).integers((40, 30), (120, 170), size=(150, 2)):
         r = np.array([column, row]) - start
         exact = by_quadrature(
-            *(r @ d, r @ [-d[1], d[0]], length),
-            lambda s: math.hypot(width, ends[0] + (ends[1] - ends[0]) * s / length),
+            *(r @ d, r @ [-d[1], d[0]], length), lambda s: math.hypot(width, ends[0] + (ends[1] - ends[0]) * s / length)
         )
         worst = max(worst, abs(picture[row, column] - exact))
     assert worst < 2e-3 * picture.max()

@@ -47,7 +47,6 @@ def test_what_is_no_scene_is_refused(tmp_path):
         read_isetbio(tmp_path / "text.mat")
     for change, sentence in (
         ({"energy": -np.ones((2, 2, 3))}, "negative"),
-        ({"field_deg": 200.0}, "at most 179.9"),
         ({"wavelength_nm": np.array([450.0, 550.0])}, "H x W x N"),
     ):
         with pytest.raises(InputError, match=sentence):

@@ -7,27 +7,19 @@ import pytest
 
 from focalgradient import InputError, Lens, cast
 from focalgradient.depth.filters import SCENE_SLOPE
-from focalgradient.scenes import (
-    Plane,
-    Scene,
-    Sphere,
-    Texture,
-    bottle,
-    naturalistic,
-    plane,
-    scene_about,
-    slant,
-    spheres,
-)
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, bottle, scene_about, slant, spheres
 from focalgradient.scenes.texture import NATURAL_SLOPE
 
 
-def test_texture_is_a_reflectance_of_the_stated_contrast() -> None:
+def test_texture_is_an_isotropic_reflectance_of_the_stated_contrast() -> None:
     for seed in range(3):
         values = Texture(seed, mean=0.25, contrast=0.25).values()
         assert 0 < values.min() < values.max() <= 1
         assert values.mean() == pytest.approx(0.25, rel=1e-3)
         assert values.std() / values.mean() == pytest.approx(0.25, rel=0.04)
+    values = Texture(seed=2).values()
+    across, down = (np.std(np.diff(values, axis=axis)) for axis in (1, 0))
+    assert across == pytest.approx(down, rel=0.02)
 
 
 def test_texture_is_natural() -> None:
@@ -39,12 +31,6 @@ def test_texture_is_natural() -> None:
     assert np.array(octaves) / np.mean(octaves) == pytest.approx(1, abs=0.1)
     assert 2 * NATURAL_SLOPE == SCENE_SLOPE  # what scenes are made by is what depth assumes
     assert power[frequency > 0.5].sum() < 0.003 * power.sum()
-
-
-def test_texture_is_isotropic() -> None:
-    values = Texture(seed=2).values()
-    across, down = (np.std(np.diff(values, axis=axis)) for axis in (1, 0))
-    assert across == pytest.approx(down, rel=0.02)
 
 
 def test_splines_pass_through_the_texels() -> None:
@@ -80,15 +66,10 @@ def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
     [
         (lambda: Texture(seed=-1), "seed is -1"),
         (lambda: Texture(texel=math.nan, projected=True), "texel is nan, .*radians"),
-        (lambda: Texture(mean=0), "mean 0 "),
         (lambda: Plane((0, 0, 1), (0, 0, 0)), "normal is the zero vector"),
-        (lambda: Sphere((0, 0, 1), 0), "radius is 0"),
         (lambda: Scene((), ambient=1.5), "ambient is 1.5"),
-        (lambda: plane(0), "distance is 0"),
-        (lambda: slant(1, math.nan, 0.1), "far is nan"),
         (lambda: Plane((0, 0, 1), (0, 0, 1), size=(0.1, math.nan)), r"size is \(0.1, nan\)"),
         (lambda: bottle(-1), "seed is -1"),
-        (lambda: naturalistic(-1), "seed is -1"),
     ],
 )
 def test_bad_input(make, words) -> None:  # type: ignore[no-untyped-def]

@@ -31,23 +31,17 @@ def manifest(made: StimulusSet) -> dict:
     return json.loads((made.folder / "manifest.json").read_text(encoding="utf-8"))
 
 
-def test_every_file_is_in_the_manifest_and_as_it_says(made: StimulusSet, manifest: dict) -> None:
+def test_the_manifest_states_files_marks_blur_and_light(made: StimulusSet, manifest: dict) -> None:
     check_stimuli(made.folder)
     there = {str(path.relative_to(made.folder)) for path in made.folder.rglob("*") if path.is_file()}
     assert there == {*manifest["files"], "manifest.json"}
     assert "sheet.png" in there
-
-
-def test_what_is_fixated_is_where_the_manifest_says(made: StimulusSet) -> None:
     shown, depth = made.scene("spheres-00"), made.depth("spheres-00")
     for end in FIXATIONS:
         target = shown.target(end)
         x, y = target.position_px
         assert depth[int(y), int(x)] == pytest.approx(target.distance_m, rel=0.01)
     assert shown.nearest.distance_m == pytest.approx(depth[:100].min(), rel=0.02)
-
-
-def test_blur_is_that_of_the_lens(made: StimulusSet) -> None:
     depth = made.depth("spheres-00").astype(float)
     for name, number in LENSES.items():
         for end in FIXATIONS:
@@ -58,9 +52,6 @@ def test_blur_is_that_of_the_lens(made: StimulusSet) -> None:
             assert one.blur_px[0] == 0  # the plane of focus is in the scene
             assert one.blur_arcmin[1] == pytest.approx(one.blur_px[1] * 60 / made.display.pixels_per_degree)
             assert one.aperture_mm == pytest.approx(1e3 * lens.aperture_diameter)
-
-
-def test_png_shows_the_linear_light_to_half_a_step(made: StimulusSet) -> None:
     one = made.picture("spheres-00", "f/11", "nearest")
     values, light = made.pixels(one), made.linear(one)
     assert (values.dtype, values.shape) == (np.uint8, (128, 128, 3))
@@ -176,10 +167,7 @@ def test_without_mitsuba_plain_scenes_are_cast_and_that_is_said(monkeypatch: pyt
 
 @pytest.mark.parametrize(
     ("changed", "said"),
-    [
-        ({"size": 127}, "size is 127, but must be even"),
-        ({"display": Display(distance=5.0)}, "come closer"),
-    ],
+    [({"size": 127}, "size is 127, but must be even"), ({"display": Display(distance=5.0)}, "come closer")],
 )
 def test_bad_input(tmp_path: Path, changed: dict, said: str) -> None:
     with pytest.raises(InputError, match=said):

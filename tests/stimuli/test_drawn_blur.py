@@ -12,13 +12,7 @@ from scipy.ndimage import convolve, gaussian_filter, map_coordinates
 from scipy.stats import norm, qmc
 
 from focalgradient.psf import Polygon, Psf
-from focalgradient.stimuli import (
-    blurred_edge,
-    dead_leaves,
-    slanted_plane,
-    texture_border,
-    wide_field,
-)
+from focalgradient.stimuli import blurred_edge, dead_leaves, slanted_plane, texture_border, wide_field
 from focalgradient.stimuli.layers import noise
 
 

@@ -115,8 +115,9 @@ KIND = """([until, title]) => {
         : until && document.querySelector(until);
     const found = arrived ? ["arrived"] : [
         ["typed", "#typed"],
-        ["slider", "input[type=range]"], ["step", "button.step"], ["cube", "#cube"], ["blind spot", "#blind-spot"],
-        ["card", "#page-size"], ["arrows", "button.way"], ["button", "#stage button:enabled"],
+        ["slider", "input[type=range]"], ["step", "button.step"], ["held", "button.held"],
+        ["blind spot", "#blind-spot"], ["card", "#page-size"], ["arrows", "button.way"],
+        ["button", "#stage button:enabled"],
     ].find(([, selector]) => [...document.querySelectorAll(selector)].some((one) => one.checkVisibility()));
     return [found?.[0] ?? "none", document.body.innerText.trim(), window.answered.splice(0)];
 }"""
@@ -178,7 +179,7 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         page.keyboard.press("ArrowRight")  # chooses one, so that a digit that is none leaves it
         page.keyboard.press("3")
         page.keyboard.press("Enter")
-    elif kind == "cube":
+    elif kind == "held":
         for key in ("f", "ArrowLeft"):
             page.keyboard.down(key)
             page.wait_for_timeout(200)

@@ -81,7 +81,7 @@ def study(folder: Path, design: str = NECKER, **options: Any) -> Study:
     """A study in a folder, or in a database where there is one; made again there, it goes on."""
     path = folder / "design.toml"
     path.write_text(design)
-    if "depthrating" in design:
+    if "depthrating" in design or "blurthreshold" in design:
         if not (folder / "set").exists():
             make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
         options["stimuli"] = folder / "set"
@@ -102,6 +102,7 @@ class Participant:
         self.trials: list[dict[str, Any]] = []
         self.trial_tokens: dict[str, str] = {}
         self.exposed: set[str] = set()
+        self.holds = False
 
     def ask(self, path: str, **message: Any) -> Any:
         """Ask for something; gives the answer, whatever its status."""
@@ -144,13 +145,13 @@ class Participant:
         """Begin, or go on."""
         answer = self.ask("begin", **(SITTING | changed))
         if answer.status_code == 200:
-            kind = {"cube": True} if "cube" in answer.json() else {}
-            self.trials = [{**trial, **kind} for trial in answer.json()["trials"]]
+            self.trials = answer.json()["trials"]
+            self.holds = bool(self.trials) and self.entry(0)["scale"]["kind"] == "held"
         return answer
 
     def message(self, trial: dict[str, Any], number: int) -> dict[str, Any]:
         """An answer to a trial, the `number`-th of the session."""
-        events = ("cube",) if "cube" in trial else ("mark", "picture", "question")
+        events = ("picture",) if self.holds else ("mark", "picture", "question")
         frames = {
             "shown": [
                 {"event": event, "stamps": [100.0 * place, 100.0 * place + 16.7, 100.0 * place + 33.3]}
@@ -158,7 +159,7 @@ class Participant:
             ]
         }
         given: dict[str, Any] = {"onset": 1.0 + SECONDS_EACH * number, "dropped_frames": 0, "frames": frames}
-        if "cube" in trial:
+        if self.holds:
             given |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         else:
             given |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0 + 0.1 * (number % 40), "start": 0.5}

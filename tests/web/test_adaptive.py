@@ -127,7 +127,9 @@ def test_blur_thresholds_follow_their_answers_in_the_browser_as_in_the_laborator
         for number, trial in enumerate(made.design.trials("001")):
             parts = someone.entry(number)["intervals"]
             assert [(one["event"], one["mark_seconds"]) for one in parts] == [("picture", 0.1), ("picture", 0.0)]
-            assert len({someone.picture(one["url"]) for one in parts}) == 2
+            files = {someone.picture(one["url"]) for one in parts}
+            assert len(files) == 2
+            assert len({*map(len, files)}) == 1, "files of one size tell nothing about their interval"
             message = someone.message(someone.trials[number], number)
             chosen = trial.interval if trial.trial != 2 else 3 - trial.interval
             message["answer"] |= {"rating": None, "start": None, "chosen": chosen, "frames": {"shown": shown}}

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import re
-import signal
 import sys
 import time
 from collections import Counter
@@ -16,17 +15,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import LOOK, Server, take_part
+from chromium import Server, step, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
-from playwright.sync_api import Browser, Error
+from playwright.sync_api import Browser, Error, Page
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.dataset.conduct import exposures
 from focalgradient.design import load_design
-from focalgradient.display import Display
-from focalgradient.stimuli.cube_frames import frames_of
-from focalgradient.web.pictures import cube_session, cube_trial
+from focalgradient.tasks.registry import FILES
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
@@ -125,10 +122,6 @@ def consent_server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Server]
     server.end()
 
 
-def _values(page: Any, script: str, *given: Any) -> Any:
-    return page.evaluate(script, given[0] if len(given) == 1 else list(given))
-
-
 def test_a_picture_in_the_canvas_is_its_file_value_for_value(
     browser: Browser, consent_server: Server, tmp_path: Path
 ) -> None:
@@ -138,8 +131,7 @@ def test_a_picture_in_the_canvas_is_its_file_value_for_value(
     page.goto(consent_server.address)
     page.wait_for_function("globalThis.focalgradient")
     page.route("**/pictures/main/1/0", lambda route: route.fulfill(path=tmp_path / "shown.png"))
-    told = _values(
-        page,
+    told = page.evaluate(
         """async (url) => {
             const image = await focalgradient.load(url);
             const canvas = document.createElement("canvas");
@@ -158,53 +150,12 @@ def test_a_picture_in_the_canvas_is_its_file_value_for_value(
     assert (pixels[..., :3] == shown).all()
 
 
-def test_the_cube_in_the_browser_is_ours_to_one_value_of_255(browser: Browser, consent_server: Server) -> None:
-    page = browser.new_page()
-    page.goto(consent_server.address)
-    page.wait_for_function("globalThis.focalgradient")
-    design: Any = load_design(consent_server.folder / "design.toml")
-    display = Display()
-    sizes = cube_session(design, display)["cube"]
-    count = 24
-    kinds = {(one.shape, one.gradient, one.direction): one for one in design.trials("01")}
-    assert len(kinds) >= 6
-    for trial in kinds.values():
-        frames = list(frames_of(trial, design, count, display.pixel_pitch / display.distance))
-        for number in (0, 7, 17):
-            told = _values(
-                page,
-                """([sizes, trial, turn]) => {
-                    const cube = new focalgradient.Cube(document.createElement("canvas"), sizes);
-                    cube.draw(trial, turn);
-                    const values = new Uint8Array(4 * sizes.width * sizes.height);
-                    cube.gl.readPixels(0, 0, sizes.width, sizes.height, cube.gl.RGBA, cube.gl.UNSIGNED_BYTE, values);
-                    cube.gl.getExtension("WEBGL_lose_context").loseContext();
-                    let text = "";
-                    for (let n = 0; n < values.length; n += 4) text += String.fromCharCode(values[n]);
-                    return btoa(text);
-                }""",
-                sizes,
-                cube_trial(trial)["cube"],
-                0.25 * number / count,
-            )
-            found = np.frombuffer(base64.b64decode(told), np.uint8).reshape(sizes["height"], sizes["width"])[::-1]
-            ours = display.encode(sizes["level"] * frames[number])
-            assert np.abs(found.astype(int) - ours.astype(int)).max() <= 1
-    page.close()
-
-
-MATCH = (".match", "#board", "input[type=range]", "#jspsych-html-slider-response-next")
-
-
 @pytest.mark.slow
 def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, tmp_path: Path) -> None:
     server = served(tmp_path, NECKER, "--gamma")
     page = browser.new_page(viewport={"width": TABLET[0], "height": TABLET[1]})
     page.goto(server.address)
     take_part(page, until="#virtual-chinrest-square")
-    square = page.locator("#virtual-chinrest-square").bounding_box()
-    assert square
-    assert 0 < square["x"] < square["x"] + square["width"] < TABLET[0]  # which is to be looked at
     levels = []
     for number, of in enumerate((2, 4, 2, 4), 1):
         take_part(page, until="#board")
@@ -223,18 +174,9 @@ def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, t
         assert striped == [0 if row % of else 255 for row in range(32)]
         assert even == [level] * 32
         assert page.get_attribute("input[type=range]", "aria-label") == "Brightness of the grey squares"
-        text, board, slider, done = (page.locator(one).bounding_box() for one in MATCH)
-        assert text
-        assert board
-        assert slider
-        assert done
-        assert text["y"] + text["height"] < board["y"] < board["y"] + board["height"] < slider["y"]
-        assert slider["y"] + slider["height"] < done["y"]
-        if LOOK:
-            page.screenshot(path=str(Path(LOOK, f"gamma-{number}.png")))
         levels.append([1 / of, level])
         page.keyboard.press("Enter")
-    take_part(page, until="#cube")
+    take_part(page, until="button.held")
     page.close()
     server.end()
     log = read_journal(journal(tmp_path))
@@ -243,29 +185,6 @@ def test_greys_are_matched_by_keys_and_the_gamma_is_recorded(browser: Browser, t
     each = [np.log(share) / np.log(level / 255) for share, level in levels]
     assert log.head["apparatus"]["gamma_seen"][0] == pytest.approx(np.mean(each))
     assert log.head["apparatus"]["gamma"] is None  # nothing was corrected by it
-
-
-@pytest.mark.slow
-def test_killed_server_and_closed_tab_lose_nothing(browser: Browser, tmp_path: Path) -> None:
-    server = served(tmp_path, DEPTH)
-    page = browser.new_page()
-    page.goto(server.address)
-    take_part(page, until="input[type=range]")
-    server.end(signal.SIGKILL)
-    for key in ("ArrowRight", "ArrowRight", "Enter"):  # answered while nobody listens
-        page.keyboard.press(key)
-    page.wait_for_selector("#waiting:not([hidden])", timeout=20_000)
-    assert page.inner_text("#waiting").startswith("1 answer is on its way")
-    server.start()
-    page.wait_for_selector("#waiting", state="hidden", timeout=30_000)
-    page.goto("about:blank")  # the tab goes somewhere else, and comes back
-    page.goto(server.address)
-    take_part(page)
-    page.close()
-    server.end()
-    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
-    done = [(event["phase"], event["trial"]) for event in read_journal(journal(tmp_path)).of("trial")]
-    assert done == [(one.phase, one.trial) for one in load_design(tmp_path / "design.toml").trials("001")]
 
 
 @pytest.mark.slow
@@ -287,8 +206,6 @@ def test_a_participant_stops_and_the_answers_are_kept_or_removed(
     assert page.is_visible("input[type=range]")
     assert len(read_journal(journal(tmp_path)).of("trial")) == 1
     page.click("#stop")
-    if LOOK:
-        page.screenshot(path=str(Path(LOOK, f"stop-{remove}.png")))
     page.click(f"#stopping button:text-is('Stop, {'remove' if remove else 'keep'} my answers')")
     page.wait_for_selector("text=You have stopped")
     assert not page.is_visible("#stop")
@@ -383,15 +300,8 @@ def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path
         text = page.inner_text("body")
         if text not in seen[-1:]:
             seen.append(text)
-            if LOOK:
-                page.screenshot(path=str(Path(LOOK, f"touch-{len(seen):02}.png")))
         with suppress(Error):  # the screen has changed meanwhile
-            found = page.evaluate_handle(TOUCHED).as_element()
-            if found is not None:
-                found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
-            if found is not None and (box := found.bounding_box()) is not None:
-                page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
-        time.sleep(0.1)
+            go_on(page, "touch")
     phone.close()
     assert server.end() == 0
     told = "".join(seen)
@@ -412,3 +322,125 @@ def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path
     frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
     looked = [part["event"] for event in frames for part in event["shown"] if event["condition"]["form"] == "real"]
     assert Counter(looked)["look"] == 3
+
+
+BRIGHT = """
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from focalgradient.dataset import Response
+from focalgradient.design import Plan, Trial
+from focalgradient.scales import Held
+from focalgradient.tasks import Step, Task, register
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BrightTrial(Trial):
+    turns: int = field(metadata={"about": "Cycles of the light."})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BrightAnswer(Response):
+    held: float = field(metadata={"about": "Time for which it looked bright.", "units": "s", "least": 0})
+    pressed: int = field(metadata={"about": "Number of key presses.", "least": 0})
+
+
+class BrightDesign(Plan):
+    task: str = "bright"
+    repetitions: int = 1
+    practice_trials: int = 0
+
+    def trials(self, participant, session=None):
+        return self.ordered(participant, session, [BrightTrial(turns=turns) for turns in (1, 2)])
+
+
+@register
+class Bright(Task):
+    \"\"\"Hold a key while a square looks bright, another while it looks dark.\"\"\"
+
+    name, title = "bright", "Brightness of a square"
+    design, trial, answer = BrightDesign, BrightTrial, BrightAnswer
+    texts = {"en": {"instructions": "Bright or dark?\\nHold the key of what you see.", "b": "bright", "d": "dark"}}
+
+    def shown(self, design, trial, pixels_per_degree, *, refresh_hz=60.0):
+        light = np.sin(np.linspace(0, 2 * np.pi * trial.turns, round(refresh_hz), endpoint=False))
+        return Step((np.full((200, 260), 128 + 100 * one, np.uint8) for one in light), 2.5, "square")
+
+    def control(self, words, trial):
+        return Held(("b", "right"), (self.text(words, "b"), self.text(words, "d")))
+
+    def answered(self, design, trial, value, **times):
+        down = {press.key: press.time for press in value if press.down}
+        held = sum(press.time - down[press.key] for press in value if not press.down and press.key == "b")
+        return BrightAnswer(held=held, pressed=sum(press.down for press in value), **times)
+"""
+
+
+SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').length"
+"""Number of trials that have begun."""
+
+
+@pytest.mark.parametrize("by", ["keys", pytest.param("touch", marks=pytest.mark.slow)])
+def test_keys_of_a_task_of_ones_own_are_held_during_its_film(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: str
+) -> None:
+    name = f"bright{by}"
+    (tmp_path / f"{name}.py").write_text(BRIGHT.replace('"bright"', f'"{name}"', 2))
+    monkeypatch.setenv(FILES, str(tmp_path / f"{name}.py"))
+    server = served(tmp_path, f'task = "{name}"\nask = []\nsmallest_screen = [800, 400]\n')
+    sides: Any = {"width": 844, "height": 420}
+    on = {"viewport": sides, "screen": sides, "has_touch": True, "is_mobile": True} if by == "touch" else {}
+    context = browser.new_context(**on)
+    page, trials, end = context.new_page(), 0, time.monotonic() + 90
+    page.goto(server.address)
+    while not page.query_selector("#complete"):
+        assert time.monotonic() < end, page.inner_text("body")
+        with suppress(Error):  # the screen has changed meanwhile
+            if not page.query_selector("button.held"):
+                go_on(page, by)
+                continue
+            if (number := page.evaluate(SHOWN)) == trials:
+                continue
+            trials = number
+            label = page.locator("button.held").first
+            assert label.inner_text() == "B bright"
+            if by == "keys":
+                page.keyboard.down("b")
+                page.wait_for_timeout(300)
+                page.keyboard.up("b")
+                page.keyboard.press("ArrowRight")
+            else:
+                box = label.bounding_box()
+                assert box
+                touch = page.context.new_cdp_session(page)
+                place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+                touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [place]})
+                page.wait_for_timeout(300)
+                touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+                page.locator("button.held").last.tap()
+            page.wait_for_function(f"({SHOWN})() > {trials} || !document.querySelector('button.held')")
+    context.close()
+    assert server.end() == 0
+    assert validate(tmp_path / "data").problems == ()
+    table = read_dataset(tmp_path / "data").tables[name]
+    assert trials == len(table) == 2
+    assert table["held"].between(0.25, 1.0).all()
+    assert table["pressed"].tolist() == [2, 2]
+    assert table["response_time"].between(2.45, 2.6).all()
+    frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
+    assert [part["event"] for event in frames for part in event["shown"]] == ["square", "square"]
+
+
+def go_on(page: Page, by: str) -> None:
+    """Go on from a page that is no trial, by keys or by touch."""
+    if by == "keys":
+        step(page, [], "", "button.held")
+        return
+    found = page.evaluate_handle(TOUCHED).as_element()
+    if found is None:
+        return
+    found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
+    if (box := found.bounding_box()) is not None:
+        page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
+    time.sleep(0.1)

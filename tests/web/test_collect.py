@@ -66,8 +66,8 @@ def session(folder: Path, label: str = "002", name: str = "s-1", hour: int = 9, 
     for number, trial in enumerate(lists.shown(label, trials)):
         frames = {"shown": [{"event": "picture", "stamps": [0.0, 16.7, 33.3]}]}
         answer: Line = {"onset": 10.0 * number, "dropped_frames": 0, "frames": frames}
-        if "cube" in trial:
-            seconds = trial["cube"]["seconds"]
+        if trial["scale"]["kind"] == "held":
+            seconds = trial["intervals"][0]["seconds"]
             answer |= {"presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": seconds}
         else:
             answer |= {"rating": 1.0 + 0.1 * (number % 5), "response_time": 1.0, "start": 0.5}

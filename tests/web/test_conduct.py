@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import LOOK, Server, step, take_part
+from chromium import Server, step, take_part
 from participant import DEPTH, NECKER
 from playwright.sync_api import Browser, Error
 from test_browser import SCALES, journal, served
@@ -26,11 +26,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
 TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER + 'keys = ["f", "left"]\n'}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
-
-
-def keep(page: Any, name: str) -> None:
-    if LOOK:
-        page.screenshot(path=str(Path(LOOK, f"{name}.png")))
 
 
 def shown(page: Any) -> list[tuple[str, str]]:
@@ -91,26 +86,21 @@ def test_consent_of_several_pages_form_and_debriefing(browser: Browser, tmp_path
     page = browser.new_page(viewport={"width": 1280, "height": 800})
     page.goto(f"http://127.0.0.1:{server.port}/")
     page.wait_for_selector("h1:text-is('What we do')")
-    keep(page, "consent-1")
     page.click("button:text-is('Continue')")
     page.wait_for_selector("h1:text-is('Your rights')")
-    keep(page, "consent-2")
     page.click("button:text-is('I agree')")
     page.wait_for_selector("#form-age")
     page.fill("#form-age", "old")
     page.click("button[type=submit]")
     assert "number of years" in page.inner_text("[role=alert]")
-    keep(page, "form-wrong")
     page.fill("#form-age", "34")
     assert page.inner_text("label[for=form-sex]") == "Sex"
     page.select_option("#form-sex", label="female")
     page.select_option("#form-handedness", label="left-handed")
     page.click("button[type=submit]")
     seen = take_part(page, title="What this was about")
-    keep(page, "debriefing")
     assert not any("right or wrong" in text for text in seen)
     take_part(page)
-    keep(page, "thanks")
     page.close()
     server.end()
     found = read_dataset(tmp_path / "data").participants.iloc[0]
@@ -126,7 +116,6 @@ def test_a_phone_is_refused_before_a_label_is_taken(browser: Browser, tmp_path: 
     page = context.new_page()
     page.goto(f"http://127.0.0.1:{server.port}/?PROLIFIC_PID=pid-of-a-phone")
     page.wait_for_selector("text=This screen is too small")
-    keep(page, "phone")
     assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
     context.close()
     server.end()
@@ -161,3 +150,44 @@ def test_blocked_storage_and_no_javascript_are_said(
     finally:
         server.end()
     assert not (tmp_path / "data").exists()
+
+
+@pytest.mark.slow
+def test_a_choice_by_focus_or_touch_and_back_and_forward_lose_and_repeat_nothing(
+    browser: Browser, tmp_path: Path
+) -> None:
+    server = served(tmp_path, TASKS["choice"])
+    trials = load_design(tmp_path / "design.toml").trials("001")
+    context = browser.new_context(viewport={"width": 1280, "height": 800}, has_touch=True)
+    page = context.new_page()
+    page.goto(f"http://127.0.0.1:{server.port}/static/page.css")  # to which Back leads
+    page.goto(server.address)
+    for answered in ("focus", "touch", "left"):
+        take_part(page, until="button.way")
+        first, second = page.locator("button.way").all()
+        assert page.get_by_role("group", name=page.inner_text("h2")).get_by_role("button").count() == 2
+        if answered == "focus":
+            for _ in range(4):
+                page.keyboard.press("Tab")
+                if first.evaluate("(way) => way.matches(':focus-visible')"):
+                    break
+            page.keyboard.press("Enter")
+        elif answered == "touch":
+            second.tap()
+        else:
+            page.go_back()
+            assert page.url.endswith("page.css")
+            page.go_forward()
+            page.wait_for_function("globalThis.focalgradient")
+            continue
+        page.wait_for_selector("button.way", state="detached")
+    take_part(page)
+    context.close()
+    server.end()
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    events = read_journal(journal(tmp_path)).of("trial")
+    assert [(event["phase"], event["trial"]) for event in events] == [(one.phase, one.trial) for one in trials]
+    chosen = [1.0 if one.interval == way else 0.0 for way, one in enumerate(trials[:2], start=1)]
+    assert [event["rating"] for event in events[:2]] == chosen
+    table = read_dataset(tmp_path / "data").depth_rating
+    assert table["trial"].tolist() == [one.trial for one in trials if one.phase == "main"]

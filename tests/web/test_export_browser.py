@@ -131,7 +131,7 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
     bundle = exported(tmp_path, NECKER, "--datapipe", "abc123")
     address = {"datapipe": "datapipe.html", "pavlovia": "index.html?participant=3"}[name]
     with platform(bundle) as stub, opened(browser, stub, address) as page:
-        take_part(page, until="#cube", name=name)
+        take_part(page, until="button.held", name=name)
         other = page.context.new_page()
         other.goto(f"{stub.address}/{address}")
         other.wait_for_selector("text=This session is open in another window")
@@ -160,7 +160,7 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
 def test_what_is_refused_at_the_end_is_offered_as_a_file(browser: Browser, tmp_path: Path) -> None:
     bundle = exported(tmp_path, NECKER, "--datapipe", "abc123", "--completion", "https://example.org/done")
     with platform(bundle) as stub, opened(browser, stub, "datapipe.html?participant=2") as page:
-        take_part(page, until="#cube", name="over")
+        take_part(page, until="button.held", name="over")
         stub.over = True
         seen = take_part(page, until="#undelivered", name="over")
         assert "There is no such experiment" in seen[-1]

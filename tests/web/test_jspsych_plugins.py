@@ -6,7 +6,6 @@ import base64
 import functools
 import importlib.util
 import json
-import os
 import sys
 import threading
 import time
@@ -32,15 +31,10 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chrom
 PLUGINS = Path(__file__).parents[2] / "plugins" / "jspsych"
 SHAPE = (120, 160)
 
-LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
-"""A folder to keep what pages looked like in."""
-
 
 def build() -> ModuleType:
     """The program that bundles the plugins."""
     spec = importlib.util.spec_from_file_location("jspsych_build", PLUGINS / "build.py")
-    assert spec is not None
-    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
@@ -100,12 +94,6 @@ def press(page: browser.Browser, key: str, *kinds: str) -> None:
         page.call("Input.dispatchKeyEvent", type=kind, key=key, **(text if kind == "keyDown" else {}))
 
 
-def keep(page: browser.Browser, name: str) -> None:
-    """Keep what the page looks like, where that was asked for."""
-    if LOOK:
-        page.screenshot(Path(LOOK, f"{name}.png"))
-
-
 def pixels(page: browser.Browser, name: str) -> np.ndarray:
     """What the canvas shows, from a screenshot: canvases with WebGL, too."""
     x, y, width, height = page.js(
@@ -114,7 +102,6 @@ def pixels(page: browser.Browser, name: str) -> np.ndarray:
     )
     data = base64.b64decode(page.call("Page.captureScreenshot")["data"])
     whole = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_COLOR)
-    assert whole is not None
     return whole[round(y) : round(y + height), round(x) : round(x + width), ::-1].astype(int)
 
 
@@ -128,10 +115,8 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
     assert len(source.strip().splitlines()) <= 10
     page = open_timeline(site, source, "timeline")
     page.wait("document.querySelector('#item')")
-    keep(page, "focal-distance-card")
     page.js("document.querySelector('#end_resize_phase').click()")
     page.wait("document.querySelector('#virtual-chinrest-circle')")
-    keep(page, "focal-distance-spot")
     for _ in range(5):
         left = page.js("document.querySelector('#click').textContent")
         press(page, " ")
@@ -139,11 +124,9 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
         press(page, " ")
         page.wait(f"document.querySelector('#click')?.textContent !== {json.dumps(left)}")
     page.wait("document.querySelector('#jspsych-html-button-response-btngroup button')")
-    keep(page, "focal-distance-right")
     page.js("document.querySelector('#jspsych-html-button-response-btngroup button').click()")
     page.wait("document.querySelector('#picture')?.width === 160")
     time.sleep(0.2)
-    keep(page, "focal-picture")
     press(page, "x")
     press(page, "j")
     page.wait("document.querySelector('#focal-blur-foot input')")
@@ -152,12 +135,10 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
     wanted = min(start + 2.0 / 25, 2.5)
     page.wait(f"Math.abs(document.querySelector('#focal-blur-foot input').value - {wanted}) < 1e-9")
     time.sleep(0.2)
-    keep(page, "focal-blur")
     assert np.abs(pixels(page, "focal-blur") - encoded(wanted)).max() <= 1
     press(page, "Enter")
     page.wait("document.querySelector('#cube')")
     time.sleep(0.4)
-    keep(page, "focal-cube")
     press(page, "f", "keyDown")
     time.sleep(0.6)
     press(page, "f", "keyUp")
@@ -198,7 +179,6 @@ def test_what_is_shown_is_the_stimulus_to_the_8_bit_step(site: tuple[browser.Bro
     page.wait("document.querySelector('#picture') && document.querySelector('#picture').width === 160")
     time.sleep(0.3)
     file = cv2.imread(str(site[2] / "picture.png"))
-    assert file is not None
     assert np.abs(pixels(page, "picture") - file[..., ::-1].astype(int)).max() == 0
     press(page, "a")
     page.wait("document.querySelector('#focal-blur') && document.querySelector('#focal-blur').width === 160")

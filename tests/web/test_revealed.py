@@ -4,23 +4,43 @@ from __future__ import annotations
 
 import json
 import sys
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
-from participant import DEPTH, Participant, client_of, study
+from participant import DEPTH, NECKER, Participant, client_of, study
+from PIL import Image
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
 from focalgradient.dataset import read_dataset
+from focalgradient.display import Display
+from focalgradient.stimuli.cube_frames import frame_count, frames_of
+from focalgradient.stimuli.cube_frames import shown as as_shown
 from focalgradient.tasks import task_named
 from focalgradient.web import Lists
 
 TYPED = DEPTH + 'answer = "typed"\nconfidence = true\nmask = "noise"\n'
+THRESHOLD = """
+task = "blurthreshold"
+scenes = ["spheres-01"]
+repetitions = 2
+catch_trials = 1
+practice_trials = 2
+level_steps = 9
+mark_s = 0.05
+picture_s = 0.05
+blank_s = 0.05
+pause_s = 0.05
+ask = []
+"""
 CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
 TELLING = {
     *("scene", "aperture", "fixation", "catch", "interval", "right", "condition", "level", "focus", "share", "rounds"),
+    *("shape", "gradient", "strength", "direction", "cube", "correct", "answer"),
 }
 """Keys that no message may have."""
 
@@ -46,7 +66,10 @@ def texts_and_names(value: Any) -> str:
     return " ".join(map(texts_and_names, value)) if isinstance(value, list) else str(value)
 
 
-@pytest.mark.parametrize("design", [DEPTH, CHOICE, TYPED], ids=["slider", "choice", "typed"])
+DESIGNS = {"slider": DEPTH, "choice": CHOICE, "typed": TYPED, "cube": NECKER, "threshold": THRESHOLD}
+
+
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=[*DESIGNS])
 def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_path: Path, design: str) -> None:
     made = study(tmp_path, design)
     planned = made.design.trials("001")
@@ -61,7 +84,7 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
             assert len(shown["trials"]) <= 4, "few trials in advance"
             names += [part["url"] for part in shown["trials"][0]["intervals"]]
             message = someone.message(someone.trials[number], number)
-            if design == CHOICE:
+            if design in (CHOICE, THRESHOLD):
                 message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
             if design == TYPED:
                 message["answer"] |= {"start": None, "also": {"confidence": 0.5, "confidence_start": 0.25}}
@@ -71,7 +94,7 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
     assert not TELLING & keys(sent)
     told = texts_and_names(sent)
     for trial in planned:
-        for word in (trial.scene, "example-", "reference", "f/", "pinhole", "nearest", "farthest"):
+        for word in (getattr(trial, "scene", "cube"), "example-", "reference", "f/", "pinhole", "nearest", "farthest"):
             assert word not in told, word
     if design == TYPED:
         table = read_dataset(tmp_path / "data").depth_rating
@@ -82,6 +105,23 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
     assert names == [
         f"/pictures/{one.phase}/{one.trial}/{n}" for one in planned for n in range(len(names) // len(planned))
     ]
+
+
+def test_a_cube_is_a_film_of_the_laboratorys_frames(tmp_path: Path) -> None:
+    made = study(tmp_path, NECKER)
+    display = Display()
+    count = frame_count(made.design, 60.0)
+    shown = {(one.shape, one.gradient): one for one in made.design.trials("001")}
+    assert len(shown) == 5
+    for trial in shown.values():
+        (film,) = made.lists.contents("001", trial)
+        at, frames = 0, []
+        while size := int.from_bytes(film[at : at + 4], "big"):
+            frames.append(np.asarray(Image.open(BytesIO(film[at + 4 : at + 4 + size]))))
+            at += 4 + size
+        light = frames_of(trial, made.design, count, display.pixel_pitch / display.distance)
+        expected = [as_shown(one, display) for one in light]
+        assert all(np.array_equal(one, other) for one, other in zip(frames, expected, strict=True))
 
 
 def test_a_picture_needs_the_token_of_a_participant_who_has_reached_its_trial(tmp_path: Path) -> None:
@@ -139,7 +179,7 @@ def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> N
     (entry,) = lists.shown("001", [trial])
     assert not TELLING & keys(entry)
     assert str(trial.defocus) not in texts_and_names(entry["knob"]["views"])
-    files = [json.loads(lists.content("001", trial, number) or b"") for number in (0, 1)]
+    files = [json.loads(file) for file in lists.contents("001", trial)]
     assert sorted(len(one["vergences"]) > 1 for one in files) == [False, True]
     fixed = next(one for one in files if len(one["vergences"]) == 1)
     assert fixed["vergences"] == [0.0]

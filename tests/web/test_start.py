@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from participant import NECKER, study
+from participant import NECKER
 
 from focalgradient import InputError
 from focalgradient.cli import main
@@ -101,9 +101,3 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anybody_takes_part(
         assert done.exit_code == 2
         assert "there cannot be written: change its permissions" in done.output
         assert not (tmp_path / "links.jsonl").exists()
-
-
-def test_pictures_of_a_design_must_be_given(tmp_path: Path) -> None:
-    study(tmp_path, 'task = "pinhole"\nforms = ["real"]\n').close()
-    with pytest.raises(InputError, match="stimuli is missing: pinhole shows pictures"):
-        study(tmp_path, 'task = "pinhole"\n')

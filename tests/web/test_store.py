@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
-from databases import FOUND, Cluster, cluster
+from databases import FOUND, Cluster
 from participant import DEPTH, NECKER, Participant, client_of, kept_in, make_set
 
 from focalgradient import InputError
@@ -16,12 +15,6 @@ from focalgradient.dataset import read_journal, validate
 from focalgradient.web.study import Study
 
 pytestmark = pytest.mark.skipif(FOUND is None, reason="PostgreSQL is missing: install the Debian package postgresql")
-
-
-@pytest.fixture(scope="module")
-def databases() -> Iterator[Cluster]:
-    with cluster() as made:
-        yield made
 
 
 def two(address: str, folder: Path, design: str = NECKER) -> tuple[Study, Study]:

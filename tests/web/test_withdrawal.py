@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 from pathlib import Path
-from typing import Any
 
 import participant
 import pytest
@@ -265,10 +264,3 @@ def test_who_was_removed_from_the_collected_data_alone_does_not_come_back(addres
         collected(address, tmp_path / "collected")
     assert not list((tmp_path / "collected").rglob("sub-001*"))
     assert validate(tmp_path / "collected").notes == ("1 participant withdrew; the data were removed.",)
-
-
-def test_a_store_without_that_participant_says_so(address: str, tmp_path: Path) -> None:
-    study(tmp_path).close()
-    told: Any = CliRunner().invoke(main, ["withdraw", str(tmp_path / "none"), "sub-009", "--store", address])
-    assert told.exit_code == 2
-    assert len(told.output.strip().splitlines()) == 1

@@ -1,7 +1,7 @@
 // The turning Necker cube, blurred by the depth of one of its two readings, while keys are held or released.
 
 import { ParameterType } from "jspsych";
-import Cube from "../../../src/focalgradient/web/page/cube.js";
+import Cube from "./cube.js";
 import { CUBE } from "../build/shared.js";
 import { measurements } from "./focal-distance.js";
 import { atFoot } from "./prompt.js";

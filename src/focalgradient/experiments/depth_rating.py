@@ -18,7 +18,7 @@ from focalgradient.design.words import Words
 from focalgradient.files.columns import Column
 from focalgradient.scales import AnswerColumn, Control, Scale, scale_of
 from focalgradient.tasks.base import Task
-from focalgradient.tasks.columns import REPETITION, SCENE, TRIAL, judged
+from focalgradient.tasks.columns import AWAY_ABOUT, REPETITION, SCENE, TRIAL, judged
 from focalgradient.tasks.noted import START_ABOUT, Noted
 from focalgradient.tasks.response import check_rating
 from focalgradient.tasks.steps import Pictured, Step
@@ -55,8 +55,7 @@ INTERVAL = Column(
 GAZE = (
     Column(
         "gaze_away",
-        "Largest distance of a gaze fixation from the object to be fixated, while pictures were shown; n/a if the eyes "
-        "were lost for half of the time, or made no fixation.",
+        AWAY_ABOUT,
         "number",
         "deg",
         least=0,

@@ -42,7 +42,7 @@ target; a choice."""
 IRREGULAR, REGULAR = 0.65, 0.85
 """Shares of the squared change predicted at which a forecast begins to count, and counts in full. The share is 0.86 to
 0.97 for sines of 0.15 to 1 Hz, below 0.1 on average for random steps, walks and sums of six sines, 0.3 for noise
-between 0.05 and 1 Hz, and 0.55 for noise between 0.3 and 1 Hz (`tests/eye/test_prediction.py`)."""
+between 0.05 and 1 Hz, and 0.55 for noise between 0.3 and 1 Hz (`tests/eye/test_plant.py`)."""
 
 
 @lru_cache(maxsize=8)

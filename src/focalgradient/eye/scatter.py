@@ -6,7 +6,7 @@ A point of light at an angle theta gives, for each lux at the eye, a veil of L c
 
 theta in degrees from 0.1 to 100, p the pigmentation of the eye (CIE 146:2002, "CIE equations for disability glare";
 Vos & van den Berg 1999, CIE 135/1). It is within 30 % of the CIE's total equation from 0.1 to 90 degrees, and agrees
-with published straylight (`tests/eye/test_published_reference.py`, `tests/eye/test_scatter.py`).
+with published straylight (`tests/eye/test_published_reference.py`, `tests/eye/test_eye_retina.py`).
 """
 
 from __future__ import annotations

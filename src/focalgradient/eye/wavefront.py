@@ -46,7 +46,7 @@ Aberrations = tuple[tuple[int, int, float], ...]
 
 RIM_SAMPLES, PHASE_STEP = 128, 1.4
 """Minimum number of samples of the pupil per radius, and maximum phase between them (rad): the transfer then differs
-from the quadrature by at most 3e-4 (`tests/eye/test_wavefront_grid.py`)."""
+from the quadrature by at most 3e-4 (`tests/eye/test_through_focus.py`)."""
 
 _CHUNK = 1 << 20  # values at a time, to bound memory
 

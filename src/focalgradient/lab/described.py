@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.dataset import Noted, Press
+from focalgradient.dataset import Press
 from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -200,13 +200,8 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
     prepare()
     presses: list[Press] | None = [] if isinstance(control, Held) else None
     value: Any
-    recorder = sitting.recorder
-    if recorder is not None:
-        recorder.begin()
-    try:
+    with sitting.gaze():
         times = [_show(sitting, part, blank, labels, presses) for part in parts]
-    finally:
-        sitting.taken = None if recorder is None else recorder.end()
     onset = next(time for (time, _), part in zip(times, parts, strict=True) if part.step.judged)
     if isinstance(control, Held) and presses is not None:
         presses += screen.keys.events()  # those of the last frame
@@ -217,13 +212,9 @@ def _asked(task: Task, sitting: Sitting, planned: Any) -> Any:
         assert not isinstance(question, Held)
         given = ask(screen, question)
         value, seconds, start = given.value, given.seconds, given.start
-    noted = noted_start(start)
-    if sitting.taken is not None:
-        away = sitting.taken.away
-        noted |= {"gaze_away": Noted(away), "gaze_left": Noted(away is None or away > design.gaze_within_deg)}
     when = {"onset": sitting.since_start(onset), "response_time": seconds}
     answer = task.answered(design, trials[0], value, **when, **stimulus_of(task, design, trials[0], sitting.stimuli))
-    return with_noted(answer, noted, task.columns(design.model_dump(mode="json")))
+    return with_noted(answer, noted_start(start), task.columns(design.model_dump(mode="json")))
 
 
 def _show(
@@ -275,7 +266,8 @@ def _adjusted(task: Task, sitting: Sitting, planned: Any) -> Any:
     try:
         screen.empty(BLANK_S, "pause")
         onset = sitting.since_start(screen.now() + BLANK_S)
-        given = adjust(screen, draw, asked.least, asked.most, question=asked.question, ratios=asked.ratios)
+        with sitting.gaze():
+            given = adjust(screen, draw, asked.least, asked.most, question=asked.question, ratios=asked.ratios)
     finally:
         for view, _ in views:
             view.close()

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -146,7 +147,7 @@ class Sitting:
 
     def begin(self, trial: Any) -> None:
         """Begin a trial: label the events that follow with its condition."""
-        self.screen.practice = trial.phase == "practice"
+        self.screen.practice, self.taken = trial.phase == "practice", None
         condition = asdict(trial)
         self.shown, self.first = condition | dict(condition.pop("factors", {})), len(self.events)
 
@@ -157,6 +158,18 @@ class Sitting:
     def event(self, name: str) -> None:
         """Send a custom event marker now; its code is looked up in the file given with ``--codes``."""
         self.screen.on_event(name, self.screen.now())
+
+    @contextmanager
+    def gaze(self) -> Iterator[None]:
+        """Record gaze, if there is a source of it: in a trial of your own, while its pictures are shown."""
+        if self.recorder is None:
+            yield
+            return
+        self.recorder.begin()
+        try:
+            yield
+        finally:
+            self.taken = self.recorder.end()
 
     def note(self, name: str, value: Any, *, unit: str | None = None, description: str = "") -> None:
         """Record a value with the answer of this trial, as a column of the table that its sidecar describes.

@@ -13,11 +13,16 @@ from focalgradient.dataset.gaze import Sample as Kept
 from focalgradient.dataset.gaze import Shown, away
 from focalgradient.errors import InputError, one_line
 from focalgradient.lab.trackers import SIMULATED, check_answers
+from focalgradient.tasks.columns import AWAY_ABOUT
+from focalgradient.tasks.noted import Noted
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["Gaze", "Recorder", "Sample", "Taken", "open_gaze"]
+__all__ = ["WITHIN_DEG", "Gaze", "Recorder", "Sample", "Taken", "open_gaze"]
+
+WITHIN_DEG = 2.0
+"""Distance in degrees beyond which gaze has left the object to be fixated, in designs that state none."""
 
 
 class Sample(NamedTuple):
@@ -213,10 +218,22 @@ def open_gaze(screen: Screen, tracker: tuple[str, dict[str, Any]]) -> Gaze:
 
 
 class Taken(NamedTuple):
-    """Gaze of one trial: samples in the format of the data set, and distance from the object in degrees."""
+    """Gaze of one trial: samples in the format of the data set, and distance from the object in degrees.
+
+    `marked` is False if the trial had no object to be fixated.
+    """
 
     samples: Sequence[Kept]
     away: float | None
+    marked: bool = True
+
+    def noted(self, within_deg: float) -> dict[str, Noted]:
+        """Return the values recorded with the answer; empty if the trial had no object to be fixated."""
+        if not self.marked:
+            return {}
+        left = self.away is None or self.away > within_deg
+        about = f"Whether gaze_away exceeds {within_deg:g} degrees, or is missing."
+        return {"gaze_away": Noted(self.away, "deg", AWAY_ABOUT), "gaze_left": Noted(left, description=about)}
 
 
 class Recorder:
@@ -263,4 +280,5 @@ class Recorder:
         self._fetch()
         self._screen.after_frame = lambda: None
         samples = sorted(self._samples, key=lambda one: one.time)
-        return Taken(samples, away(samples, self._shown, self._screen.display.pixels_per_degree))
+        farthest = away(samples, self._shown, self._screen.display.pixels_per_degree)
+        return Taken(samples, farthest, bool(self._shown))

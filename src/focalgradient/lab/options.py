@@ -186,7 +186,7 @@ class SessionOptions(RecordingOptions):
     box_keys
         Keys assigned to the buttons of the box, such as 1=left,2=right,3=space,4=return.
     gaze
-        Source of recorded gaze, instead of the design's.
+        Source of gaze recorded during trials, instead of the design's.
     """
 
     age: Annotated[str, "YEARS"] | None = None

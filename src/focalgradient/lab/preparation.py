@@ -159,9 +159,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
 
 
 def _options(experiment: Experiment, given: Sequence[str], program: str) -> SessionOptions:
-    fixated = "gaze" in task_named(experiment.task).design.model_fields  # its trials have an object to fixate
-    without = () if fixated else ("gaze", "tracker")
-    options = parsed(SessionOptions, given, program=program, about=experiment.about, without=without)
+    options = parsed(SessionOptions, given, program=program, about=experiment.about)
     if options.print_design or options.print_words is not None:
         text = design_text(experiment.task) if options.print_words is None else words_text(options.print_words)
         print(text, end="")
@@ -193,17 +191,20 @@ def _to_repeat(given: Sequence[str]) -> list[str]:
     return kept
 
 
+def _gaze(options: SessionOptions, design: Any) -> str:
+    """Return the source of gaze: the options', else the design's; in a pilot, the mouse replaces an eye tracker."""
+    gaze = str(options.gaze or getattr(design, "gaze", "none"))
+    return "mouse" if options.pilot and gaze == "tracker" else gaze
+
+
 def _with_gaze(options: SessionOptions, design: Design) -> Design:
-    """Return the design with gaze recorded as the options require; in a pilot, the mouse replaces an eye tracker."""
-    if not hasattr(design, "gaze"):
-        return design
-    gaze = options.gaze or design.gaze
-    return design.model_copy(update={"gaze": "mouse" if options.pilot and gaze == "tracker" else gaze})
+    """Return the design with its source of gaze, if it states one."""
+    return design.model_copy(update={"gaze": _gaze(options, design)}) if hasattr(design, "gaze") else design
 
 
 def _tracker(options: SessionOptions, design: Design) -> tuple[str, dict[str, Any]] | None:
     """Return the eye tracker's class and settings, if gaze is recorded; "mouse" for the pointer."""
-    gaze = getattr(design, "gaze", "none")
+    gaze = getattr(design, "gaze", None) or _gaze(options, design)
     if gaze != "tracker" and options.tracker is not None:
         raise InputError(f"--tracker is given, but the gaze is {gaze!r}: give --gaze tracker, or leave it out.")
     if gaze == "none":

@@ -27,7 +27,7 @@ from focalgradient.lab.boxes import keys_of, open_gamepad
 from focalgradient.lab.consent import agree
 from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting, Unpractised
 from focalgradient.lab.forms import missing_glyphs, pages, rest
-from focalgradient.lab.gaze import Recorder, open_gaze
+from focalgradient.lab.gaze import WITHIN_DEG, Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
@@ -460,7 +460,10 @@ def _one(experiment: Experiment, sitting: Sitting, trial: Trial, noted: Mapping[
     shown = [*sitting.screen.drawn]
     if not sitting.unchanged.issuperset(shown):  # unchanged pictures of the set are identified by the column stimulus
         sitting.noted[SHOWN] = Noted(" ".join(shown), description=SHOWN_ABOUT)
-    task = task_named(experiment.task)
+    task, design = task_named(experiment.task), sitting.design
+    if sitting.taken is not None:
+        within = getattr(design, "gaze_within_deg", WITHIN_DEG)
+        answer = with_noted(answer, sitting.taken.noted(within), task.columns(design.model_dump(mode="json")))
     for name, (control, about) in task.further(sitting.design, sitting.words, trial).items():
         event = name if name == "confidence" else "question"
         sitting.note(name, ask(sitting.screen, control, event), unit=about.unit, description=about.description)

@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.power.study import Claim, People
 from focalgradient.statistics import ConditionTest, condition_tests, planned_tests
-from focalgradient.statistics.conditions import condition_questions
+from focalgradient.statistics.conditions import condition_questions, subject_cells
 from focalgradient.statistics.questions import Analysis
 from focalgradient.tasks import Task
 
@@ -30,9 +30,13 @@ def planned_of(task: Task, design: Any) -> tuple[ConditionTest, ...]:
 
 def tested_of(task: Task, design: Any, table: pd.DataFrame) -> tuple[ConditionTest, ...]:
     """Return these tests with their effects; `table` contains all trials except catch trials."""
-    if task.tested is not None:
-        return tuple(task.tested(design, table))
-    return condition_tests(table, planned_of(task, design))
+    if task.tested is None:
+        return condition_tests(table, planned_of(task, design))
+    tests = tuple(task.tested(design, table))
+    factors = list(dict.fromkeys(test.factor for test in tests))
+    if not {*factors, *(test.answer for test in tests)} <= {*table}:
+        return tests
+    return tuple(replace(test, points=subject_cells(table, test, factors)) for test in tests)
 
 
 def task_questions(task: Task, design: Any) -> Analysis:

@@ -172,7 +172,7 @@ def make_report(
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)
     parts = found.parts
-    applied = {name for part in parts for name in part.plan.rules}
+    applied = {name for part in parts for name in part.plan.questions.rules}
     _refuse_unused(applied, bound, stated, bayes, parts)
     output, body = Output(), list[Block]()
     fitted: Sequence[FittedObservers] = ()
@@ -187,7 +187,7 @@ def make_report(
     for part in parts:
         body += [Heading(part.title, 3), *part.methods(output)]
         body += [block for one in fitted if one.part is part for block in one.methods()]
-    body += explained([key for part in parts for key in part.plan.choices])
+    body += explained([key for part in parts for key in part.plan.questions.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
     body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]

@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from focalgradient.report.document import Anchored, Block, Details, Links
-from focalgradient.scales import Analysis, Choices, OrdinalSteps, Ratios, Slopes
 
-__all__ = ["CUBE", "DETECTION", "OWN", "THRESHOLDS", "chosen", "explained", "of_analysis"]
+__all__ = ["chosen", "explained"]
 
 CHOICES = {
     "exclusions": (
@@ -87,27 +86,6 @@ CHOICES = {
     ),
 }
 """Title and paragraph of each choice, by anchor."""
-
-OF_ANALYSIS: dict[type[Analysis], tuple[str, ...]] = {
-    Ratios: ("logarithm", "random", "equivalence", "holm"),
-    OrdinalSteps: ("ordinal", "random", "holm"),
-    Slopes: ("slopes", "random", "holm"),
-    Choices: ("choice", "holm"),
-}
-CUBE = ("exclusions", "odds", "holm")
-THRESHOLDS = ("threshold",)
-DETECTION = ("d-prime", "over-subjects", "holm")
-OWN = ("over-subjects", "holm")
-
-
-def of_analysis(analysis: Analysis) -> tuple[str, ...]:
-    """Return the keys of the choices of an analysis of ratings.
-
-    >>> of_analysis(Ratios())[:2]
-    ('exclusions', 'logarithm')
-    """
-    found = next(keys for kind, keys in OF_ANALYSIS.items() if isinstance(analysis, kind))
-    return ("exclusions", *found)
 
 
 def chosen(keys: Sequence[str]) -> Links:

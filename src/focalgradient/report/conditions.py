@@ -17,14 +17,13 @@ from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.power.own_tasks import tested_of
-from focalgradient.report.choices import OWN
 from focalgradient.report.exclusions import TRIALS, WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Rules
-from focalgradient.statistics.conditions import condition_method, condition_questions, level_text
+from focalgradient.statistics.conditions import condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Answers
@@ -48,16 +47,11 @@ def task_plan(task: Task, settings: Mapping[str, Any], tests: Tests, factors: Ma
     """Return the plan of a user-defined task; `factors` are its conditions with their levels."""
     levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in factors.items())
     conditions = f"Conditions ({levels}) were" if levels else "One condition was"
-    hypotheses = condition_questions(tests).hypotheses
-    outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
     return Plan(
+        condition_questions(tests),
         shown=f"{conditions} shown {times(settings)}{' each' if levels else ''}, in random order from the seed that "
         "the data set records.",
         exclusions=["Nobody is left out."],
-        hypotheses=hypotheses or ["No hypothesis is tested: means are estimated, with their intervals."],
-        outcome=f"The primary outcome is {outcome}. Means are over subjects, with 95 % intervals by Student’s t.",
-        analysis=[condition_method(tests) if tests else "No hypothesis was tested."],
-        choices=OWN,
     )
 
 
@@ -68,16 +62,15 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     everyone = own.table[~own.table["catch"]]
     rows = everyone[kept_rows(everyone, [], criteria)]
     tests = rating_tests(own, criteria)
+    questions = condition_questions(tests, scenes="scene" in own.table, adjusted=True)
     plan = Plan(
+        dataclasses.replace(questions, outcome="", rules=rules),
         exclusions=[f"By rules that do not look at the effect, {applied}.".format(rules=criteria)] if applied else [],
-        analysis=[condition_method(tests, scenes="scene" in own.table, adjusted=True)],
-        rules=rules,
-        choices=OWN,
     )
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")
     simulated = bool((own.table["kind"] == "simulated").any())
-    return condition_part(names, plan, own.table, rows, tests, rating_tests(own), left_out, simulated=simulated)
+    return condition_part(names, plan, own.exported, rows, tests, rating_tests(own), left_out, simulated=simulated)
 
 
 def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
@@ -100,7 +93,7 @@ def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
     shown = names, plan, table, rows, tests, tests
-    part = condition_part(*shown, simulated=data.simulated, units=units, data=data, repeated_in_r=task.tested is None)
+    part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
     by, traces = tests[0].factor if tests else None, []
     for level in task.adapted_fields:
         drawn = partial(trace_figure, rows, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
@@ -125,11 +118,11 @@ def condition_part(
     simulated: bool,
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
-    repeated_in_r: bool = False,
 ) -> Part:
     """Return the section on tests with and without (`before`) exclusions; `names` are heading, prefix and answers."""
     title, name, noun = names
-    kept, everyone = (condition_questions(of, repeated_in_r=repeated_in_r).answers(of) for of in (tests, before))
+    kept, everyone = (condition_questions(of).answers(of) for of in (tests, before))
+    table = table.assign(included=table.index.isin(rows.index))
     script = r_script("conditions", kept).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
@@ -169,14 +162,14 @@ def _drawing(
     simulated: bool,
 ) -> Drawing:
     """Return the figure of answers by a factor."""
-    answers = dict.fromkeys((test.answer, test.log) for test in tests if not test.answer.startswith("("))
+    of = {test.answer: test for test in tests if test.factor == factor and test.points is not None}
     alike = rows.groupby("participant_id")[factor].nunique().max() == 1
     drawn = "a point for each subject" if alike else "each subject thin"
     drawn = f"{drawn}, mean and its 95 % interval over subjects bold"
     if alike and any(test.factor == factor and test.level is None for test in tests):
-        drawn = "a point for each subject, and their least-squares line"
+        drawn = "a point for each subject, and the line of the tested slope"
     noun = "Ratings" if names[2] == "rating" else "Answers"
-    draw = partial(condition_figure, rows, factor, [*answers], units=units, simulated=simulated)
+    draw = partial(condition_figure, [*of.values()], units=units, simulated=simulated)
     file = file or f"{names[1]}_{factor}".replace(" ", "_").replace("/", "_")
     return Drawing(file, f"{noun} by {factor}: {drawn}.", draw)
 

@@ -11,7 +11,6 @@ import pandas as pd
 
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_necker
-from focalgradient.report.choices import CUBE
 from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.export import report_files
@@ -19,7 +18,6 @@ from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
 from focalgradient.report.words import OF_TABLE, catches, counts, differing, setting, times
 from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, Rules, as_table
-from focalgradient.statistics.criteria import OF_CUBE
 from focalgradient.statistics.cube_questions import cube_questions
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import listed
@@ -53,15 +51,7 @@ def cube_plan(
         As in `cube_questions`.
     """
     questions = cube_questions([], gradients, largest_mm, rules)
-    return Plan(
-        shown=shown,
-        exclusions=criteria(rules, unjudged, CUBE_CATCH),
-        hypotheses=questions.hypotheses,
-        outcome=questions.outcome if questions.hypotheses else "",
-        analysis=[questions.method],
-        rules=OF_CUBE,
-        choices=CUBE,
-    )
+    return Plan(questions, shown, criteria(rules, unjudged, CUBE_CATCH))
 
 
 def shown_cube(design: Mapping[str, Any]) -> str:
@@ -89,8 +79,8 @@ def cube_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
     return cube_part(analyse_necker(root, rules=asked.rules))
 
 
-def cube_part(reports: Reports) -> Part:
-    """Return the section on analysed reports."""
+def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
+    """Return the section on analysed reports; `exported` is their table with further columns."""
     result, quality, data, simulated = reports.result, reports.quality, reports.data, reports.simulated
     seen = [] if data is None else screens(data)
     trials = reports.table[~reports.table["catch"]]
@@ -129,7 +119,7 @@ def cube_part(reports: Reports) -> Part:
         figures=[figure] if figure else [],
         captions=CAPTIONS,
         sheets=[*(_sheets(computed) if computed else ()), *screens_sheet(seen, "necker")],
-        files=report_files(reports.table, reports.kept, computed, data),
+        files=report_files(reports.table if exported is None else exported, reports.kept, computed, data),
         observed=(reports.kept,),
     )
 

@@ -11,7 +11,6 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
-from focalgradient.report.choices import DETECTION
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
@@ -76,7 +75,7 @@ def detection_part(own: OwnDetection) -> Part:
     return Part(
         title="Signal detection",
         name="detection",
-        plan=Plan(analysis=[questions.method], choices=DETECTION),
+        plan=Plan(questions),
         answers=answers,
         simulated=simulated,
         sample=[
@@ -97,7 +96,7 @@ def detection_part(own: OwnDetection) -> Part:
         figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known, simulated=simulated))],
         captions={EFFECTS: "Means over people, and differences of d′ between conditions"},
         sheets=[_sheet(group, curves, areas)],
-        files=table_files("detection_trials", own.table) | {"detection.R": r_script("detection", answers)},
+        files=table_files("detection_trials", own.exported) | {"detection.R": r_script("detection", answers)},
     )
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
+from focalgradient.files.cells import as_number
 from focalgradient.statistics import (
     ComparisonResult,
     DepthRatingResult,
@@ -224,12 +225,15 @@ def safe_csv(table: pd.DataFrame) -> bytes:
     --------
     >>> safe_csv(pd.DataFrame({"a": ["=1+1", "b"], "c": [-1.5, 2.0]}))
     b"a,c\n'=1+1,-1.5\nb,2.0\n"
+    >>> safe_csv(pd.DataFrame({"a": ["-1.5", "-x"]}))
+    b"a\n-1.5\n'-x\n"
     >>> safe_csv(pd.DataFrame({"catch": [True, False]}))
     b'catch\nTRUE\nFALSE\n'
     """
 
     def safe(value: object) -> object:
-        return f"'{value}" if isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r")) else value
+        formula = isinstance(value, str) and value.startswith(("=", "+", "-", "@", "\t", "\r"))
+        return f"'{value}" if formula and as_number(str(value)) is None else value
 
     texts = {name: table[name].map(safe) for name in table if table[name].dtype.kind not in "biuf"}
     out = table.assign(**{str(name): values for name, values in texts.items()}) if texts else table

@@ -17,6 +17,7 @@ from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, answer_ta
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed, Quality, Rules
 from focalgradient.statistics.effects import BOUND
+from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.questions import Answer, Answers, Caution
 from focalgradient.statistics.wording import many
 
@@ -97,33 +98,31 @@ class Output:
         return Figure(f"{name}.png", self.figures[f"{name}.png"], caption)
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@dataclass(frozen=True, slots=True)
 class Plan:
     """What is stated of a task before data exist, in the words of a paper: its preregistration, and its methods.
 
     Parameters
     ----------
+    questions
+        Analysis: its hypotheses, primary outcome, methods, rules and choices.
     shown
         Design in sentences; ``{people}`` stands for the subjects.
     exclusions
         Exclusion rules, in sentences.
-    hypotheses, outcome
-        Hypotheses and primary outcome; empty for the methods of a table.
-    analysis
-        Analysis, in sentences.
-    rules
-        Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so.
-    choices
-        Methodological choices to be explained: keys of `focalgradient.report.choices`.
+    further
+        Further sentences on the analysis.
     """
 
+    questions: Questions
     shown: str = ""
     exclusions: Sequence[str] = ()
-    hypotheses: Sequence[str] = ()
-    outcome: str = ""
-    analysis: Sequence[str] = ()
-    rules: tuple[str, ...] = ()
-    choices: tuple[str, ...] = ()
+    further: Sequence[str] = ()
+
+    @property
+    def analysis(self) -> list[str]:
+        """Analysis in sentences."""
+        return [self.questions.method, *self.further]
 
     def design(self, people: str) -> str:
         """Return the design in sentences."""
@@ -198,7 +197,7 @@ class Part:
     def both(self) -> list[tuple[str, Answer]]:
         """Main results with and without exclusions."""
         answers = [*self.answers]
-        excludes = bool(self.plan.rules) or any(one.role == WITHOUT for one in answers)
+        excludes = bool(self.plan.questions.rules) or any(one.role == WITHOUT for one in answers)
         return both_results(answers, excludes=excludes)
 
     def findings(self, output: Output) -> Iterator[Block]:
@@ -252,11 +251,11 @@ class Part:
                 f"{many(trials, 'single trial')}; the recorded data stay as they were. Results are shown with and "
                 "without exclusions."
             )
-        texts = [plan.design(people), exclusions, plan.outcome, *plan.analysis]
+        texts = [plan.design(people), exclusions, plan.questions.outcome, *plan.analysis]
         yield from map(Paragraph, filter(None, texts))
         yield from output.tables(self._design())
         yield from map(Notice, self.advice)
-        yield chosen(plan.choices)
+        yield chosen(plan.questions.choices)
 
     def _design(self) -> list[Sheet]:
         """Return every setting of the design as a table, with all values if sessions differ."""

@@ -101,12 +101,12 @@ class Preregistered:
 
     def blocks(self) -> list[Block]:
         """Return the document."""
-        plan, has_rules = self.plan, bool(self.plan.rules)
+        plan, has_rules = self.plan, bool(self.plan.questions.rules)
         return [
             Heading("Hypotheses"),
-            *map(Paragraph, plan.hypotheses),
+            *map(Paragraph, plan.questions.hypotheses),
             Heading("Primary outcome"),
-            Paragraph(plan.outcome),
+            Paragraph(plan.questions.outcome),
             Heading("Design"),
             Paragraph(IN_WORDS),
             Paragraph(plan.design("Subjects")),
@@ -205,7 +205,7 @@ def preregistration(
         )
     preregistered: Callable[..., Preregistered | None] | None = PREREGISTERED.get(task.name, task.preregistered)
     text = (preregistered and preregistered(design, asked)) or preregister_task(task, design, asked)
-    title, blocks, rules = f"Preregistration: {text.about}", text.blocks(), text.plan.rules
+    title, blocks, rules = f"Preregistration: {text.about}", text.blocks(), text.plan.questions.rules
     files = {
         "preregistration.html": as_html(title, blocks).encode(),
         "preregistration.md": as_markdown(title, blocks).encode(),
@@ -252,7 +252,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Asked) -> Preregistere
         neutral=_neutral(design, analysis),
         failed=[FAILED_RATIOS if analysis.ratios else FAILED_OTHERS],
         stated=asked.stated,
-        judged=[name for name in plan.rules if name not in skipped],
+        judged=[name for name in plan.questions.rules if name not in skipped],
     )
 
 
@@ -368,7 +368,7 @@ def preregister_cube(design: NeckerDesign, asked: Asked) -> Preregistered:
             "Where a subject reports neither reading in a condition, its change is missing, and is not replaced.",
         ],
         stated=asked.stated,
-        judged=[name for name in plan.rules if name not in unjudged],
+        judged=[name for name in plan.questions.rules if name not in unjudged],
     )
 
 

@@ -14,7 +14,6 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
 from focalgradient.report.analysed import Ratings, analyse_ratings
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
-from focalgradient.report.choices import of_analysis
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
 from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.exclusions import NAMES, catch_answers, criteria
@@ -34,7 +33,6 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
-from focalgradient.statistics.criteria import OF_RATINGS
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.posteriors import BayesResult
 from focalgradient.statistics.questions import Answer, Answers, stated
@@ -107,15 +105,7 @@ def rating_plan(
     """
     questions = questions_of(analysis, fixations, scenes, design, bound)
     catch = catch_answers(analysis, design.get("catch_pictures") or ("standard",))
-    return Plan(
-        shown=shown,
-        exclusions=criteria(rules, unjudged, catch),
-        hypotheses=questions.hypotheses,
-        outcome=questions.outcome,
-        analysis=[questions.method, ROBUSTNESS, *further],
-        rules=(*OF_RATINGS, "bound") if analysis.ratios else OF_RATINGS,
-        choices=of_analysis(analysis),
-    )
+    return Plan(questions, shown, criteria(rules, unjudged, catch), [ROBUSTNESS, *further])
 
 
 def shown_ratings(design: Mapping[str, Any], answers: str) -> str:
@@ -157,8 +147,16 @@ def ratings_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
     return rating_part(analyse_ratings(root, **settings), asked)  # type: ignore[arg-type]
 
 
-def rating_part(ratings: Ratings, asked: Asked) -> Part:
-    """Return the section on analysed ratings, with the Bayesian analysis if it is requested and possible."""
+def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = None) -> Part:
+    """Return the section on analysed ratings, with the Bayesian analysis if it is requested and possible.
+
+    Parameters
+    ----------
+    ratings, asked
+        Analysed ratings, and settings of the report.
+    exported
+        Table of the ratings with further columns, for the exported trials.
+    """
     main, analysis, data, quality = ratings.main, ratings.analysis, ratings.data, ratings.quality
     result = ratings.result if isinstance(ratings.result, DepthRatingResult) else None
     posterior = None
@@ -191,7 +189,7 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
     default = asked.bound is None and analysis.ratios
     subsections = [partial(gaze_blocks, ratings)] if data is not None and ratings.fixated is not None else []
     subsections += [] if posterior is None else [partial(bayes_part, posterior, simulated=ratings.simulated)]
-    exported = ratings.compared or result
+    computed = ratings.compared or result
     return Part(
         title="Depth ratings",
         name="depth_rating",
@@ -215,7 +213,7 @@ def rating_part(ratings: Ratings, asked: Asked) -> Part:
         advice=[f"The bound of equivalence, {asked.used_bound:.3g}, is the default: state your own in advance."]
         * default,
         files={
-            **trial_files(ratings.table, ratings.kept, exported, data),
+            **trial_files(ratings.table if exported is None else exported, ratings.kept, computed, data),
             SCENE_EFFECTS: scene_effects_file(ratings),
         },
         observed=(ratings.kept, analysis),

@@ -58,7 +58,8 @@ def _of_ratings(own: OwnRatings, asked: Asked) -> Part:
     """Analyse ratings by aperture and fixation of the user's own table."""
     asked = replace(asked, scale=Choices() if asked.scale is None and own.choices else asked.scale)
     bound, scale, rules, progress = asked.used_bound, asked.scale, asked.rules, asked.progress
-    return rating_part(analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress), asked)
+    analysed = analyse_table(own.table, bound=bound, scale=scale, rules=rules, progress=progress)
+    return rating_part(analysed, asked, own.exported)
 
 
 KINDS = (
@@ -67,7 +68,7 @@ KINDS = (
         holds_reports,
         CUBE,
         read_reports,
-        lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules)),
+        lambda own, asked: cube_part(analyse_report_table(own.table, rules=asked.rules), own.exported),
     ),
     Kind(
         "answers to signal and noise",

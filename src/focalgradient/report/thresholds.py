@@ -12,7 +12,6 @@ import pandas as pd
 from focalgradient.dataset import DataSet, read_dataset
 from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
-from focalgradient.report.choices import THRESHOLDS
 from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
@@ -54,6 +53,7 @@ def threshold_plan(design: Mapping[str, Any]) -> Plan:
         else "it was seen through a lens focused on the fixated object, by the depth of its scene"
     )
     return Plan(
+        threshold_questions(unit, of=what),
         shown=f"Each trial showed one {scenes} in two intervals of "
         f"{setting(design, 'picture_s')} s and asked {question}; in one of them {how}, by a level above the "
         f"{setting(design, 'pedestal')} {unit} of both. The level was chosen before each trial by QUEST+ (Watson, "
@@ -65,10 +65,6 @@ def threshold_plan(design: Mapping[str, Any]) -> Plan:
             "the same effect as inattention, the mean is over all participants, and that without them is also "
             "reported."
         ],
-        hypotheses=["No hypothesis is tested: thresholds are estimated, with their intervals."],
-        outcome=f"The primary outcome is the geometric mean over participants of the threshold {what} ({unit}).",
-        analysis=[threshold_questions(unit).method],
-        choices=THRESHOLDS,
     )
 
 
@@ -88,7 +84,7 @@ def thresholds_of_table(own: OwnThresholds) -> Part:
         str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
         for name, rows in own.table.groupby("condition", sort=True)
     }
-    return threshold_part(own.table, results, own.unit, own.guess)
+    return threshold_part(own.exported, results, own.unit, own.guess)
 
 
 def thresholds_of_dataset(root: str | os.PathLike[str], asked: Asked | None = None) -> Part:
@@ -141,7 +137,7 @@ def threshold_part(
     questions = threshold_questions(unit, results, guess)
     answers = everyone = questions.answers(results)
     simulated = bool((table["kind"] == "simulated").any()) if data is None else data.simulated
-    plan = Plan(analysis=[questions.method], choices=THRESHOLDS)
+    plan = Plan(questions)
     said: list[str] = []
     levels = float(table["level"].min()), float(table["level"].max())
     if data is not None:

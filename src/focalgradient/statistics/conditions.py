@@ -4,26 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files.cells import name_and_unit
-from focalgradient.statistics.means import between_levels, family, paired_effect
+from focalgradient.statistics.means import between_levels, family, paired_effect, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
-from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.wording import many, number, statistic
 
 __all__ = [
     "ConditionTest",
+    "cells_in_r",
     "condition_method",
     "condition_questions",
     "condition_tests",
     "level_text",
+    "levels_in_r",
     "planned_tests",
+    "show_in_r",
+    "subject_cells",
     "subject_effects",
 ]
 
@@ -47,6 +50,11 @@ class ConditionTest:
         True if the answer is a ratio, analysed on its natural logarithm.
     effect
         Slope per unit of the factor, or difference between the levels; None before data are collected.
+    points
+        Mean answer of each subject (row) at each level of the factor (column), logarithmic for `log`, over all scenes;
+        None before data are collected.
+    r_code
+        R code that prints the same effect: see `focalgradient.statistics.questions.Question`.
     """
 
     answer: str
@@ -55,6 +63,18 @@ class ConditionTest:
     against: str | None = None
     log: bool = False
     effect: Effect | NotComputed | None = None
+    points: pd.DataFrame | None = field(default=None, compare=False)
+    r_code: str = field(default="", compare=False)
+
+    @property
+    def means(self) -> list[Interval]:
+        """Mean of the points at each level, with its 95 % interval over subjects; geometric for `log`.
+
+        >>> [mean.estimate for mean in ConditionTest("blur", "eye", points=pd.DataFrame({"L": [1.0, 2.0]})).means]
+        [1.5]
+        """
+        columns = [] if self.points is None else [self.points[level].dropna() for level in self.points]
+        return [t_interval(values).ratio if self.log else t_interval(values) for values in columns]
 
     @property
     def sentence(self) -> str:
@@ -147,7 +167,7 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     Returns
     -------
     tuple
-        The same tests with `effect`.
+        The same tests with `effect`, `points` and `r_code`.
 
     Raises
     ------
@@ -170,22 +190,20 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     for answer in {test.answer for test in planned if test.log}:
         if not (rows[answer].dropna() > 0).all():
             raise InputError(f"{answer} is a ratio, but has values of 0 or less: correct them.")
-    effects = family(_effect(rows, factors, test) for test in planned)
-    return tuple(
-        ConditionTest(test.answer, test.factor, test.level, test.against, test.log, effect)
-        for test, effect in zip(planned, effects, strict=True)
-    )
+    shown = [replace(test, points=subject_cells(rows, test, factors), r_code=_in_r(test, factors)) for test in planned]
+    effects = family(_effect(test) for test in shown)
+    return tuple(replace(test, effect=effect) for test, effect in zip(shown, effects, strict=True))
 
 
-def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool = False) -> Analysis:
+def condition_questions(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> Analysis:
     """Return a question for each test, asked of the tests with their effects; tests without effects have no answer.
 
     Parameters
     ----------
     tests
         Tests.
-    repeated_in_r
-        True for tests by `condition_tests`, which have R code.
+    scenes, adjusted
+        As in `condition_method`.
 
     Examples
     --------
@@ -193,21 +211,52 @@ def condition_questions(tests: Sequence[ConditionTest], *, repeated_in_r: bool =
     >>> [answer.name for answer in condition_questions(tests).answers(tests)]
     ['slope of blur on sigma']
     """
-    factors = ", ".join(dict.fromkeys(quoted(test.factor) for test in tests))
-    codes = [_in_r(test, factors) * repeated_in_r for test in tests]
-    return Analysis([_question(*asked) for asked in zip(range(len(tests)), tests, codes, strict=True)])
+    outcome = f"“{tests[0].name}”, one value for each subject" if tests else "the means of each condition"
+    return Analysis(
+        [_question(*asked) for asked in enumerate(tests)],
+        f"The primary outcome is {outcome}. Means are over subjects, with 95 % intervals by Student’s t.",
+        condition_method(tests, scenes=scenes, adjusted=adjusted) if tests else "No hypothesis was tested.",
+        choices=("over-subjects", "holm"),
+    )
 
 
-def _in_r(test: ConditionTest, factors: str) -> str:
-    of = f"means({quoted(test.answer)}, {str(test.log).upper()}, {quoted(test.factor)}, c({factors}))"
-    if test.level is None or test.against is None:
-        return f'show({quoted(test.name)}, "", over_people(slopes({of})))\n'
-    levels = (quoted({"True": "TRUE", "False": "FALSE"}.get(name, name)) for name in (test.level, test.against))
-    one, other = (f"level({of}, {name})" for name in levels)
-    return f'show({quoted(test.name)}, "", compared({one}, {other}))\n'
+def cells_in_r(test: ConditionTest, factors: Sequence[str]) -> str:
+    """Return the arguments of `means` in R, which computes `subject_cells`; parameters as there.
+
+    >>> cells_in_r(ConditionTest("blur", "eye", "left", "right"), ["eye"])
+    '"blur", FALSE, "eye", c("eye")'
+    """
+    names = ", ".join(map(quoted, factors))
+    return f"{quoted(test.answer)}, {str(test.log).upper()}, {quoted(test.factor)}, c({names})"
 
 
-def _question(place: int, test: ConditionTest, r_code: str) -> Question:
+def levels_in_r(test: ConditionTest) -> list[str]:
+    """Return the levels of a test as texts of R, which writes truth values in capitals.
+
+    >>> levels_in_r(ConditionTest("blur", "expert", "True", "False"))
+    ['"TRUE"', '"FALSE"']
+    """
+    return [quoted({"True": "TRUE", "False": "FALSE"}.get(name, name)) for name in (str(test.level), str(test.against))]
+
+
+def show_in_r(test: ConditionTest, found: str) -> str:
+    r"""Return R code that prints a result under the name of a test.
+
+    >>> show_in_r(ConditionTest("blur", "sigma"), "over_people(own)")
+    'show("slope of blur on sigma", "", over_people(own))\n'
+    """
+    return f'show({quoted(test.name)}, "", {found})\n'
+
+
+def _in_r(test: ConditionTest, factors: Sequence[str]) -> str:
+    of = f"means({cells_in_r(test, factors)})"
+    if test.level is None:
+        return show_in_r(test, f"over_people(slopes({of}))")
+    one, other = (f"level({of}, {name})" for name in levels_in_r(test))
+    return show_in_r(test, f"compared({one}, {other})")
+
+
+def _question(place: int, test: ConditionTest) -> Question:
     def fit(tests: Sequence[ConditionTest]) -> dict[str, Effect | NotComputed]:
         effect = tests[place].effect
         return {} if effect is None else {"": effect}
@@ -218,7 +267,7 @@ def _question(place: int, test: ConditionTest, r_code: str) -> Question:
     unit = f"log {test.answer}" if test.log else test.answer
     hypothesis = (f"The {test.name} differs from 0.",)
     described = {"headline": test.name, "sentence": sentence, "hypothesis": hypothesis}
-    return Question(test.name, fit, "main", unit, r_code=r_code, **described)  # type: ignore[arg-type]
+    return Question(test.name, fit, "main", unit, r_code=test.r_code, **described)  # type: ignore[arg-type]
 
 
 def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> str:
@@ -254,13 +303,40 @@ def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, ad
     )
 
 
-def _effect(rows: pd.DataFrame, factors: list[str], test: ConditionTest) -> Effect | NotComputed:
+def subject_cells(
+    rows: pd.DataFrame, test: ConditionTest, factors: Sequence[str], by: Sequence[str] = ("participant_id",)
+) -> pd.DataFrame:
+    """Return the mean answer of each subject (row) at each level of the factor of a test (column).
+
+    Parameters
+    ----------
+    rows
+        One row per trial.
+    test
+        Test, which names answer and factor.
+    factors
+        All factors: answers are averaged within each of their combinations first.
+    by
+        Columns that identify a row of the result.
+
+    Examples
+    --------
+    >>> rows = pd.DataFrame({"participant_id": "A", "eye": ["L", "L", "R"], "blur": [1.0, 2.0, 4.0]})
+    >>> subject_cells(rows, ConditionTest("blur", "eye"), ["eye"]).to_dict("records")
+    [{'L': 1.5, 'R': 4.0}]
+    """
     values = np.log(rows[test.answer]) if test.log else rows[test.answer]
-    cells = values.groupby([rows["participant_id"], *(rows[name] for name in factors)]).mean()
-    own: Any = cells.groupby(["participant_id", test.factor]).mean().unstack(test.factor)
+    cells = values.groupby([rows[name] for name in dict.fromkeys((*by, *factors))]).mean()
+    shown: pd.DataFrame = cells.groupby([*by, test.factor]).mean().unstack(test.factor)
+    return shown
+
+
+def _effect(test: ConditionTest) -> Effect | NotComputed:
+    cells = test.points
+    assert cells is not None
     if test.level is None:
-        return paired_effect(subject_effects(own, test), "least-squares slope within subject, t over subjects")
-    by_text = {level_text(level): own[level] for level in own}
+        return paired_effect(subject_effects(cells, test), "least-squares slope within subject, t over subjects")
+    by_text = {level_text(level): cells[level] for level in cells}
     if test.level not in by_text or test.against not in by_text:
         return NotComputed(f"There are no answers with {test.factor} {test.level} or {test.against}.")
     return between_levels(by_text[test.level], by_text[test.against])

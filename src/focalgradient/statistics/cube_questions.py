@@ -10,7 +10,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.criteria import Rules
+from focalgradient.statistics.criteria import OF_CUBE, Rules
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.means import paired_effect
 from focalgradient.statistics.questions import Analysis, Answers, Question, in_r
@@ -122,9 +122,12 @@ def cube_questions(
     )
     return Analysis(
         [asked],
-        outcome,
+        outcome if claimed else "",
         prepare=lambda table: own_odds(main_reports(table, rules.shortest_both)),
         exclusions=partial(quality, rules=rules),
+        kind="cube",
+        rules=OF_CUBE,
+        choices=("exclusions", "odds", "holm"),
     )
 
 

@@ -392,7 +392,8 @@ def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analy
         Question(what, found(what), "description", r_code=code)
         for what, code in ((D_PRIME, EACH_R.format("d'", "d", 1)), (CRITERION, EACH_R.format(CRITERION, "c", 2)))
     ]
-    return Analysis(asked, after=" ".join([METHOD, *[CONFIDENCE_METHOD] * confidence]))
+    method = " ".join([METHOD, *[CONFIDENCE_METHOD] * confidence])
+    return Analysis(asked, after=method, kind="detection", choices=("d-prime", "over-subjects", "holm"))
 
 
 DIFFERENCE_R = """for (k in conditions[-1]) {

@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
+from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
-from focalgradient.statistics.criteria import Rules
+from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.questions import Analysis as Questions
@@ -105,4 +105,20 @@ def questions_of(
     else:
         asked = step_questions(fixations, scenes, steps)
         asked = replace(asked, prepare=lambda table: ordinal_rating(main_trials(table, statistic), []).outcomes)
-    return replace(asked, exclusions=partial(quality, rules=rules, scale=statistic))
+    choices = next(keys for kind, keys in CHOICES.items() if isinstance(statistic, kind))
+    return replace(
+        asked,
+        exclusions=partial(quality, rules=rules, scale=statistic),
+        kind="ratings",
+        rules=(*OF_RATINGS, "bound") if statistic.ratios else OF_RATINGS,
+        choices=("exclusions", *choices),
+    )
+
+
+CHOICES: Mapping[type[Analysis], tuple[str, ...]] = {
+    Ratios: ("logarithm", "random", "equivalence", "holm"),
+    OrdinalSteps: ("ordinal", "random", "holm"),
+    Slopes: ("slopes", "random", "holm"),
+    Choices: ("choice", "holm"),
+}
+"""Methodological choices of each analysis of ratings."""

@@ -340,6 +340,7 @@ NO_ANSWERS = Answers()
 """Answers of an analysis that asks nothing."""
 
 
+Kind = Literal["conditions", "ratings", "cube", "thresholds", "detection"]
 Exclusions = Callable[[Any], tuple[Any, Quality]]
 """Application of exclusion rules to a table."""
 
@@ -363,6 +364,14 @@ class Analysis:
     generator
         Function of a number of subjects and a random generator that returns a table of simulated people with assumed
         effects.
+    kind
+        Kind of data that the questions are about, by which figures and models of simulated people are chosen.
+    rules
+        Fields of `focalgradient.statistics.Rules` that the analysis goes by, and "bound" where it does so.
+    choices
+        Methodological choices to be explained: keys of `focalgradient.report.choices`.
+    estimates
+        What is estimated where no hypothesis is tested.
 
     Examples
     --------
@@ -383,11 +392,17 @@ class Analysis:
     prepare: Callable[[Any], Any] = lambda table: table
     exclusions: Exclusions | None = None
     generator: Callable[[int, np.random.Generator], Any] | None = None
+    kind: Kind = "conditions"
+    rules: tuple[str, ...] = ()
+    choices: tuple[str, ...] = ()
+    estimates: str = "means"
 
     @property
     def hypotheses(self) -> list[str]:
-        """Numbered hypotheses of all questions, the primary one first."""
+        """Numbered hypotheses of all questions, the primary one first; a sentence that says so if there is none."""
         sentences = [sentence for question in self.questions for sentence in question.hypothesis]
+        if not sentences:
+            return [f"No hypothesis is tested: {self.estimates} are estimated, with their intervals."]
         return [f"H{place}{' (primary)' * (place == 1)}. {text}" for place, text in enumerate(sentences, start=1)]
 
     @property

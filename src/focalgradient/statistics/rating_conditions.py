@@ -10,15 +10,20 @@ import pandas as pd
 
 from focalgradient.statistics.conditions import (
     ConditionTest,
+    cells_in_r,
     condition_tests,
     level_text,
+    levels_in_r,
     planned_tests,
+    show_in_r,
+    subject_cells,
     subject_effects,
 )
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import family, student_effect, welch
+from focalgradient.statistics.questions import quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.user_tables.conditions import OwnConditions
 
@@ -53,18 +58,23 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
     varied = rows.groupby("participant_id")[[*own.conditions]].nunique().max()
     between = [test for test in planned if varied[test.factor] == 1]
     within = [test for test in planned if varied[test.factor] > 1]
-    answers = np.log(rows["rating"]) if own.log else rows["rating"]
+    factors = list(dict.fromkeys(test.factor for test in planned))
     done = {test.name: test for test in condition_tests(rows, planned)}
-    levels = [rows[name] for name in own.conditions if varied[name] > 1]
-    means = answers.groupby([rows["participant_id"], *levels]).mean().groupby("participant_id").mean()
-    done |= {test.name: test for test in _over_people(means, rows, between)}
+    if between:
+        means = done[between[0].name].points.mean(axis=1)  # type: ignore[union-attr]  # of the one level of each
+        in_r = f"rowMeans(means({cells_in_r(between[0], factors)}), na.rm = TRUE)"
+        done |= {test.name: test for test in _over_people(means, in_r, rows, [done[test.name] for test in between])}
     if "scene" in rows:
-        done |= {test.name: _slope(rows, test, answers) for test in within if test.level is None}
+        done |= {test.name: _slope(rows, done[test.name], factors) for test in within if test.level is None}
     moderated = []
     for test in within if between else ():
-        cells = answers.groupby([rows["participant_id"], rows[test.factor]]).mean().unstack()
+        cells = done[test.name].points
+        assert cells is not None
+        in_r = f"means({cells_in_r(test, factors)})"
+        levels = "" if test.level is None else ", ".join(levels_in_r(test))
+        in_r = f"difference({in_r}, {levels})" if levels else f"slopes({in_r})"
         asked = [replace(one, answer=f"({test.name})", log=False) for one in between]
-        moderated += _over_people(subject_effects(cells, test), rows, asked)
+        moderated += _over_people(subject_effects(cells, test), in_r, rows, asked)
     return (*_corrected([done[test.name] for test in planned]), *_corrected(moderated))
 
 
@@ -74,13 +84,17 @@ def _corrected(tests: Sequence[ConditionTest]) -> list[ConditionTest]:
     return [replace(test, effect=effect) for test, effect in zip(tests, effects, strict=True)]
 
 
-def _over_people(values: pd.Series[float], rows: pd.DataFrame, tests: Sequence[ConditionTest]) -> list[ConditionTest]:
+def _over_people(
+    values: pd.Series[float], in_r: str, rows: pd.DataFrame, tests: Sequence[ConditionTest]
+) -> list[ConditionTest]:
     """Test effects of conditions between subjects, together by least squares, or of one factor by Welch's test.
 
     Parameters
     ----------
     values
         One value per subject.
+    in_r
+        R code of the values.
     rows
         Ratings with the conditions.
     tests
@@ -94,6 +108,7 @@ def _over_people(values: pd.Series[float], rows: pd.DataFrame, tests: Sequence[C
         effects = [
             welch(*(values[groups == level].to_numpy(float) for level in (test.level, test.against))) for test in tests
         ]
+        codes = [f"compared_groups({in_r}, {quoted(factors[0])}, {', '.join(levels_in_r(test))})" for test in tests]
     else:
         columns = [
             people[test.factor].astype(float) - people[test.factor].mean()
@@ -106,7 +121,17 @@ def _over_people(values: pd.Series[float], rows: pd.DataFrame, tests: Sequence[C
             others = " and ".join(name for name in factors if name != test.factor)
             if others and isinstance(effect, Effect):
                 effects[at] = replace(effect, method=f"{effect.method}, adjusted for {others}")
-    return [replace(test, effect=effect) for test, effect in zip(tests, effects, strict=True)]
+        terms = [
+            f"amount({quoted(test.factor)})"
+            if test.level is None
+            else f"is_level({quoted(test.factor)}, {levels_in_r(test)[0]})"
+            for test in tests
+        ]
+        codes = [f"regressed({in_r}, {term}, list({', '.join(terms)}))" for term in range(1, len(terms) + 1)]
+    return [
+        replace(test, effect=effect, r_code=show_in_r(test, code))
+        for test, effect, code in zip(tests, effects, codes, strict=True)
+    ]
 
 
 def _least_squares(values: np.ndarray, model: np.ndarray) -> list[Effect | NotComputed]:
@@ -131,10 +156,11 @@ def _least_squares(values: np.ndarray, model: np.ndarray) -> list[Effect | NotCo
     ]
 
 
-def _slope(rows: pd.DataFrame, test: ConditionTest, answers: pd.Series[float]) -> ConditionTest:
+def _slope(rows: pd.DataFrame, test: ConditionTest, factors: Sequence[str]) -> ConditionTest:
     """Test the mean slope over subjects and scenes."""
-    cells = answers.groupby([rows["participant_id"], rows["scene"], rows[test.factor]]).mean().unstack()
+    cells = subject_cells(rows, test, factors, ("participant_id", "scene"))
     slopes = subject_effects(cells, test)
     if slopes.empty:
         return replace(test, effect=NotComputed(f"Nobody rated a scene at two levels of {test.factor}."))
-    return replace(test, effect=crossed_effect(slopes.unstack().to_numpy(float)))
+    code = show_in_r(test, f"crossed(scene_slopes({cells_in_r(test, factors)}))")
+    return replace(test, effect=crossed_effect(slopes.unstack().to_numpy(float)), r_code=code)

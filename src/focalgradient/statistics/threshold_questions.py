@@ -29,7 +29,7 @@ BIAS = (
 """Bias of the estimate: docs/report/thresholds.md."""
 
 
-def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: float = 0.5) -> Analysis:
+def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: float = 0.5, of: str = "") -> Analysis:
     """Return the questions about thresholds, asked of a `ThresholdResult` by condition.
 
     Parameters
@@ -41,6 +41,8 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
         no participant has both; several pairs are one family by Holm.
     guess
         Guess rate.
+    of
+        What thresholds are of, such as "of blur"; empty if unknown.
 
     Examples
     --------
@@ -108,8 +110,16 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
         ),
         Question(THRESHOLD, _sessions, "description", unit),
     ]
-    outcome = f"The geometric mean over participants of the threshold ({unit})."
-    return Analysis(questions, outcome, after=f"Catch trials do not count. {BIAS}", exclusions=attending)
+    outcome = f"The primary outcome is the geometric mean over participants of the threshold {of} ({unit})."
+    return Analysis(
+        questions,
+        outcome if of else "",
+        after=f"Catch trials do not count. {BIAS}",
+        exclusions=attending,
+        kind="thresholds",
+        choices=("threshold",),
+        estimates="thresholds",
+    )
 
 
 Results = Mapping[str, ThresholdResult]

@@ -12,7 +12,7 @@ from focalgradient.errors import InputError
 from focalgradient.files.columns import Column, Form
 
 __all__ = [
-    *("DROPPED", "REPETITION", "RESERVED", "SCENE", "SITTING", "STIMULUS", "TIMES", "TRIAL"),
+    *("AWAY_ABOUT", "DROPPED", "REPETITION", "RESERVED", "SCENE", "SITTING", "STIMULUS", "TIMES", "TRIAL"),
     *("added_columns", "judged"),
 ]
 
@@ -32,6 +32,12 @@ SITTING = Column(
 DROPPED = Column("dropped_frames", "Number of late display frames during the trial.", "integer", least=0)
 SCENE = Column("scene", "Name of the scene.", "text")
 STIMULUS = Column("stimulus", "File of the picture, as the manifest of the stimuli names it.", "text", optional=True)
+
+
+AWAY_ABOUT = (
+    "Largest distance of a gaze fixation from the object to be fixated, while pictures were shown; n/a if the eyes "
+    "were lost for half of the time, or made no fixation."
+)
 
 
 def judged(standard: str) -> tuple[Column, ...]:

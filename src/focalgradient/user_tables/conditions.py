@@ -12,10 +12,11 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date
 from focalgradient.user_tables.files import Paths, read_table
+from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column
-from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, found_columns
+from focalgradient.user_tables.source import Source, Where, completed, found_columns
 from focalgradient.user_tables.trials import numbered
 
 __all__ = ["OwnConditions", "holds_conditions", "read_conditions"]

@@ -9,9 +9,10 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import DETECTION
-from focalgradient.user_tables.source import ImportedAnswers, Source, Where, columns_like, completed, folded
+from focalgradient.user_tables.source import Source, Where, columns_like, completed, folded
 
 __all__ = ["OwnDetection", "read_detection"]
 

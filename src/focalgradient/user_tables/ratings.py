@@ -13,9 +13,10 @@ from focalgradient.files.cells import as_number
 from focalgradient.scales.analyses import Choices, Ratios
 from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import ABSENT, RATINGS
-from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, where_like
+from focalgradient.user_tables.source import Source, Where, completed, where_like
 from focalgradient.user_tables.tidy import PINHOLE, rating_table
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form

@@ -14,9 +14,10 @@ from focalgradient.files import printable
 from focalgradient.files.cells import codes_of
 from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths, read_table
+from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import place, rows_named
 from focalgradient.user_tables.schema import ABSENT, CUBE, PERCEPTS
-from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
 from focalgradient.user_tables.tidy import CLOCK, report_table
 
 __all__ = ["OwnReports", "holds_reports", "read_reports"]

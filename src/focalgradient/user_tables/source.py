@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Self
 
 import pandas as pd
 
@@ -20,7 +19,6 @@ from focalgradient.user_tables.numbers import check_magnitudes, factor_of, other
 from focalgradient.user_tables.schema import ABSENT, PARTICIPANT, TIMES, Schema
 
 __all__ = [
-    "ImportedAnswers",
     "Source",
     "Where",
     "columns_like",
@@ -347,33 +345,6 @@ class Source:
 def completed(table: pd.DataFrame, *roles: str) -> pd.DataFrame:
     """Return the table with columns session, condition and kind where they are among `roles`; people by default."""
     return table.assign(**{role: table[role].str.strip() if role in table else DEFAULTS[role] for role in roles})
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ImportedAnswers:
-    """Answers of the user's own table.
-
-    Parameters
-    ----------
-    table
-        One row per trial or report. The index contains file and row.
-    notes
-        Assumptions, omissions and changes, one sentence each.
-    notices
-        Interpretations that change the results, one sentence each, shown at the top of a report.
-    problems
-        Omitted data that may be answers, one sentence each.
-    """
-
-    table: pd.DataFrame
-    notes: tuple[str, ...]
-    notices: tuple[str, ...] = ()
-    problems: tuple[str, ...] = ()
-
-    @classmethod
-    def of(cls, source: Source, table: pd.DataFrame, **more: Any) -> Self:
-        """Return a table that was read from a source, with what was said about it."""
-        return cls(table, tuple(source.notes), tuple(source.notices), tuple(source.problems), **more)
 
 
 def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None) -> bool:

@@ -14,9 +14,10 @@ from scipy.stats import binom
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import UNIT, clean, few, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
-from focalgradient.user_tables.source import ImportedAnswers, Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
 
 __all__ = ["OwnThresholds", "read_thresholds"]
 

@@ -6,24 +6,25 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from datetime import datetime
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
-from focalgradient.dataset import Apparatus, Noted, Press, Session, Watched, answer_event
+from focalgradient.dataset import Apparatus, Noted, Press, Session, answer_event
 from focalgradient.dataset.times import times_of_events
-from focalgradient.design import NeckerTrial, Trial
+from focalgradient.design import Trial
 from focalgradient.design.given_list import trial_row
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Control, Scale, Ways
+from focalgradient.scales import Control, Held, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
 from focalgradient.tasks.steps import control_of, judged, stimulus_of
-from focalgradient.web.messages import Answer, Depth, Exposure, Judge, Necker, Sitting
+from focalgradient.web import messages
+from focalgradient.web.messages import Answer, Exposure, Judge, Sitting
 from focalgradient.web.pictures import Described, drawn
-from focalgradient.web.possible import check_frames, check_possible
+from focalgradient.web.possible import check_frames, check_possible, check_presses
 from focalgradient.web.screen import gamma_of, measure
 
 __all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "judge", "record"]
@@ -71,10 +72,16 @@ def about_sitting(given: Sitting) -> dict[str, Any]:
     return about
 
 
-def read_answer(
-    session: Session, pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]
-) -> tuple[Any, dict[str, Any]]:
-    """Parse the response to a trial, and its frame times; `pictures` is the set that the task uses.
+class Read(NamedTuple):
+    """Response, its frame times, and the shortest time in s in which it can have been given."""
+
+    answer: Any
+    frames: dict[str, Any]
+    seconds: float
+
+
+def read_answer(session: Session, pictures: StimulusSet | None, trial: Trial, answer: Mapping[str, Any]) -> Read:
+    """Parse the response to a trial; `pictures` is the set that the task uses.
 
     Raises
     ------
@@ -83,45 +90,46 @@ def read_answer(
     InputError
         If a value is outside its permitted range.
     """
-    kind: type[BaseModel] = Necker if isinstance(trial, NeckerTrial) else Depth
+    design: Any = session.design
+    task, participant = session.task, session.files.participant
+    words = load_words(design.language)
+    shown = trial if task.adjusts else task.adapted(design, trial, session.recorded)
+    control: Any = None if task.adjusts else control_of(task, design, words, shown, participant)
+    kind: type[BaseModel] = messages.Held if isinstance(control, Held) else messages.Rating
     read: Any = kind.model_validate_json(json.dumps(answer))
     frames = read.frames.model_dump()
     _check_begun(read.onset, frames)
-    design: Any = session.design
-    words = load_words(design.language)
     extra = _further(session, trial, words, read.also)
-    if isinstance(read, Necker):
-        check_frames(frames["shown"], design.least_s(trial))
-        watched = Watched(
-            onset=read.onset,
-            presses=sorted(Press(*press) for press in read.presses),
-            trial_duration=read.trial_duration,
-            dropped_frames=read.dropped_frames,
-        )
-        return with_noted(watched, extra), frames
-    times = {name: getattr(read, name) for name in ("onset", "response_time", "dropped_frames")}
-    task = session.task
+    times = {"onset": read.onset, "dropped_frames": read.dropped_frames}
+    least = design.least_s(trial)
     if task.adjusts:
         check_frames(frames["shown"], read.response_time + 1.0)
-        given = task.answered(design, trial, _value(read), start=read.start, **times)
-        return with_noted(given, extra), frames
-    shown = task.adapted(design, trial, session.recorded)
-    control: Any = control_of(task, design, words, shown, session.files.participant)
-    value = _value(read)
-    _check_reached("rating", value, control)
-    extra |= _started(read.start, control)
+        times |= {"response_time": read.response_time, "start": read.start}
+        given = task.answered(design, trial, _value(read), **times)
+        return Read(with_noted(given, extra), frames, least + read.response_time)
     display = Display() if pictures is None else pictures.display
-    seed = design.noise_seed(session.files.participant, trial)
+    seed = design.noise_seed(participant, trial)
     seen = drawn(Described.of(task, design, shown, seed, words, display, pictures))
-    check_frames(frames["shown"], max(seen.seconds, design.least_s(trial)))
+    least = max(seen.seconds, least)
+    check_frames(frames["shown"], least)
     _name_pictures(frames, seen.events)
+    value: Any
+    if isinstance(control, Held):
+        check_presses(read, control.keys, seen.seconds)
+        value, times["response_time"] = sorted(Press(*press) for press in read.presses), read.trial_duration
+        seconds = read.trial_duration
+    else:
+        value, times["response_time"] = _value(read), read.response_time
+        _check_reached("rating", value, control)
+        extra |= _started(read.start, control)
+        seconds = design.least_s(trial) + read.response_time
     if seen.sha256:
         extra[SHOWN] = Noted(seen.sha256, description=SHOWN_ABOUT)
     given = task.answered(design, shown, value, **times, **stimulus_of(task, design, shown, pictures))
-    return with_noted(given, extra, task.columns(design.model_dump(mode="json"))), frames
+    return Read(with_noted(given, extra, task.columns(design.model_dump(mode="json"))), frames, seconds)
 
 
-def _value(read: Depth) -> float:
+def _value(read: messages.Rating) -> float:
     value = read.rating if read.chosen is None else read.chosen
     if value is None:
         raise InputError("rating is missing: send the response.")
@@ -143,21 +151,21 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
     -------
     dict
         "right" of the responses, "of" those that have a correct one; whether the round is "passed", and to be
-        repeated ("again"); "share" of the last cube's time, in %, for which the correct key was held.
+        repeated ("again"); "share" of the last trial's time, in %, for which the correct key was held.
 
     Raises
     ------
     ValidationError, InputError
         As for `read_answer`.
     """
-    design: Any = session.design
+    design = session.design
     known: list[bool] = []
     share = None
     for one in given.answers:
         trial: Any = next((t for t in session.trials if (t.phase, t.trial) == ("practice", one.trial)), None)
         if trial is None:
             raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
-        answer, _ = read_answer(session, pictures, trial, one.answer)
+        answer = read_answer(session, pictures, trial, one.answer).answer
         right, held = judged(session.task, design, trial, answer, session.files.participant)
         share = None if held is None else round(100 * held)
         known += [] if right is None else [right]
@@ -230,9 +238,9 @@ def record(
         As for `read_answer`; nothing is then recorded.
     """
     trial = session.remaining()[0]
-    answer, frames = read_answer(session, pictures, trial, given.answer)
+    answer, frames, seconds = read_answer(session, pictures, trial, given.answer)
     session.check_answer(trial, answer)
-    check_possible(session.design, trial, answer, elapsed_s)
+    check_possible(seconds, elapsed_s)
     practised = {one.trial: one for one in session.trials if one.phase == "practice"}
     notes: list[tuple[str, dict[str, Any]]] = []
     for found in given.practice:
@@ -240,9 +248,9 @@ def record(
             if one.trial not in practised:
                 raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
             shown = practised[one.trial]
-            repeated, _ = read_answer(session, pictures, shown, one.answer)
-            check_possible(session.design, shown, repeated, elapsed_s)
-            content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated)}
+            repeated = read_answer(session, pictures, shown, one.answer)
+            check_possible(repeated.seconds, elapsed_s)
+            content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated.answer)}
             notes.append(("practice again", content))
         notes.append(("practice", found.model_dump(exclude={"again"})))
     about = {"phase": given.phase, "trial": given.trial, "condition": trial_row(trial)}

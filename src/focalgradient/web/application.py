@@ -41,7 +41,7 @@ from focalgradient.web.guard import (
     too_many,
 )
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
-from focalgradient.web.pictures import PNG, REFOCUSING, refocusing
+from focalgradient.web.pictures import FILM, PNG, REFOCUSING, refocusing
 from focalgradient.web.possible import most_bytes
 from focalgradient.web.store import Refused
 from focalgradient.web.study import Study
@@ -181,7 +181,7 @@ class _Pages:
     async def picture(self, request: Request) -> Response:
         token = (request.headers.get("authorization") or "").removeprefix("Bearer ")
         content = await run_in_threadpool(self._study.picture, token, **request.path_params)
-        kind = "image/png" if content.startswith(PNG) else "application/json"
+        kind = {PNG[:1]: "image/png", FILM: "application/octet-stream"}.get(content[:1], "application/json")
         return Response(content, media_type=kind, headers={"Cache-Control": "no-store"})
 
     async def _allow(self, request: Request) -> None:

@@ -19,7 +19,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import existing, printable, staged
 from focalgradient.tasks import task_named
 from focalgradient.web.lists import Lists, check_completion, digest_of
-from focalgradient.web.pictures import PNG, REFOCUSING, parts, refocusing
+from focalgradient.web.pictures import FILM, PNG, REFOCUSING, parts, refocusing
 
 __all__ = ["PLATFORMS", "export", "labels_of"]
 
@@ -38,8 +38,7 @@ POLICY = (
 
 REVEALS = (
     "A page without a server has all trials of a participant, and judges practice itself: this file contains the "
-    "order, the correct responses to practice, the cubes' conditions and the debriefing. Pictures are named by their "
-    "content."
+    "order, the correct responses to practice and the debriefing. Pictures are named by their content."
 )
 """What a participant who opens the files of an exported study can learn; stated in each list."""
 
@@ -134,13 +133,13 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
         trials = lists.design.trials(label)
         entries = lists.shown(label, trials)
         for entry, trial in zip(entries, trials, strict=True):
-            for number, part in enumerate(parts(entry)):
-                part["url"] = _write_picture(bundle, shown, lists.content(label, trial, number))
+            for part, file in zip(parts(entry), lists.contents(label, trial), strict=True):
+                part["url"] = _write_picture(bundle, shown, file)
             for step in (*entry["first"], *entry["before"], *entry["lead"]):
                 if interval := step.get("standard"):
                     interval["url"] = _write_picture(bundle, shown, lists.standard())
             if trial.phase == "practice":
-                entry |= lists.key(trial)
+                entry |= lists.key(label, trial)
         design: Any = lists.design
         judged = {
             name: getattr(design, name, value) for name, value in (("practice_right", 0.0), ("practice_rounds", 1))
@@ -158,7 +157,8 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
 def _write_picture(bundle: Path, shown: set[str], content: bytes | None) -> str:
     """Write a picture, once, under a name that only its content determines; return its address."""
     assert content is not None
-    name = f"{hashlib.sha256(content).hexdigest()[:32]}.{'png' if content.startswith(PNG) else 'json'}"
+    kind = {PNG[:1]: "png", FILM: "film"}.get(content[:1], "json")
+    name = f"{hashlib.sha256(content).hexdigest()[:32]}.{kind}"
     if name not in shown:
         (bundle / "pictures").mkdir(exist_ok=True)
         (bundle / "pictures" / name).write_bytes(content)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import asdict
 from functools import lru_cache
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Manifest, check_stimuli
-from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerDesign, NeckerTrial, Trial
+from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerTrial, Trial
 from focalgradient.design.consent import Consent
 from focalgradient.design.given_list import PARTICIPANT
 from focalgradient.design.pages import pages_of
@@ -20,7 +20,7 @@ from focalgradient.design.sequence import Page, Pages, Standard, breaks
 from focalgradient.design.words import Words, load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.scales import Held, OwnControl
+from focalgradient.scales import OwnControl
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import Task, check_task, task_named
 from focalgradient.tasks.steps import LEAST_RIGHT, control_of
@@ -28,8 +28,6 @@ from focalgradient.web import texts
 from focalgradient.web.pictures import (
     CONTENT,
     Described,
-    cube_session,
-    cube_trial,
     form_of,
     own_session,
     own_trial,
@@ -52,7 +50,7 @@ class Lists:
     Parameters
     ----------
     design
-        Design of depth rating, of the Necker cube, or of a user-defined task whose trials are described as data.
+        Design of a task whose trials are described as data.
     stimuli
         Folder of the pictures; required for depth rating.
     consent
@@ -92,7 +90,7 @@ class Lists:
             self.pictures.check(needed, getattr(design, "picture_factors", ()))
         if getattr(design, "practice_required", False):
             raise InputError("practice_required is for the laboratory, but a browser goes on: leave it out.")
-        if design.smallest_screen and isinstance(design, DepthRatingDesign | NeckerDesign):
+        if design.smallest_screen and isinstance(design, DepthRatingDesign):
             raise InputError(
                 f"smallest_screen is given, but {design.task} needs a keyboard and a screen of 640 x 480 pixels: leave "
                 "it out."
@@ -106,18 +104,13 @@ class Lists:
         for label in sorted({str(row.get(PARTICIPANT, "001")).removeprefix("sub-") for row in design.given_trials}):
             _check_finite(label, design.trials(label))
         check_task(design, self.words, pixels_per_degree=self._display.pixels_per_degree, stimuli=self.pictures)
-        if isinstance(design, NeckerDesign) or self._task.adjusts:
+        if self._task.adjusts:
             return
         control = control_of(self._task, design, self.words, design.trials("01")[0], "01")
         if isinstance(control, OwnControl):
             raise InputError(
                 f"{design.task} is answered on a control of its own, which a browser cannot show: run it in the "
                 "laboratory with focalgradient run."
-            )
-        if isinstance(control, Held):
-            raise InputError(
-                f"{design.task} is answered by held keys, which a browser offers for the turning cube only: run it in "
-                "the laboratory with focalgradient run."
             )
 
     def opening(self) -> dict[str, Any]:
@@ -130,27 +123,21 @@ class Lists:
             "ask": list(self.design.ask),
             "gamma": self.gamma,
             "dark": self._task.background < DARK,
-            "turns": isinstance(self.design, NeckerDesign),
             "smallest_screen": sorted(self.design.smallest_screen, reverse=True),
             "refocuses": self._task.adjusts,
         }
 
     def _is_told(self, name: str) -> bool:
         """Return whether a text is needed by every page; texts of tasks and debriefings come with their pages."""
-        labels = [f"necker.{key}" for key in ("rigid", "nonrigid")] if isinstance(self.design, NeckerDesign) else []
-        named = ("common.decimal", "scale.typed_wrong", "session.rest_wait", "session.thanks", *labels)
+        named = ("common.decimal", "scale.typed_wrong", "session.rest_wait", "session.thanks")
         return name.startswith(("web.", "form.")) or name in named
 
     def session(self, participant: str) -> dict[str, Any]:
-        """Return the content that all trials of a participant share: first and last pages, scale or keys, sizes."""
+        """Return the content that all trials of a participant share: first and last pages, scale, sizes."""
         design: Any = self.design
-        if isinstance(design, NeckerDesign):
-            content = cube_session(design, self._display) | {"keys": design.keys_of(participant)}
-            content["key_names"] = {key: self.words.key(key) for key in design.keys}
-        else:
-            content = own_session(design, self._display)
+        content = own_session(design, self._display)
         if isinstance(design, DepthRatingDesign):  # of the page with an example
-            content["scale"] = form_of(design.response_scale.control(self.words))
+            content["scale"] = form_of(design.response_scale.control(self.words), self.words)
         pages = self._pages(participant)
         again = pages.again()
         opening = [self._step(page) for page in pages.opening()]
@@ -206,17 +193,16 @@ class Lists:
                 part.pop(CONTENT)
                 part["url"] = f"/pictures/{trial.phase}/{trial.trial}/{number}"
             if further := self._task.further(self.design, self.words, trial):
-                entry["also"] = [{"name": name, "scale": form_of(control)} for name, (control, _) in further.items()]
+                entry["also"] = [
+                    {"name": name, "scale": form_of(control, self.words)} for name, (control, _) in further.items()
+                ]
             around = {"first": first, "before": before, "lead": turn.lead, "after": turn.after}
             entries.append(entry | {name: list(map(self._step, steps)) for name, steps in around.items()})
         return entries
 
-    def content(
-        self, participant: str, trial: Trial, number: int, recorded: Sequence[Mapping[str, Any]] = ()
-    ) -> bytes | None:
-        """Return the file of a trial's picture; None if it has fewer."""
-        shown = parts(self._stimuli(participant, trial, recorded))
-        return _read(shown[number][CONTENT]) if 0 <= number < len(shown) else None
+    def contents(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]] = ()) -> list[bytes]:
+        """Return the files of a trial's pictures."""
+        return [_read(part[CONTENT]) for part in parts(self._stimuli(participant, trial, recorded))]
 
     def standard(self) -> bytes | None:
         """Return the file of the standard's picture; None if the design has none."""
@@ -224,14 +210,14 @@ class Lists:
             return None
         return _read(self._standard("picture")[CONTENT])
 
-    def key(self, trial: Trial) -> dict[str, Any]:
+    def key(self, participant: str, trial: Trial) -> dict[str, Any]:
         """Return the correct response to a practice trial, by which a page without a server judges it."""
         design: Any = self.design
         if isinstance(trial, DepthTrial):
             return {"right": design.right_side(trial), "interval": trial.interval}
         if not isinstance(trial, NeckerTrial) or trial.is_ambiguous:
             return {"right": None}
-        return {"right": {"shape": trial.shape, "share": LEAST_RIGHT}}
+        return {"right": {"key": design.keys_of(participant)[trial.shape], "share": LEAST_RIGHT}}
 
     @property
     def _task(self) -> Task:
@@ -239,14 +225,17 @@ class Lists:
 
     def _stimuli(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
         design: Any = self.design
-        if isinstance(trial, NeckerTrial):
-            return cube_trial(trial)
         shown = self._task.adapted(design, trial, recorded) if self._task.adapts else trial
-        return deepcopy(self._own(shown, design.noise_seed(participant, trial)))
+        entry = deepcopy(self._own(shown, design.noise_seed(participant, trial)))
+        if not self._task.adjusts:
+            entry["scale"] = form_of(control_of(self._task, design, self.words, shown, participant), self.words)
+        return entry
 
 
-def _read(content: bytes | Path) -> bytes:
-    return content if isinstance(content, bytes) else content.read_bytes()
+def _read(content: bytes | Path | Callable[[], bytes]) -> bytes:
+    if isinstance(content, bytes):
+        return content
+    return content.read_bytes() if isinstance(content, Path) else content()
 
 
 def check_completion(completion: str | None) -> None:

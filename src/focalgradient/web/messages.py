@@ -13,17 +13,17 @@ __all__ = [
     "Answered",
     "Begin",
     "Begun",
-    "Depth",
     "Expose",
     "Exposed",
     "Exposure",
     "Frames",
     "Given",
+    "Held",
     "Join",
     "Judge",
-    "Necker",
     "Next",
     "Note",
+    "Rating",
     "Record",
     "Resumed",
     "Sitting",
@@ -111,8 +111,8 @@ Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Fiel
 """Responses to additional questions by column; for a choice, 1 or 2."""
 
 
-class Depth(Message):
-    """Rating response; of a choice, which alternative was `chosen`."""
+class Rating(Message):
+    """Response to a question; of a choice, which alternative was `chosen`."""
 
     onset: Seconds
     rating: Annotated[float, Field(allow_inf_nan=False)] | None = None
@@ -124,8 +124,8 @@ class Depth(Message):
     also: Also = {}
 
 
-class Necker(Message):
-    """Key presses and releases during a Necker cube trial."""
+class Held(Message):
+    """Presses and releases of keys while the pictures of a trial are shown."""
 
     onset: Seconds
     presses: Annotated[

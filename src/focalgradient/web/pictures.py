@@ -1,51 +1,59 @@
-"""Content of trials for the page: addresses of pictures, marks, durations, response scale, sizes of the cube."""
+"""Content of trials for the page: addresses of pictures and films, marks, durations, response control."""
 
 from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Hashable, Mapping
+import os
+import zlib
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.design.words import Words
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.live import FocusSeries, packed, page_script, page_shaders
-from focalgradient.psf import DISC_K
-from focalgradient.render.wireframe import WIDTH
 from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.stimuli import StimulusSet
-from focalgradient.stimuli.cube_frames import LEVEL, SHRINK, TWIST, cube_of, shape_of
 from focalgradient.stimuli.sets import png_of
 from focalgradient.tasks import Task
-from focalgradient.tasks.steps import Look, Step, control_of, pauses, steps_of
+from focalgradient.tasks.steps import Look, Step, pauses, steps_of
 
 __all__ = [
     "CONTENT",
+    "FILM",
     "PNG",
     "REFOCUSING",
     "Described",
-    "cube_session",
-    "cube_trial",
     "drawn",
     "form_of",
     "own_session",
     "own_trial",
+    "padded",
     "parts",
     "refocusing",
     "standard",
 ]
 
 CONTENT = "content"
-"""Key of a picture's PNG (file or bytes) in a trial's entry, where the page gets an address."""
+"""Key of a picture's file, bytes or function that makes them, in a trial's entry, where the page gets an address."""
 
 PNG = b"\x89PNG"
-"""First bytes of a picture's file; that of a focus series is JSON."""
+"""First bytes of a picture's file."""
+
+FILM = b"\0"
+"""First byte of a film's file; that of a focus series is JSON."""
+
+FILM_HZ = 60.0
+"""Frames of a film per second, on displays of any refresh rate."""
+
+END_BYTES = 12
+"""Size of the last chunk of a PNG, and of an empty one."""
 
 MARK_DEG = 0.3
 """Radius of the fixation mark, in degrees on the pictures' display."""
@@ -63,7 +71,8 @@ def standard(
     """Return the interval that shows the standard."""
     assert task.standard is not None
     step = task.standard(design, form, display.pixels_per_degree, stimuli, words)
-    return _intervals(step, stimuli, "standard")[0]
+    again = lambda: _film(task.standard(design, form, display.pixels_per_degree, stimuli, words).picture)  # noqa: E731
+    return _intervals(step, stimuli, "standard", again)[0]
 
 
 REFOCUSING = "focus.js"
@@ -112,10 +121,64 @@ class Drawn(NamedTuple):
     events: tuple[str, ...]
 
 
-@lru_cache(maxsize=16)  # for the page and its digest
-def _steps(shown: Described) -> list[Step]:
+def _made(shown: Described) -> list[Step]:
     known = {"seed": shown.seed, "stimuli": shown.stimuli, "words": shown.words, "display": shown.display}
+    known["refresh_hz"] = FILM_HZ
     return steps_of(shown.task, shown.design, shown.trial, shown.display.pixels_per_degree, **known)
+
+
+_steps = lru_cache(maxsize=16)(_made)
+"""Steps for the page and its digest; their films are not made."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Film:
+    """Film of a trial, which is made when its file is asked for."""
+
+    shown: Described
+    number: int
+
+    def __call__(self) -> bytes:
+        """Return its file."""
+        return _film_of(self)
+
+    def __deepcopy__(self, memo: object) -> _Film:
+        """Return the same film: its content is never changed."""
+        return self
+
+
+@lru_cache(maxsize=16)
+def _film_of(film: _Film) -> bytes:
+    return _film(_made(film.shown)[film.number].picture)
+
+
+def _film(frames: Iterable[Any]) -> bytes:
+    """Return the frames of a film, each a PNG after its number of bytes; 0 bytes end them."""
+    files = [*map(png_of, frames), b""]
+    return b"".join(len(file).to_bytes(4, "big") + file for file in files)
+
+
+def padded(files: Sequence[bytes]) -> list[bytes]:
+    """Return the files of a trial, filled up with random bytes to one size, which tells nothing about their content.
+
+    Focus series remain as they are.
+
+    >>> films = padded([bytes(4), bytes(20)])
+    >>> [len(film) for film in films], films[1][:20] == bytes(20)
+    ([32, 32], True)
+    """
+    size = 1 << (max(map(len, files)) + END_BYTES - 1).bit_length()
+    return [_filled(file, size - len(file)) for file in files]
+
+
+def _filled(file: bytes, gap: int) -> bytes:
+    if file.startswith(FILM):
+        return file + os.urandom(gap)
+    if not file.startswith(PNG):
+        return file
+    body = b"fiLl" + os.urandom(gap - END_BYTES)  # a chunk that readers of PNG ignore
+    chunk = (len(body) - 4).to_bytes(4, "big") + body + zlib.crc32(body).to_bytes(4, "big")
+    return file[:-END_BYTES] + chunk + file[-END_BYTES:]
 
 
 @lru_cache(maxsize=20_000)  # ten times the maximum number of trials per participant
@@ -133,28 +196,36 @@ def own_trial(shown: Described) -> dict[str, Any]:
     if shown.task.adjusts:
         return _adjusted(shown.task, shown.design, shown.trial, shown.words, shown.display)
     drawn(shown)
-    intervals = [part for step in _steps(shown) for part in _intervals(step, shown.stimuli, "picture")]
-    control = control_of(shown.task, shown.design, shown.words, shown.trial, "01")
-    return {"intervals": intervals, "scale": form_of(control)}
+    intervals = list[dict[str, Any]]()
+    for number, step in enumerate(_steps(shown)):
+        intervals += _intervals(step, shown.stimuli, "picture", _Film(shown, number))
+    return {"intervals": intervals}
 
 
-def form_of(control: Control | Held | OwnControl) -> dict[str, Any]:
+def form_of(control: Control | Held | OwnControl, words: Words) -> dict[str, Any]:
     """Return the description of a control for the page; raise `InputError` for one that the page cannot show."""
-    if isinstance(control, OwnControl | Held):
+    if isinstance(control, Held):
+        names = [words.key(key) for key in control.keys]
+        return {"kind": "held", "keys": list(control.keys), "names": names, "labels": list(control.labels)}
+    if isinstance(control, OwnControl):
         raise InputError("a question has a control of its own, which a browser cannot show: use one of Scale or Steps.")
     return control.form()
 
 
-def _intervals(step: Step, stimuli: Any, event: str) -> list[dict[str, Any]]:
-    """Return a step as the page shows it: a picture, and its mask; or a look at the real world."""
+def _intervals(step: Step, stimuli: Any, event: str, film: Callable[[], bytes]) -> list[dict[str, Any]]:
+    """Return a step as the page shows it: a picture or `film`, and its mask; or a look at the real world."""
     if isinstance(step.picture, Look):
         return [
             {"look": {"page": step.picture.page, "text": step.picture.text}, "seconds": step.seconds, "event": event}
         ]
     x, y = step.mark or (0.0, 0.0)
     mark = {"mark": {"x": x, "y": y}, "mark_seconds": step.mark_s, "mark_kept": step.mark_kept}
-    made = isinstance(step.picture, np.ndarray)
-    content = png_of(step.picture) if made else stimuli.folder / step.picture.png
+    content: bytes | Path | Callable[[], bytes]
+    if isinstance(step.picture, Iterator):
+        content, mark = film, {"film": FILM_HZ}
+    else:
+        made = isinstance(step.picture, np.ndarray)
+        content = png_of(step.picture) if made else stimuli.folder / step.picture.png
     shown = [{CONTENT: content, "seconds": step.seconds, "event": event, **mark}]
     if step.mask is not None and step.mask_s:
         shown.append({CONTENT: png_of(step.mask), "seconds": step.mask_s, "event": "mask", "follows": True})
@@ -176,31 +247,3 @@ def _packed(series: FocusSeries, focus: float | None) -> bytes:
         plane = np.asarray(series.at(focus), np.float16)
         series = FocusSeries((0.0,), (plane,), np.ones_like(series.distance), np.zeros((0, 2)))
     return json.dumps(packed(series)).encode()
-
-
-def cube_session(design: NeckerDesign, display: Display) -> dict[str, Any]:
-    """Return the cube of a design in the form that the page draws; angles are in pixels of the display."""
-    cube, pixel_angle = cube_of(design), display.pixel_pitch / display.distance
-    height, width = shape_of(design, pixel_angle)
-    sizes: Mapping[str, float] = {
-        "edge": cube.edge,
-        "distance": cube.distance,
-        "tilt": cube.tilt,
-        "magnification": cube.magnification,
-        "nearest": cube.nearest,
-        "turns_per_s": cube.speed,
-        "blur_k": DISC_K,
-        "pixel_angle": pixel_angle,
-        "line_px": cube.line_width / WIDTH / pixel_angle,
-        "level": LEVEL,
-        "shrink": SHRINK,
-        "twist": TWIST,
-        "gamma": 0.0 if display.gamma == "sRGB" else float(np.mean(display.gamma)),
-    }
-    return {"cube": {**sizes, "width": width, "height": height}}
-
-
-def cube_trial(trial: NeckerTrial) -> dict[str, Any]:
-    """Return the stimuli of a Necker cube trial."""
-    names = ("shape", "gradient", "strength", "direction")
-    return {"cube": {**{name: getattr(trial, name) for name in names}, "seconds": trial.trial_s}}

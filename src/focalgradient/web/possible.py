@@ -10,12 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from focalgradient.dataset import Rated, Response, Watched
-from focalgradient.design import Trial
 from focalgradient.errors import InputError
 from focalgradient.web.guard import SMALL_BYTES
+from focalgradient.web.messages import Held
 
-__all__ = ["check_frames", "check_possible", "most_bytes"]
+__all__ = ["check_frames", "check_possible", "check_presses", "most_bytes"]
 
 FRAMES_HZ = 500
 """Maximum rate of frame time stamps, in Hz: the fastest displays on sale."""
@@ -41,13 +40,15 @@ DRIFT = 0.01
 """Tolerated relative rate difference between two clocks: a hundred times that of quartz clocks (100 ppm)."""
 
 FRAMES_S = 0.25
-"""Tolerance in s by which a cube may be shown too briefly: half a frame at 2 Hz, the slowest display accepted."""
+"""Tolerance in s by which pictures may be shown too briefly while keys are held: half a frame at 2 Hz, the slowest
+display accepted.
+"""
 
 EVENT_STAMPS = 10
 """Tolerance in time stamps per event: marks and questions have two, and a duration ends with the next frame."""
 
 LATE_KEY_S = 1.0
-"""Time in s after a cube's offset within which the page may still register a key."""
+"""Time in s after the offset of pictures within which the page may still register a key."""
 
 
 def most_bytes(design: Any) -> int:
@@ -61,27 +62,16 @@ def most_bytes(design: Any) -> int:
     return min(MOST_BYTES, (1 + practised) * int(FRAMES_HZ * seconds * STAMP_BYTES) + SMALL_BYTES)
 
 
-def check_possible(design: Any, trial: Trial, answer: Rated | Watched | Response, elapsed_s: float | None) -> None:
-    """Raise `InputError` for a response that no page can send.
+def check_possible(spent_s: float, elapsed_s: float | None) -> None:
+    """Raise `InputError` if a trial and its response took longer than the time since the page received its trials.
 
-    Parameters
-    ----------
-    design, trial, answer
-        Response, which already has the form of the design's responses.
-    elapsed_s
-        Seconds since the page received its trials; None if unknown.
-
-    Raises
-    ------
-    InputError
-        If it lies outside the scale, names keys that are not the design's, or took longer than the available time.
+    >>> check_possible(3.0, 2.5), check_possible(30.0, None)
+    (None, None)
     """
-    spent = _watched(design, trial, answer) if isinstance(answer, Watched) else _rated(design, trial, answer)
-    if elapsed_s is not None and spent > elapsed_s * (1 + DRIFT) + SLACK_S:
+    if elapsed_s is not None and spent_s > elapsed_s * (1 + DRIFT) + SLACK_S:
         raise InputError(
-            f"the trial and its answer took {spent:.6g} s, but the page received its trials {elapsed_s:.3g} s ago: "
-            "send "
-            "the measured times."
+            f"the trial and its answer took {spent_s:.6g} s, but the page received its trials {elapsed_s:.3g} s ago: "
+            "send the measured times."
         )
 
 
@@ -102,31 +92,25 @@ def check_frames(shown: Sequence[Mapping[str, Any]], seconds: float) -> None:
         )
 
 
-def _rated(design: Any, trial: Trial, answer: Rated | Response) -> float:
-    shown: float = design.least_s(trial)
-    return shown + answer.response_time
-
-
-def _watched(design: Any, trial: Any, answer: Watched) -> float:
-    most = int(KEYS_HZ * (trial.trial_s + LATE_KEY_S))
-    if len(answer.presses) > most:
+def check_presses(given: Held, keys: Sequence[str], seconds: float) -> None:
+    """Raise `InputError` for presses that no page can send: of other keys, too many, too late, or of a short trial."""
+    most = int(KEYS_HZ * (seconds + LATE_KEY_S))
+    if len(given.presses) > most:
         raise InputError(
-            f"presses has {len(answer.presses)} entries, but a trial of {trial.trial_s:g} s has at most {most}: send "
-            "one for each key press or release."
+            f"presses has {len(given.presses)} entries, but a trial of {seconds:g} s has at most {most}: send one for "
+            "each key press or release."
         )
-    keys = set(design.keys)
-    for time, key, _ in answer.presses:
+    for time, key, _ in given.presses:
         if key not in keys:
             known = " and ".join(sorted(keys))
             raise InputError(f"a press has the key {key[:20]!r}, but the design has {known}: send one of them.")
-        if time > answer.trial_duration + LATE_KEY_S:
+        if time > given.trial_duration + LATE_KEY_S:
             raise InputError(
-                f"a key was pressed at {time:g} s, but the trial lasted {answer.trial_duration:g} s: send the "
-                "measured times."
+                f"a key was pressed at {time:g} s, but the trial lasted {given.trial_duration:g} s: send the measured "
+                "times."
             )
-    if answer.trial_duration < trial.trial_s - FRAMES_S:
+    if given.trial_duration < seconds - FRAMES_S:
         raise InputError(
-            f"trial_duration is {answer.trial_duration:g} s, but the design shows the cube for {trial.trial_s:g} s: "
-            "send the measured duration."
+            f"trial_duration is {given.trial_duration:g} s, but the design shows its pictures for {seconds:g} s: send "
+            "the measured duration."
         )
-    return answer.trial_duration

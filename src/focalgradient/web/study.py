@@ -30,6 +30,7 @@ from focalgradient.web.guard import Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
 from focalgradient.web.people import Roster
+from focalgradient.web.pictures import padded
 from focalgradient.web.store import UNKNOWN, Clock, Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
@@ -266,7 +267,8 @@ class Study:
             content = None if phase else self.lists.standard()
             # Of trials already answered only practice is shown again.
             if named is not None and (phase == "practice" or named not in known[: len(session.recorded)]):
-                content = self.lists.content(place.participant, named, number, session.recorded)
+                files = self.lists.contents(place.participant, named, session.recorded)
+                content = padded(files)[number] if 0 <= number < len(files) else None
         if content is None:
             raise Refused(404, "There is no such picture.")
         return content

@@ -2,20 +2,12 @@
 
 const [WIDE, HIGH] = [640, 480]; // minimum size of a window in CSS pixels, apart from the pictures' requirements
 
-function drawsCubes() {
-  const gl = document.createElement("canvas").getContext("webgl2");
-  const draws = Boolean(gl?.getExtension("EXT_color_buffer_float"));
-  gl?.getExtension("WEBGL_lose_context")?.loseContext();
-  return draws;
-}
-
 // Name of the text that states what is missing, with its values; null if the study can be shown.
-export function missing({ turns, refocuses, ...study }) {
+export function missing({ refocuses, ...study }) {
   const sides = [screen.width, screen.height].sort((a, b) => b - a);
   const [width, height] = smallest(study);
   if (sides[0] < width || sides[1] < height) return ["web.needs_screen", { width, height }];
   if (refocuses && !document.createElement("canvas").getContext("webgl2")) return ["web.needs_webgl", {}];
-  if (turns && !drawsCubes()) return ["web.needs_graphics", {}];
   return null;
 }
 

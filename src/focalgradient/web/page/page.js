@@ -5,7 +5,6 @@ import BrowserCheck from "@jspsych/plugin-browser-check";
 import Call from "@jspsych/plugin-call-function";
 import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
-import CubePlugin, { Cube } from "./cube.js";
 import AdjustedPlugin, { adjustedNode, loadSeries } from "./adjusted.js";
 import { mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
 import { measurement } from "./distance.js";
@@ -14,6 +13,7 @@ import { Exported } from "./exported.js";
 import FormPlugin from "./form.js";
 import { ends, measureFrame } from "./frames.js";
 import { gammaMatches } from "./gamma.js";
+import { labelled } from "./held.js";
 import { Network } from "./network.js";
 import { significant } from "./numbers.js";
 import { canStore, Outbox, Refused } from "./outbox.js";
@@ -25,7 +25,6 @@ import { rest } from "./rest.js";
 import { stopButton } from "./stopping.js";
 import { escaped, filled, html, turned } from "./texts.js";
 import { touching } from "./touch.js";
-import { cubeNodes, ready } from "./turning.js";
 
 const BEAT_MS = 5000; // between two heartbeats, which tell the server that this tab still shows the session
 const AWAY_MS = 600_000; // after which a reloaded page measures screen and distance again
@@ -222,7 +221,7 @@ class Page {
       display_element: "stage",
       on_close: () => {},
       on_trial_start: ({ type }) => {
-        const shows = type === PicturePlugin || type === CubePlugin;
+        const shows = type === PicturePlugin;
         if (this.stopping) this.stopping.hidden = shows || type === AdjustedPlugin;
         document.body.classList.toggle("watching", shows || type === Call); // hide the pointer until the question
       },
@@ -309,8 +308,8 @@ class Page {
   // Screens of the pages before, between and after trials; `values` fill in what is known when they are shown.
   steps(steps, trial, values = () => ({ minutes: this.minutes(trial) })) {
     return steps.flatMap((step) => {
-      if (step.event === "ready" && this.session.keys) return [ready(this, step)];
-      const page = this.page(step, values);
+      const held = trial?.scale?.kind === "held" && step.event === "ready";
+      const page = { ...this.page(step, values), prompt: held ? `<div class="foot">${labelled(trial.scale, escaped)}</div>` : null };
       if (!step.standard) return [page];
       const shown = [step.standard];
       return [this.fetching({ intervals: shown }), page, ...this.looks(shown), this.standard(step.standard)];
@@ -373,8 +372,13 @@ class Page {
 
   // A trial with its pages, also in repeated practice.
   turn(trial) {
-    const nodes = trial.cube ? cubeNodes(this, trial) : trial.knob ? this.knobNodes(trial) : this.depthNodes(trial);
-    return [this.fetching(trial), ...this.steps(trial.lead, trial), ...nodes];
+    const kept = {};
+    let verdict = {};
+    const judged = (done) => this.practice.judged(trial, kept).then((found) => done((verdict = found)), (error) => this.lost(error));
+    const judging = trial.phase === "practice" && trial.after.length ? [{ type: Call, async: true, func: judged }] : [];
+    const shown = trial.knob ? this.knobNodes(trial, kept) : this.pictureNodes(trial, kept);
+    const after = [...this.further(trial, kept), ...judging, ...this.steps(trial.after, trial, () => verdict), this.sent(trial, kept)];
+    return [this.fetching(trial), ...this.steps(trial.lead, trial), ...shown, ...after];
   }
 
   // Estimated minutes left from this trial on at the pace so far; at 10 s per trial if there is none yet.
@@ -404,29 +408,32 @@ class Page {
     return { type: Call, async: true, func: (done) => kept().then(done) };
   }
 
-  depthNodes(trial) {
-    const kept = {};
+  pictureNodes(trial, kept) {
     const seconds = (ms) => (ms - this.session.start_ms) / 1000;
+    const held = trial.scale.kind === "held";
     const picture = {
       ...this.picture(() => trial.intervals),
+      ...(held ? { keys: trial.scale.keys, foot: labelled(trial.scale, escaped, "button") } : {}),
       on_start: () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]),
       on_finish: (data) => {
-        kept.onset = seconds(data.shown.find(({ event }) => event !== "mark").stamps[0]);
+        const onset = data.shown.find(({ event }) => event !== "mark").stamps[0];
+        kept.onset = seconds(onset);
         kept.frames = { shown: data.shown, ...data.lost };
         kept.dropped_frames = data.dropped_frames;
+        if (!held) return;
+        kept.presses = data.presses.map(([time, key, down]) => [(time - onset) / 1000, key, down]);
+        kept.trial_duration = (data.shown.at(-1).stamps.at(-1) - onset) / 1000;
       },
     };
-    const question = this.question(trial, kept, (answer) => Object.assign(kept, answer));
-    const begun = [...this.looks(trial.intervals), this.exposing(trial)];
-    return [...begun, picture, question, ...this.further(trial, kept), this.sent(trial, kept)];
+    const question = held ? [] : [this.question(trial, kept, (answer) => Object.assign(kept, answer))];
+    return [...this.looks(trial.intervals), this.exposing(trial), picture, ...question];
   }
 
-  knobNodes(trial) {
-    const kept = {};
+  knobNodes(trial, kept) {
     const keep = ({ onset_ms, ...answer }) => Object.assign(kept, answer, { onset: (onset_ms - this.session.start_ms) / 1000 });
     const on_start = () => this.shown.push(["trial", `${trial.phase} ${trial.trial}`]);
     const adjusted = adjustedNode(trial.knob, { escaped, practice: this.practised(trial), done: this.words("web.done"), frame: this.frame, keep });
-    return [this.exposing(trial), { ...adjusted, on_start }, ...this.further(trial, kept), this.sent(trial, kept)];
+    return [this.exposing(trial), { ...adjusted, on_start }];
   }
 
   // The design's additional questions; the response to a choice is 1 or 2.
@@ -455,7 +462,7 @@ class Page {
   // Pictures are fetched in advance.
   async fetched({ knob, intervals = [] }) {
     const loading = knob ? loadSeries : load;
-    for (const { url } of knob?.views ?? intervals) if (url) await this.network.until(() => loading(url));
+    for (const { url, film } of knob?.views ?? intervals) if (url) await this.network.until(() => loading(url, film));
   }
 
   // A question after a trial; its time is kept with the frames, its response by `keep`.
@@ -492,7 +499,7 @@ async function start() {
   const study = platform ? await Exported.open(document.body.dataset) : new Server();
   const page = new Page(study);
   study.waiting = (count) => page.network.waiting(count);
-  globalThis.focalgradient = { page, Cube, load }; // for tests and debugging
+  globalThis.focalgradient = { page, load }; // for tests and debugging
   await page.run();
 }
 

@@ -1,7 +1,8 @@
-// jsPsych plugin: pictures shown pixel for pixel, each after a fixation mark; all frames are recorded.
+// jsPsych plugin: pictures and films shown pixel for pixel, each after a fixation mark; all frames are recorded.
 
 import { ParameterType } from "jspsych";
 import { ends, inDevicePixels, late, play, rounded, Watch } from "./frames.js";
+import { Presses } from "./held.js";
 import { tone } from "./tone.js";
 
 export const access = { headers: {} }; // identifies the participant to the server
@@ -10,16 +11,25 @@ const MOST = 24; // pictures that are kept
 const loaded = new Map();
 
 // Decode a picture without colour management or scaling.
-export async function load(url) {
+const decoded = (blob) => createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" });
+
+// Frames of a film's file: PNGs, each after its number of bytes; 0 bytes end them.
+function frames(film) {
+  const [view, found] = [new DataView(film), []];
+  for (let at = 0, size; (size = view.getUint32(at)); at += 4 + size) found.push(decoded(new Blob([film.slice(at + 4, at + 4 + size)], { type: "image/png" })));
+  return Promise.all(found);
+}
+
+// A picture, or a film as it is stored: its decoded frames take a hundred times the memory.
+export async function load(url, film) {
   if (!loaded.has(url)) {
     loaded.set(
       url,
       fetch(url, access)
         .then((response) => {
           if (!response.ok) throw new TypeError(`${url}: ${response.status}`);
-          return response.blob();
+          return film ? response.arrayBuffer() : response.blob().then(decoded);
         })
-        .then((blob) => createImageBitmap(blob, { colorSpaceConversion: "none", premultiplyAlpha: "none" }))
         .catch((error) => {
           throw new TypeError(String(error)); // also of a picture that arrived incompletely: it is requested again
         }),
@@ -71,16 +81,18 @@ export default class PicturePlugin {
     version: "1.0.0",
     parameters: {
       // Of each: url, seconds, mark {x, y}, mark_seconds, mark_kept, name of its event; whether it follows without a gap;
-      // or the text of a look at the real world.
+      // frames per second of a film; or the text of a look at the real world.
       intervals: { type: ParameterType.COMPLEX, array: true, default: [] },
       mark_radius: { type: ParameterType.FLOAT, default: 10 },
       blank_seconds: { type: ParameterType.FLOAT, default: 0.5 },
       pause_seconds: { type: ParameterType.FLOAT, default: 0 },
       frame: { type: ParameterType.FLOAT, default: null },
       foot: { type: ParameterType.HTML_STRING, default: null },
+      keys: { type: ParameterType.KEYS, array: true, default: [] }, // whose presses and releases are recorded
       stopped: { type: ParameterType.FUNCTION, default: () => false }, // given the onset: whether to remove the picture
     },
     data: {
+      presses: { type: ParameterType.COMPLEX },
       shown: { type: ParameterType.COMPLEX },
       dropped_frames: { type: ParameterType.INT },
       lost: { type: ParameterType.COMPLEX },
@@ -97,6 +109,7 @@ export default class PicturePlugin {
     canvas.id = "picture";
     element.replaceChildren(canvas);
     if (trial.foot) element.append(Object.assign(document.createElement("div"), { className: "foot", innerHTML: trial.foot }));
+    const presses = new Presses(trial.keys ?? []);
     const shown = [];
     let dropped = 0;
     let last = null; // frame in which a picture ended
@@ -107,7 +120,9 @@ export default class PicturePlugin {
         shown.push({ event: one.event, stamps: ends(await look(element, one, trial.frame)) });
         continue;
       }
-      const image = await load(one.url);
+      const content = await load(one.url, one.film);
+      const images = one.film ? await frames(content) : [content];
+      const [image] = images;
       inDevicePixels(canvas, image.width, image.height);
       const context = canvas.getContext("2d", { colorSpace: "srgb" });
       context.imageSmoothingEnabled = false;
@@ -118,19 +133,20 @@ export default class PicturePlugin {
         shown.push({ event: "mark", stamps: ends(await play(mark, one.mark_seconds, trial.frame)) });
       }
       const draw = (seconds) => {
-        if (seconds > 0) return; // the picture is already drawn
-        context.drawImage(image, 0, 0);
+        if (seconds > 0 && !one.film) return; // the picture is already drawn
+        context.drawImage(images[Math.round(seconds * (one.film ?? 0)) % images.length], 0, 0);
         if (one.mark_kept) drawMark(context, one.mark, trial.mark_radius);
       };
       const stamps = await play(draw, one.seconds, trial.frame, trial.stopped, one.follows ? last : null);
       last = stamps.at(-1);
       dropped += late(stamps, trial.frame);
       shown.push({ event: one.event, stamps: rounded(stamps) });
+      if (one.film) for (const frame of images) frame.close();
       if (trial.intervals[number + 1]?.follows) continue;
       empty(context);
       if (trial.blank_seconds) await pause(trial.blank_seconds);
     }
     element.replaceChildren();
-    this.jsPsych.finishTrial({ shown, dropped_frames: dropped, lost: watch.end() });
+    this.jsPsych.finishTrial({ presses: presses.end(), shown, dropped_frames: dropped, lost: watch.end() });
   }
 }

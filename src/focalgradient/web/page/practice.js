@@ -14,25 +14,25 @@ export function heldAlone(presses, key, seconds) {
   return total;
 }
 
-// Whether a response is correct: `want` is {below}, {above} or {shape, share}; null if there is no correct response.
-export function isRight(want, answer, keys) {
+// Whether a response is correct: `want` is {below}, {above} or {key, share}; null if there is no correct response.
+export function isRight(want, answer) {
   if (!want) return null;
   if (want.below !== undefined) return answer.rating < want.below;
   if (want.above !== undefined) return answer.rating > want.above;
   const seconds = answer.trial_duration;
-  return heldAlone(answer.presses, keys[want.shape], seconds) >= want.share * seconds;
+  return heldAlone(answer.presses, want.key, seconds) >= want.share * seconds;
 }
 
 // The server's judgement of a round so far, for a page without a server: `entries` are the trials of its list.
-export function judged({ round, answers }, entries, { keys, practice_right, practice_rounds }) {
+export function judged({ round, answers }, entries, { practice_right, practice_rounds }) {
   let share = null;
   const known = [];
   for (const { trial: number, answer } of answers) {
     const { right: want, interval } = entries.find(({ phase, trial }) => phase === "practice" && trial === number);
     const rating = answer.chosen === undefined ? answer.rating : Number(answer.chosen === interval);
-    const right = isRight(want, { ...answer, rating }, keys);
+    const right = isRight(want, { ...answer, rating });
     if (right !== null) known.push(right);
-    if (want?.shape) share = Math.round((100 * heldAlone(answer.presses, keys[want.shape], answer.trial_duration)) / answer.trial_duration);
+    if (want?.key) share = Math.round((100 * heldAlone(answer.presses, want.key, answer.trial_duration)) / answer.trial_duration);
   }
   const right = known.filter(Boolean).length;
   const passed = right >= practice_right * known.length;

@@ -6,8 +6,9 @@
 // one rectangle, and the graphics card sums the light of all pieces.
 
 import { ParameterType } from "jspsych";
-import { program, rectangle, SRGB, target, webgl } from "../../live/gl.js";
-import { inDevicePixels, late, play, rounded, Watch } from "./frames.js";
+import { program, rectangle, SRGB, target, webgl } from "../../../src/focalgradient/live/gl.js";
+import { inDevicePixels, late, play, rounded, Watch } from "../../../src/focalgradient/web/page/frames.js";
+import { Presses } from "../../../src/focalgradient/web/page/held.js";
 
 const REACH = 5; // distance from a line beyond which it is dark, in standard deviations
 const PIECE = 0.1; // maximum change of arctan(blur / width) within one piece, in radians
@@ -206,20 +207,6 @@ export class Cube {
   }
 }
 
-// Names that designs give to keys, by code or key of the browser's events.
-const KEYS = {
-  ArrowLeft: "left",
-  ArrowRight: "right",
-  ArrowUp: "up",
-  ArrowDown: "down",
-  " ": "space",
-  Enter: "return",
-  ShiftLeft: "lshift",
-  ShiftRight: "rshift",
-  ControlLeft: "lctrl",
-  ControlRight: "rctrl",
-};
-
 // Keys and frames are time-stamped on one clock, that of performance.now().
 export default class CubePlugin {
   static info = {
@@ -254,18 +241,12 @@ export default class CubePlugin {
     foot.innerHTML = parameters.foot;
     element.replaceChildren(canvas, foot);
     const drawn = new Cube(canvas, cube);
-    const pressed = [];
-    const listen = (event) => {
-      const key = KEYS[event.code] ?? KEYS[event.key] ?? event.key.toLowerCase();
-      if (!event.repeat && keys.includes(key)) pressed.push([event.timeStamp, key, event.type === "keydown"]);
-    };
-    for (const kind of ["keydown", "keyup"]) addEventListener(kind, listen, true);
+    const presses = new Presses(keys);
     const stamps = await play((seconds) => drawn.draw(trial, seconds * cube.turns_per_s), trial.seconds, frame);
-    for (const kind of ["keydown", "keyup"]) removeEventListener(kind, listen, true);
     element.replaceChildren();
     const [onset, offset] = [stamps[0], stamps.at(-1)];
     this.jsPsych.finishTrial({
-      presses: pressed.map(([time, key, down]) => [(time - onset) / 1000, key, down]),
+      presses: presses.end().map(([time, key, down]) => [(time - onset) / 1000, key, down]),
       seconds: (offset - onset) / 1000,
       shown: [{ event: "cube", stamps: rounded(stamps) }],
       dropped_frames: late(stamps, frame),
