@@ -18,10 +18,10 @@ from focalgradient.depth.equalise.outline_jumps import (
 )
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
-from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes, join_splits
+from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes
 from focalgradient.depth.equalise.residuals import BAND
 from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
-from focalgradient.depth.equalise.split_band import SplitBand
+from focalgradient.depth.equalise.split_band import SplitBand, join_splits
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import NoiseLaw, uneven_noise

@@ -21,7 +21,7 @@ from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes, own_texture, rests_on_texture
-from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
+from focalgradient.depth.equalise.split_band import DetailHalves
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.planes import HELD_APART, SMOOTH, Growth
@@ -37,7 +37,6 @@ __all__ = [
     "Tile",
     "detail_halves",
     "join_nodes",
-    "join_splits",
     "refine",
     "refine_without",
     "tiles",
@@ -169,30 +168,6 @@ def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step
         for name, values in whole.items():
             values[place] = getattr(nodes, name)[tile.inner(step)]
     return Nodes(**whole)
-
-
-def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
-    """Return the model error of a whole frame from those of its tiles, each with the weight of its nodes."""
-    some = [split for split in splits if split.taus]
-    if len(some) < 2:
-        return some[0] if some else splits[0]
-    weight = np.array([split.nodes for split in some], float)
-
-    def mean(values: list[tuple[float, ...]]) -> tuple[float, ...]:
-        return tuple(float(value) for value in weight @ np.array(values) / weight.sum())
-
-    def root_mean_square(values: list[tuple[float, ...]]) -> tuple[float, ...]:
-        return tuple(float(np.sqrt(v)) for v in mean([tuple(one**2 for one in some) for some in values]))
-
-    taus, directions = (root_mean_square([getattr(split, name) for split in some]) for name in ("taus", "directions"))
-    return SplitBand(
-        max(*taus, *directions),
-        mean([split.cuts for split in some]),
-        taus,
-        mean([split.differences for split in some]),
-        directions,
-        int(weight.sum()),
-    )
 
 
 CHECK_SIDE = 5
