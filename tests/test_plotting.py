@@ -230,3 +230,17 @@ def test_no_display_and_no_global_state():
     assert dict(matplotlib.rcParams) == before
     code = "import sys, focalgradient.plotting; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_the_meaning_of_grey_does_not_reach_into_the_next_title():
+    beyond = np.zeros(SHAPE, np.int8)
+    beyond[:3] = -1
+    alike = {"side": "known", "blurred_alike_D": [0.65, 1.15], "searched_vergence_D": [0.1, 0.65]}
+    depth = ramp(beyond=beyond, common_errors=np.full((1, *SHAPE), 0.05), details=alike)
+    figure = depth_figure(views(16, 5.6), depth, names=["a.png", "b.png"])
+    left, right = (
+        text.get_window_extent() for text in texts(figure) if text.get_text().startswith(("Recovered", "Uncertainty"))
+    )
+    assert "grey: farther than the search, or nearer than 0.87 m" in " ".join(written(figure).split())
+    assert left.x1 < right.x0
+    assert left.y1 < panel(figure, "a.png").get_window_extent().y0

@@ -2,15 +2,19 @@
 
 import re
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, TILE, Camera, lens, wall
+from scipy import ndimage
 from textures import natural_spectrum
 
-from focalgradient import View, recover_depth
+from focalgradient import Lens, View, recover_depth
+from focalgradient.depth.aperture_order import misordered_apertures
 from focalgradient.depth.registration import RegisteredViews
-from focalgradient.psf import transfer
+from focalgradient.depth.search import Search
+from focalgradient.psf import Disc, transfer
 
 
 def slant(lenses, low, high, psf="disc", k=0.5):
@@ -103,3 +107,31 @@ def test_the_magnification_of_two_foci_tells_their_order_and_their_unit():
         warned = " ".join(RegisteredViews.of(views, align=False).warnings)
         assert ("in feet: give them in metres (focus_distance)" in warned) == named
         assert ("displaced" in warned) == (unit == 2.0)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_sharper_view_has_the_smaller_aperture(order):
+    """Also of views that no optics explain: here with uneven noise and a shift, as in photographed rooms."""
+    random = np.random.default_rng(3)
+    views = [
+        View((v.image + 0.01 * random.standard_normal(SHAPE)).astype(np.float32), v.optics, PIXEL)
+        for v in slant(STOPS, 0.5, 1.1)
+    ]
+    views[1] = View(np.roll(views[1].image, 1, axis=0), views[1].optics, PIXEL)
+    stated = [View(v.image, one, PIXEL) for v, one in zip(views, STOPS[::order], strict=True)]
+    search = Search.over([v.optics for v in stated], PIXEL, 0.85, None, Disc())
+    text = misordered_apertures(RegisteredViews.of(stated, align=False), search)
+    assert (text or "").startswith("view 1 shows finer detail than view 2") == (order == -1)
+    assert (text is None) == (order == 1)
+
+
+def test_diffraction_does_not_contradict_the_order():
+    """A wall in focus, sampled at 1 um: f/32 is softer than f/4 by diffraction alone."""
+    pixel = 1e-6 / 0.025
+    lenses = [Lens(0.025, n, 1.0) for n in (32, 4)]
+    texture = wall([lens(16)], 1.1, noise=0.003)[0].image.astype(float)
+    softened = [ndimage.gaussian_filter(texture, one.f_number / 16).astype(np.float32) for one in lenses]
+    views = [View(image, one, pixel) for image, one in zip(softened, lenses, strict=True)]
+    registered, search = RegisteredViews.of(views, align=False), Search.over(lenses, pixel, None, None, Disc())
+    assert misordered_apertures(registered, search) is None
+    assert misordered_apertures(registered, replace(search, pixel_angle=10 * pixel))

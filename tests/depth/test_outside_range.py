@@ -111,7 +111,7 @@ def test_a_surface_outside_the_search_is_reported(lenses, distance, limits, side
     assert not depth.valid[:, : middle - 40].any()
     assert words in depth.summary()
     figure = depth.plot().figure
-    assert words.removesuffix(": ") in figure.axes[0].get_title("left")
+    assert words.removesuffix(": ") in " ".join(figure.axes[0].get_title("left").split())
     figure.canvas.draw()
     plt.close(figure)
 

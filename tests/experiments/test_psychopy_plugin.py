@@ -75,6 +75,10 @@ for dioptres in (0.8, 1.1, 1.4):
     # The picture blurred anew, by no series: within the series' bound of 3 steps, and a step of rounding.
     blurred = blur_picture(light, metres, Lens(0.02, 5.0, 1 / dioptres), pixel_angle=angle)
     found[f"blurred {dioptres}"] = apart(seen[place], Display().encode(blurred)) - 3
+log = logging.LogFile("beyond.txt", level=logging.WARNING)
+stim.setFocus(1 / 0.7 + 0.1, log=False)
+logging.flush()
+found["focus beyond the planes not logged"] = int("lies beyond the planes" not in Path("beyond.txt").read_text())
 stim.focus = 1 / 0.7
 stim.draw()
 found["sharp where in focus"] = apart(shown(win)[place][:, :40], values[:, :40])
@@ -259,7 +263,7 @@ def ran(screen: Headless, *command: str | Path) -> str:
 def test_coder_shows_the_stimulus_to_the_8_bit_step(plugin: Headless) -> None:
     found, refused = json.loads(ran(plugin, "-c", CODER).splitlines()[-1])
     assert {name: value for name, value in found.items() if value > 1} == {}
-    assert len(found) == 22
+    assert len(found) == 23
     expected = {
         "depth": "depth is missing",
         "shape": "(3, 3)",

@@ -31,6 +31,9 @@ NODAL_M = 0.017
 FARTHEST_D = 1e-6
 """Least focus in dioptres that the lens is made with, before the series sets it."""
 
+BEYOND = 1e-6
+"""Dioptres beyond the planes of focus above which a warning is logged: rounding."""
+
 Source = str | os.PathLike[str] | ArrayLike
 
 
@@ -57,7 +60,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
     focus
         Vergence in dioptres of what is in focus: 0.8 is 1.25 m away. Or a map of rows, which covers the picture.
     focusRange
-        Least and greatest focus that is asked for, in dioptres; beyond it the picture of the end is shown. None: the
+        Least and greatest focus in dioptres; beyond it the picture of the end is shown, and a warning logged. None: the
         picture's own depths, and `focus`.
     pos, units
         Middle of the picture in the window, by default in degrees; rounded to whole pixels.
@@ -112,6 +115,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         self.folder = folder or None
         self.depth = drawDepth
         self._view: FocusView | None = None
+        self._warned = False
         self.__dict__.update(image=image, distance=depth, pupilMM=pupilMM, focusRange=focusRange, size=size, pos=pos)
         self.__dict__["focus"] = self._checked(focus)
         if image is not None:
@@ -128,7 +132,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         self.__dict__["focus"] = self._checked(value)
         if self._view is not None:
             self.win.backend.setCurrent()
-            self._view.focus = self.__dict__["focus"]
+            self._focus_view()
 
     def setFocus(self, value: ArrayLike, operation: str = "", log: bool | None = None) -> None:
         """Set `focus`, without an entry in the log where `log` is False."""
@@ -186,7 +190,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         if self._view is not None:
             self.win.backend.setCurrent()
             self._view.close()
-            self._view = None
+            self._view, self._warned = None, False
 
     def prepare(self) -> bool:
         """Make the planes of focus, where they are not there, and return whether they were not.
@@ -198,8 +202,22 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         series = self._series()
         self.win.backend.setCurrent()
         self._view = FocusView(self.win, series, self.display, self._pixels(self.pos))
-        self._view.focus = self.__dict__["focus"]
+        self._focus_view()
         return True
+
+    def _focus_view(self) -> None:
+        """Set the focus that is drawn; log a warning, once for each series, where it lies beyond the planes."""
+        assert self._view is not None
+        focus = self.__dict__["focus"]
+        self._view.focus = focus
+        least, most = self.series.vergences[0], self.series.vergences[-1]
+        if not self._warned and (np.min(focus) < least - BEYOND or np.max(focus) > most + BEYOND):
+            self._warned = True
+            logging.warning(
+                f"{self.name}: focus {np.min(focus):.3g} to {np.max(focus):.3g} D lies beyond the planes of focus "
+                f"({least:.3g} to {most:.3g} D), so that the plane at the end is shown: give focusRange, or make the "
+                "series with --nearest and --farthest."
+            )
 
     def draw(self, win: Any = None) -> None:
         """Draw into the window's current buffer, which in a stereoscopic one is that of one eye."""

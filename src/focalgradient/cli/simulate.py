@@ -76,7 +76,7 @@ def simulate(
     from focalgradient.design import design_of
     from focalgradient.observers import observer_named
     from focalgradient.observers import simulate as simulated
-    from focalgradient.observers.seen import seen
+    from focalgradient.observers.sessions import seen
 
     observer_named(observer)
     chosen = with_trials(design_of(task.name, design), trials)

@@ -119,8 +119,11 @@ class Evidence:
     """Median blur radius in pixels, at the most probable depth, in the view that is sharpest there."""
 
 
-def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
-    """Return the likely causes of a map without depth, the likeliest first; at least one."""
+def likely_causes(problem: Problem, estimate: Estimate, misordered: str | None = None) -> list[Cause]:
+    """Return the likely causes of a map without depth, the likeliest first; at least one.
+
+    `misordered` names views whose f-numbers seem to be in the opposite order (`misordered_apertures`).
+    """
     found = measure_evidence(problem, estimate)
     causes = rank_causes(found, problem.settings.method)
     if estimate.details.get("share_outside_range", 0.0) > OUTSIDE:
@@ -135,6 +138,8 @@ def likely_causes(problem: Problem, estimate: Estimate) -> list[Cause]:
         causes = sorted([Cause("optics", 1.0, text), *causes], key=_rank)
     if causes[0].name == "displacement" and (text := _magnification(problem)):
         causes = [Cause("optics", causes[0].evidence, text), *causes]
+    if misordered is not None:
+        causes = [Cause("optics", 1.0, misordered), *causes]
     causes = [cause for cause in causes if cause.evidence > 0]
     explained = float(estimate.details.get("share_of_texture_explained", 1.0))
     if causes and causes[0].name == "edges" and explained < EXPLAINED:

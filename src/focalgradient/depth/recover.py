@@ -183,8 +183,10 @@ def recover_depth(
 
     with linear_algebra_on_one_thread:
         estimate: Estimate = METHODS[method].load().estimate(problem)
-    causes = _causes(problem, estimate)
-    for text in [*_nothing_valid(estimate, causes), *_warnings(problem, estimate)]:
+        misordered = _misordered(problem, estimate)
+    causes = _causes(problem, estimate, misordered)
+    order = [f"{misordered}."] if misordered and not causes else []
+    for text in [*_nothing_valid(estimate, causes), *order, *_warnings(problem, estimate)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
     found = with_known_points(_depth_map(problem, estimate, causes), points)
@@ -224,14 +226,26 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     return replace(found, vergence=vergence, vergence_sd=sd, evidence=evidence)
 
 
-def _causes(problem: Problem, estimate: Estimate) -> list[Cause]:
+def _misordered(problem: Problem, estimate: Estimate) -> str | None:
+    """Return a clause about f-numbers in the opposite order, unless a slip of the optics was already named."""
+    from focalgradient.depth.aperture_order import misordered_apertures
+
+    if fits := estimate.details.get("fit_by_optics"):
+        from focalgradient.depth.equalise.alternatives import likelier_slip
+
+        if likelier_slip(fits) is not None:
+            return None
+    return misordered_apertures(problem.registered, problem.search)
+
+
+def _causes(problem: Problem, estimate: Estimate, misordered: str | None) -> list[Cause]:
     """Return the likely causes where almost no pixel is valid; of edges, which are sparse, where none is."""
     least = 0.0 if problem.settings.method == "edges" else NEARLY_NOTHING
     if estimate.valid.any() and estimate.valid.mean() >= least:
         return []
     from focalgradient.depth.causes import likely_causes
 
-    return likely_causes(problem, estimate)
+    return likely_causes(problem, estimate, misordered)
 
 
 def _nothing_valid(estimate: Estimate, causes: Sequence[Cause]) -> list[str]:

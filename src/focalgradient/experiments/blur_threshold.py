@@ -17,6 +17,10 @@ from focalgradient.tasks.columns import DROPPED, REPETITION, SCENE, SITTING, STI
 from focalgradient.tasks.steps import Pictured, Step
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from focalgradient.statistics.criteria import AnalysisOptions
+    from focalgradient.statistics.questions import Analysis
     from focalgradient.stimuli import StimulusSet
 
 __all__ = ["BlurThreshold"]
@@ -96,6 +100,13 @@ class BlurThreshold(Task[BlurThresholdDesign, Any, Chosen]):
     def answered(self, design: BlurThresholdDesign, trial: LevelTrial, value: float, **times: Any) -> Chosen:
         chosen = int(value)
         return Chosen(level=trial.level, answer=chosen, correct=chosen == trial.interval, **times)
+
+    def analysis(
+        self, design: BlurThresholdDesign, options: AnalysisOptions | None = None, table: pd.DataFrame | None = None
+    ) -> Analysis:
+        from focalgradient.statistics.threshold_questions import threshold_questions  # with pandas and SciPy
+
+        return threshold_questions(design.unit, of="of blur" if design.judged == "blur" else "of depth from blur")
 
     def right(self, design: BlurThresholdDesign, trial: BlurTrial, answer: Chosen) -> bool:
         return answer.correct

@@ -24,6 +24,10 @@ from focalgradient.tasks.response import check_rating
 from focalgradient.tasks.steps import Pictured, Step
 
 if TYPE_CHECKING:
+    import pandas as pd
+
+    from focalgradient.statistics.criteria import AnalysisOptions
+    from focalgradient.statistics.questions import Analysis
     from focalgradient.stimuli import Picture, StimulusSet
 
 __all__ = ["DepthRating"]
@@ -191,6 +195,18 @@ class DepthRating(Task[DepthRatingDesign, DepthTrial, Rated]):
 
     def answered(self, design: DepthRatingDesign, trial: DepthTrial, value: float, **times: Any) -> Rated:
         return Rated(rating=design.response_scale.answer_in(value, trial.interval), **times)
+
+    def analysis(
+        self, design: DepthRatingDesign, options: AnalysisOptions | None = None, table: pd.DataFrame | None = None
+    ) -> Analysis:
+        from focalgradient.statistics.effects import has_confidence, questions_of  # with pandas and SciPy
+
+        fixations = design.fixations if table is None else {*table["fixation"]}
+        scenes = len(design.scenes) if table is None else table["scene"].nunique()
+        scale = (options and options.scale) or design.response_scale.analysis
+        given: dict[str, Any] = {} if options is None else {"bound": options.bound, "rules": options.rules}
+        settings = design.model_dump() | {"confidence": design.confidence if table is None else has_confidence(table)}
+        return questions_of(scale, fixations, scenes, settings, **given)
 
     def check_answer(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> None:
         check_rating(design, answer)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from focalgradient.dataset import Watched
 from focalgradient.design.cube_pages import CubePages
@@ -16,6 +16,12 @@ from focalgradient.scales import Held
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
 from focalgradient.tasks.steps import Step
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from focalgradient.statistics.criteria import AnalysisOptions
+    from focalgradient.statistics.questions import Analysis
 
 __all__ = ["NeckerRotation"]
 
@@ -115,6 +121,16 @@ class NeckerRotation(Task[NeckerDesign, NeckerTrial, Watched]):
 
     def answered(self, design: NeckerDesign, trial: NeckerTrial, value: Any, **times: Any) -> Watched:
         return Watched(presses=value, trial_duration=times.pop("response_time"), **times)
+
+    def analysis(
+        self, design: NeckerDesign, options: AnalysisOptions | None = None, table: pd.DataFrame | None = None
+    ) -> Analysis:
+        from focalgradient.statistics.cube_questions import cube_questions, cube_questions_of  # with pandas and SciPy
+
+        rules = None if options is None else options.rules
+        if table is not None:
+            return cube_questions_of(table, rules)
+        return cube_questions([], design.gradients, max(design.strengths_mm), rules)
 
     def right(self, design: NeckerDesign, trial: NeckerTrial, answer: Watched, *, participant: str) -> float | None:
         return None if trial.is_ambiguous else answer.share_held(design.keys_of(participant), trial.shape)

@@ -9,7 +9,7 @@ from focalgradient.observers.compare import ObserverComparison, compare_observer
 from focalgradient.observers.depth_order import DEPTH_ORDER_OBSERVERS, depth_order_observer
 from focalgradient.observers.distances import DistanceOfFixated, Magnitude, RelativeLayout
 from focalgradient.observers.encoding import EncodedStimulus, encode
-from focalgradient.observers.experiment import check_pictures, simulate
+from focalgradient.observers.experiment import simulate
 from focalgradient.observers.intervals import SeenLevels, encoded_levels
 from focalgradient.observers.likelihood import (
     AnswerModel,
@@ -26,7 +26,14 @@ from focalgradient.observers.likelihood import (
 from focalgradient.observers.looking import Look, blur_threshold, look
 from focalgradient.observers.observer import OBSERVERS, Observer, observer_named
 from focalgradient.observers.perception import Percept, perceive, perceived_depth, relief
-from focalgradient.observers.pictures import cache_folder, encoded_stimuli, natural_set, seen_pictures, small_set
+from focalgradient.observers.pictures import (
+    cache_folder,
+    check_pictures,
+    encoded_stimuli,
+    natural_set,
+    seen_pictures,
+    small_set,
+)
 from focalgradient.observers.questions import BlurDiscrimination, Choice, DepthOrder, FigureGround, Question
 from focalgradient.observers.ratings import DepthExtent, DepthRating
 from focalgradient.observers.rotation import EncodedCubes, encode_cube, encoded_cubes

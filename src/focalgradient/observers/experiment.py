@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Answer, Apparatus, Files, Session, export, read_journal
-from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, DepthTrial, NeckerDesign
-from focalgradient.design.depth_rating import EXAMPLES
+from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign
 from focalgradient.design.plan import Plan
 from focalgradient.errors import InputError
 from focalgradient.observers.answers import EncodedPictures
@@ -24,13 +23,12 @@ from focalgradient.observers.thresholds import known_threshold, seen_threshold
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.scales import OrdinalScale
-from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks import check_task, task_named
 
 if TYPE_CHECKING:
     from focalgradient.observers.intervals import SeenLevels
 
-__all__ = ["check_pictures", "labels", "simulate"]
+__all__ = ["labels", "simulate"]
 
 Simulated = DepthRatingDesign | NeckerDesign | BlurThresholdDesign | Plan
 """Designs that simulated observers can take part in."""
@@ -50,33 +48,6 @@ def labels(observers: int) -> tuple[str, ...]:
     ('01', '02', '03')
     """
     return tuple(f"{number:02}" for number in range(1, observers + 1))
-
-
-def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
-    """Raise `InputError` unless a set contains every picture of the design with the same aperture.
-
-    Raises
-    ------
-    InputError
-        The message names the first missing or differing picture.
-    """
-    own = [name for name, factor in design.factors.items() if factor.pictures]
-    if own:
-        raise InputError(
-            f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
-            "out, or set pictures = false."
-        )
-    stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
-    for trial in design.trials("01"):
-        assert isinstance(trial, DepthTrial)
-        if trial.scene in EXAMPLES.values():
-            continue  # a drawing, which is not in the set
-        picture = stimuli.picture(trial.scene, trial.aperture, trial.fixation)
-        if abs(picture.aperture_mm - trial.aperture_mm) > 0.01:
-            raise InputError(
-                f"{trial.aperture} is {picture.aperture_mm:.3g} mm in {stimuli.folder}, but {trial.aperture_mm:.3g} mm "
-                "in the design: make its focal_length_mm that of the pictures."
-            )
 
 
 def simulate(
@@ -135,7 +106,7 @@ def simulate(
     2
     """
     one = observer_named(observer)
-    check_task(design)
+    check_task(design, observer=one)
     if one.categories and isinstance(design, DepthRatingDesign) and design.response_scale.analysis.ratios:
         design = DepthRatingDesign.model_validate(
             design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}

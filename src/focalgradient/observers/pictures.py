@@ -13,13 +13,13 @@ import platformdirs
 from numpy.typing import NDArray
 
 from focalgradient.dataset import check_stimuli
-from focalgradient.design import DepthRatingDesign
+from focalgradient.design import DepthRatingDesign, DepthTrial
+from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_arrays, write_whole
 from focalgradient.observers.answers import EncodedPictures, PictureKey
 from focalgradient.observers.encoding import EncodedStimulus, encode
-from focalgradient.observers.experiment import check_pictures
 from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
@@ -27,6 +27,7 @@ __all__ = [
     "ARRAYS",
     "CACHE",
     "cache_folder",
+    "check_pictures",
     "encoded_stimuli",
     "keep_arrays",
     "kept_arrays",
@@ -177,6 +178,33 @@ def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> Encoded
         )
         for index, one in enumerate(stimuli.pictures)
     }
+
+
+def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
+    """Raise `InputError` unless a set contains every picture of the design with the same aperture.
+
+    Raises
+    ------
+    InputError
+        The message names the first missing or differing picture.
+    """
+    own = [name for name, factor in design.factors.items() if factor.pictures]
+    if own:
+        raise InputError(
+            f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
+            "out, or set pictures = false."
+        )
+    stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
+    for trial in design.trials("01"):
+        assert isinstance(trial, DepthTrial)
+        if trial.scene in EXAMPLES.values():
+            continue  # a drawing, which is not in the set
+        picture = stimuli.picture(trial.scene, trial.aperture, trial.fixation)
+        if abs(picture.aperture_mm - trial.aperture_mm) > 0.01:
+            raise InputError(
+                f"{trial.aperture} is {picture.aperture_mm:.3g} mm in {stimuli.folder}, but {trial.aperture_mm:.3g} mm "
+                "in the design: make its focal_length_mm that of the pictures."
+            )
 
 
 def seen_pictures(

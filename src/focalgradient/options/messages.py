@@ -23,6 +23,7 @@ OPTIONS = {
     "(field)": "(--field)",
     "(f_number, focus_distance)": "(--f-number, --focus-distance)",
     "(focus_distance)": "(--focus-distance)",
+    "(f_number)": "(--f-number)",
     "(near, far)": "(--near, --far)",
     "telecentric (true)": "whether the lens is telecentric (--telecentric)",
     "(calibrate_camera, method='edges')": "(focalgradient calibrate --method edges)",

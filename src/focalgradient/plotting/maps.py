@@ -56,6 +56,9 @@ _MOST_PIXELS = 2000
 LONGEST_LABEL = 40
 """Letters of a colour bar's label that leave room for the title of the map beside it."""
 
+LONGEST_LINE = 50
+"""Letters of a line of a map's title that leave room for the title and the colour bar beside it."""
+
 LETTER = 1.3
 """Width of a letter in a colour bar's label (mm), with a margin; longer labels are shortened."""
 
@@ -113,7 +116,7 @@ def depth_figure(
         titles = [f"{shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
     limits = _vergence_limits(depth, truth)
     with style():
-        rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 if _side_note(depth) is None else 2)]
+        rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 + _depth_title(depth).count("\n"))]
         rows += [(2, 1)] * (truth is not None) + [(2, 2)] * (depth.evidence is not None)
         figure, panels = _page(depth.shape, rows)
         for ax, view, title in zip(panels[0], shown, titles, strict=False):
@@ -185,8 +188,7 @@ def draw_depth(
     `outlines`, detected occlusion boundaries (``depth.details["outlines"]``) are drawn as lines.
     """
     limits = limits or _vergence_limits(depth, None)
-    note = _side_note(depth)
-    title = title or f"Recovered depth, {_percent(depth.valid.mean())} valid" + (f"\n{note}" if note else "")
+    title = title or _depth_title(depth)
     if depth.details.get("order_only"):
         count = int(depth.details["order_only"])
         bar = _map(
@@ -208,9 +210,6 @@ def draw_depth(
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
         ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest", zorder=1)
-        for way, colour, words in zip((-1, 1), ("grey", "red"), depth.outside_in_words(), strict=True):
-            if (depth.beyond == way).any():
-                title += f"\n{colour}: {words} ({_percent(np.mean(depth.beyond == way))})"
     return _draw_metres(ax, depth, depth.valid, limits, title)
 
 
@@ -393,6 +392,16 @@ def _percent(share: float) -> str:
 
 def _summary(text: str, percent: NDArray[np.floating]) -> str:
     return f"{text} {np.median(percent):.2g} %" if percent.size else f"{text} unknown"
+
+
+def _depth_title(depth: DepthMap) -> str:
+    """Return the title of a map: the valid fraction, the side of focus assumed, and what the colours outside mean."""
+    lines = [f"Recovered depth, {_percent(depth.valid.mean())} valid", _side_note(depth) or ""]
+    if depth.beyond is not None and not depth.details.get("order_only"):
+        for way, colour, words in zip((-1, 1), ("grey", "red"), depth.outside_in_words(), strict=True):
+            if (depth.beyond == way).any():
+                lines.append(f"{colour}: {words} ({_percent(np.mean(depth.beyond == way))})")
+    return "\n".join(fill(line, LONGEST_LINE, subsequent_indent="   ") for line in lines if line)
 
 
 def _side_note(depth: DepthMap) -> str | None:

@@ -79,7 +79,7 @@ class LatentModel(Raters):
         if design.response_scale.analysis.ratios:
             raise InputError(f"scale is {design.scale!r}, whose answers are ratios: use Model, or another scale.")
 
-    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator, seed: int) -> pd.DataFrame:
         return simulated_answers(self, design, subjects, rng)
 
 

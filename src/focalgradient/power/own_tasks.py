@@ -12,36 +12,10 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.power.study import Claim, People
-from focalgradient.statistics import ConditionTest, condition_tests, planned_tests
-from focalgradient.statistics.conditions import condition_questions, subject_cells
 from focalgradient.statistics.questions import Analysis
 from focalgradient.tasks import Task
 
-__all__ = ["Observers", "planned_of", "task_questions", "tested_of"]
-
-
-def planned_of(task: Task, design: Any) -> tuple[ConditionTest, ...]:
-    """Return the tests of a task's report before data exist: by default one for each measure and factor."""
-    if task.planned is not None:
-        return tuple(task.planned(design))
-    measures = task.measures(design.model_dump(mode="json"))
-    return planned_tests({name: name in task.ratios for name in measures}, task.factors(design))
-
-
-def tested_of(task: Task, design: Any, table: pd.DataFrame) -> tuple[ConditionTest, ...]:
-    """Return these tests with their effects; `table` contains all trials except catch trials."""
-    if task.tested is None:
-        return condition_tests(table, planned_of(task, design))
-    tests = tuple(task.tested(design, table))
-    factors = list(dict.fromkeys(test.factor for test in tests))
-    if not {*factors, *(test.answer for test in tests)} <= {*table}:
-        return tests
-    return tuple(replace(test, points=subject_cells(table, test, factors)) for test in tests)
-
-
-def task_questions(task: Task, design: Any) -> Analysis:
-    """Return a question for each test of a task's report, asked of a table of all trials except catch trials."""
-    return replace(condition_questions(planned_of(task, design)), prepare=lambda table: tested_of(task, design, table))
+__all__ = ["Observers"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,7 +36,7 @@ class Observers(People):
     def check(self, design: Any) -> None:
         if not self.task.simulates:
             raise InputError(f"the task {self.task.name!r} has no simulated observer: define simulated.")
-        if not planned_of(self.task, design):
+        if not self._tests(design):
             raise InputError(
                 f"the task {self.task.name!r} has no test: give its design two conditions, or define planned and "
                 "tested."
@@ -70,19 +44,24 @@ class Observers(People):
 
     def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
         return replace(
-            task_questions(self.task, design),
-            generator=lambda subjects, rng: pd.DataFrame(self._rows(design, subjects, rng)),
+            self.task.analysis(design),
+            generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed),
         )
 
     def claims(self, design: Any, bound: float) -> Mapping[str, Claim]:
-        tests = enumerate(planned_of(self.task, design), start=1)
-        return {f"test_{number}": Claim(test.name, test.name, ("",), sign=0) for number, test in tests}
+        return {f"test_{number}": Claim(name, name, (), 0) for number, name in enumerate(self._tests(design), start=1)}
 
     def measured(self, design: Any) -> tuple[tuple[str, str, str], ...]:
-        return tuple((test.name, test.name, "") for test in planned_of(self.task, design)[:2])
+        return tuple((name, name, "") for name in self._tests(design)[:2])
 
     def settings(self, design: Any) -> dict[str, object]:
-        return {"task": self.task.name, "tests": [test.name for test in planned_of(self.task, design)]}
+        return {"task": self.task.name, "tests": self._tests(design)}
+
+    def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> pd.DataFrame:
+        return pd.DataFrame(self._rows(design, subjects, rng))
+
+    def _tests(self, design: Any) -> list[str]:
+        return [one.name for one in self.task.analysis(design).every if one.role in ("primary", "main")]
 
     def _rows(self, design: Any, subjects: int, rng: np.random.Generator) -> Iterator[dict[str, Any]]:
         from focalgradient.observers.observer import observer_named

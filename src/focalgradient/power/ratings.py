@@ -7,9 +7,8 @@ largest, a term for the scene, and noise.
 from __future__ import annotations
 
 import math
-from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
 from typing import Annotated, ClassVar
@@ -25,10 +24,9 @@ from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main
 from focalgradient.quantities import Range
 from focalgradient.statistics import rating_questions, slope_questions, step_questions
 from focalgradient.statistics.crossed import mean_tests
-from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.hypotheses import one_sided
 from focalgradient.statistics.means import holm
-from focalgradient.statistics.questions import Analysis, less
+from focalgradient.statistics.questions import less
 from focalgradient.statistics.rating_questions import EQUIVALENT
 from focalgradient.statistics.records import ALPHA
 from focalgradient.user_tables.tidy import in_order
@@ -45,19 +43,10 @@ class Raters(People):
 
     designs: ClassVar[type[DepthRatingDesign]] = DepthRatingDesign
 
-    @abstractmethod
-    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
-        """Simulate answers, with the columns of a data set."""
-
     def check(self, design: DepthRatingDesign) -> None:
         People.check(self, design)
         if len(design.apertures) < 2:
             raise InputError("apertures has only one, but the change with aperture needs at least two: add another.")
-
-    def analysis(self, design: DepthRatingDesign, bound: float, seed: int) -> Analysis:
-        scale = design.response_scale.analysis
-        asked = questions_of(scale, design.fixations, len(design.scenes), {}, bound)
-        return replace(asked, generator=lambda subjects, rng: self.simulated(design, subjects, rng))
 
     def claims(self, design: DepthRatingDesign, bound: float) -> Mapping[str, Claim]:
         scale, (effect, difference) = design.response_scale.analysis, main_questions(design)
@@ -141,7 +130,7 @@ class Model(Raters):
         if "pinhole" not in design.apertures:
             raise InputError("apertures must have 'pinhole', from which the depth effect is measured: add it.")
 
-    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator) -> pd.DataFrame:
+    def simulated(self, design: DepthRatingDesign, subjects: int, rng: np.random.Generator, seed: int) -> pd.DataFrame:
         return simulated_ratings(design, subjects, self, rng)
 
 

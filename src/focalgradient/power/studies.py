@@ -13,16 +13,17 @@ from focalgradient.power.own_tasks import Observers
 from focalgradient.power.ratings import Model
 from focalgradient.power.study import People, Study
 from focalgradient.power.thresholds import ThresholdModel
+from focalgradient.statistics.questions import Kind
 from focalgradient.tasks import Task
 
 __all__ = ["study_of"]
 
-MODELS: Mapping[str, Callable[[Any], type[People]]] = {
-    "depthrating": lambda design: Model if design.response_scale.analysis.ratios else LatentModel,
-    "necker": lambda design: CubeModel,
-    "blurthreshold": lambda design: ThresholdModel,
+MODELS: Mapping[Kind, Callable[[Any], type[People]]] = {
+    "ratings": lambda design: Model if design.response_scale.analysis.ratios else LatentModel,
+    "cube": lambda design: CubeModel,
+    "thresholds": lambda design: ThresholdModel,
 }
-"""Models of people in the built-in tasks, used instead of `Task.study`."""
+"""Models of people, by the kind of the task's analysis."""
 
 
 def study_of(task: Task, design: Any, assumed: Mapping[str, Any], seed: int = 1) -> Study:
@@ -40,17 +41,18 @@ def study_of(task: Task, design: Any, assumed: Mapping[str, Any], seed: int = 1)
     >>> study_of(task, task.design(scale="choice"), {"effect": 2.0}).tests["near_rise"]
     'nearest: rises with blur'
     """
-    if task.name not in MODELS:
-        study = task.study and task.study(design, assumed, seed)
-        if study:
-            return study
+    study: Study | None = task.study and task.study(design, assumed, seed)
+    if study:
+        return study
+    model = MODELS.get(task.analysis(design).kind)
+    if model is None:
         if assumed:
             option = next(iter(assumed))
             raise InputError(
                 f"{option} cannot be set for {task.called}, whose simulated observer has its own effect: leave it out."
             )
         return Study(Observers(task), design, seed=seed)
-    kind = MODELS[task.name](design)
+    kind = model(design)
     bound = {"bound": assumed["bound"]} if kind.bounded and "bound" in assumed else {}
     known = {one.name for one in dataclasses.fields(kind)}  # type: ignore[arg-type]
     if wrong := [name for name in assumed if name not in {*known, *bound}]:

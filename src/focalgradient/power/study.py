@@ -16,8 +16,10 @@ from numpy.random import SeedSequence, default_rng
 from focalgradient.errors import InputError, check_fields, described
 from focalgradient.quantities import Range
 from focalgradient.statistics import Effect, Equivalence, Interval
+from focalgradient.statistics.criteria import AnalysisOptions
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.questions import Analysis, Answers
+from focalgradient.tasks import task_named
 
 __all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials"]
 
@@ -47,7 +49,7 @@ class Claim:
     question
         Name of the question of the report's analysis.
     levels
-        Levels at which the claim must be supported.
+        Levels at which the claim must be supported; empty: at all that have an outcome.
     sign
         Expected sign of the effect; 0 for either.
     factor
@@ -63,7 +65,8 @@ class Claim:
     def supported(self, answers: Answers) -> bool:
         """Return whether answers support the claim at all levels."""
         outcomes = answers.to(self.question)
-        return all(self._supports(outcomes.get(level)) for level in self.levels)
+        levels = self.levels or tuple(outcomes)
+        return bool(levels) and all(self._supports(outcomes.get(level)) for level in levels)
 
     def _supports(self, outcome: object) -> bool:
         match outcome:
@@ -96,9 +99,17 @@ class People(ABC):
     designs: ClassVar[type[Any]] = object
     """Class of the design."""
 
-    @abstractmethod
     def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
-        """Return the questions of the report on a design, with exclusions and the generator of these people."""
+        """Return the analysis of the design's task, with exclusions and the generator of these people."""
+        asked = task_named(design.task).analysis(design, AnalysisOptions(bound=bound))
+        # Further questions are of values that the models do not simulate.
+        return dataclasses.replace(
+            asked, also=(), generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed)
+        )
+
+    @abstractmethod
+    def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> Any:
+        """Simulate the answers of a number of people, as the analysis takes them; `seed` is that of the study."""
 
     @abstractmethod
     def claims(self, design: Any, bound: float) -> Mapping[str, Claim]:
@@ -198,12 +209,12 @@ class Study:
             confidence intervals, None if not computed; and `left_out`, the number of subjects excluded.
         """
         asked = self.analysis
-        kept, found = (table, None) if asked.exclusions is None else asked.exclusions(table)
+        kept, found = asked.excluded(table)
         outcome: dict[str, float | None] = dict.fromkeys(self.claims, 0.0) | {"width": None, "far_width": None}
         outcome["left_out"] = 0.0 if found is None else float(found.subjects_before - found.subjects_after)
         if found is not None and not found.subjects_after:
             return outcome
-        answers = asked.asked(kept)
+        answers = asked.asked(kept, everyone=True)
         outcome |= {name: float(claim.supported(answers)) for name, claim in self.claims.items()}
         for width, (_, question, level) in zip(("width", "far_width"), self.model.measured(self.design), strict=False):
             outcome[width] = _width(answers.to(question).get(level))

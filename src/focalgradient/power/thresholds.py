@@ -21,7 +21,7 @@ from focalgradient.errors import check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People
 from focalgradient.statistics import SubjectThreshold, ThresholdResult, blur_thresholds
 from focalgradient.statistics.questions import Analysis
-from focalgradient.statistics.threshold_questions import MEAN, fitted, threshold_questions
+from focalgradient.statistics.threshold_questions import MEAN, fitted
 
 __all__ = ["ThresholdModel"]
 
@@ -61,13 +61,15 @@ class ThresholdModel(People):
         check_fields(self)
 
     def analysis(self, design: BlurThresholdDesign, bound: float, seed: int) -> Analysis:
-        def drawn(subjects: int, rng: np.random.Generator) -> dict[str, ThresholdResult]:
-            pool = _people(self, design.model_dump_json(), seed)
-            chosen = [pool[number] for number in rng.choice(len(pool), subjects)]
-            people = (replace(person, participant=f"{number:03}") for number, person in enumerate(chosen))
-            return {"": ThresholdResult(design.unit, tuple(people))}
+        return replace(People.analysis(self, design, bound, seed), exclusions=fitted)
 
-        return replace(threshold_questions(design.unit), exclusions=fitted, generator=drawn)
+    def simulated(
+        self, design: BlurThresholdDesign, subjects: int, rng: np.random.Generator, seed: int
+    ) -> dict[str, ThresholdResult]:
+        pool = _people(self, design.model_dump_json(), seed)
+        chosen = [pool[number] for number in rng.choice(len(pool), subjects)]
+        people = (replace(person, participant=f"{number:03}") for number, person in enumerate(chosen))
+        return {"": ThresholdResult(design.unit, tuple(people))}
 
     def claims(self, design: BlurThresholdDesign, bound: float) -> Mapping[str, Claim]:
         return {"precise": Claim(f"mean threshold known to a factor of {bound:g}", MEAN, ("",), factor=bound)}

@@ -16,12 +16,12 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from focalgradient.dataset import checking
+from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import read_description
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable
 from focalgradient.progress import Progress
-from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_table
+from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_table, design_in, read_task
 from focalgradient.report.choices import explained
 from focalgradient.report.conditions import conditions_of_dataset
 from focalgradient.report.cube import cube_of_dataset
@@ -38,9 +38,10 @@ from focalgradient.report.thresholds import thresholds_of_dataset
 from focalgradient.scales import Analysis, analysis_named
 from focalgradient.statistics import Rules
 from focalgradient.statistics.bayes import NEEDED
-from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.questions import Answers, Kind
 from focalgradient.statistics.wording import many
-from focalgradient.tasks import is_task, task_named, task_names, unknown_task
+from focalgradient.tasks import Task, is_task, task_named, task_names, unknown_task
+from focalgradient.tasks.check import called
 from focalgradient.user_tables.files import Paths, UserTable, read_table
 from focalgradient.user_tables.source import Where
 
@@ -272,12 +273,22 @@ def _is_ours(path: Path) -> bool:
     return sidecar.is_file() and b"focalgradient" in sidecar.read_bytes().lower()
 
 
-REPORTED: Mapping[str, Callable[[Path, Asked], Part]] = {
-    "depthrating": ratings_of_dataset,
-    "necker": cube_of_dataset,
-    "blurthreshold": thresholds_of_dataset,
+REPORTED: Mapping[Kind, Callable[[Task, DataSet, Asked], Part]] = {
+    "conditions": conditions_of_dataset,
+    "ratings": ratings_of_dataset,
+    "cube": cube_of_dataset,
+    "thresholds": thresholds_of_dataset,
 }
-"""Parts of the built-in tasks, used instead of `Task.reported`."""
+"""Parts by the kind of the task's analysis."""
+
+
+def _part(root: Path, task: Task, asked: Asked) -> Part:
+    """Return a task's part of the report on a data set; damaged sessions are left out, and named in `Part.data`."""
+    part: Part | None = task.reported and task.reported(root, asked)
+    if part:
+        return part
+    data = read_task(root, task)
+    return REPORTED[called(task, "analysis", task.analysis, design_in(data)).kind](task, data, asked)
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:
@@ -289,9 +300,7 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
     for name in task_names():
         if any(root.glob(f"sub-*/**/*_task-{name}_beh.tsv")):
             try:
-                task = task_named(name)
-                reported: Callable[..., Part | None] | None = REPORTED.get(name, task.reported)
-                parts.append((reported and reported(root, asked)) or conditions_of_dataset(root, task))
+                parts.append(_part(root, task_named(name), asked))
             except InputError as error:
                 refused.append(error)
     found = _Analysed(title, parts)

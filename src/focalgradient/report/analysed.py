@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet, read_dataset
+from focalgradient.design import check_design
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
 from focalgradient.report.exclusions import WITHOUT
@@ -25,30 +25,57 @@ from focalgradient.statistics import (
     Quality,
     Rules,
     analyse,
-    factor_effects,
     necker,
 )
-from focalgradient.statistics.cube_questions import cube_questions
-from focalgradient.statistics.effects import questions_of
+from focalgradient.statistics.criteria import AnalysisOptions
+from focalgradient.statistics.cube_questions import cube_questions_of
+from focalgradient.statistics.effects import has_confidence, questions_of
 from focalgradient.statistics.questions import NO_ANSWERS, Answers
 from focalgradient.statistics.questions import Analysis as Questions
+from focalgradient.tasks import Task, task_named
 
 __all__ = ["Ratings", "Reports", "analyse_necker", "analyse_ratings", "analyse_report_table", "analyse_table"]
 
 
-def scale_of_sessions(data: DataSet) -> tuple[ResponseScale, Mapping[str, Any]]:
-    """Return the response scale of a data set's designs, and their factors.
+def read_task(root: str | os.PathLike[str], task: Task) -> DataSet:
+    """Read the sessions of a task; damaged ones are left out.
+
+    Raises
+    ------
+    InputError
+        If there are none, or all are damaged.
+    """
+    data = read_dataset(root, [task.name], damaged="leave out")
+    if task.name not in data.tables or data.tables[task.name].empty:
+        nothing = f"{root} holds no trials of {task.called}: nobody took part, or no session has its table."
+        raise InputError(data.problems[0] if data.problems else nothing)
+    return data
+
+
+def designs_in(data: DataSet) -> list[dict[str, Any]]:
+    """Return the settings of the design that each session recorded."""
+    return [sidecar["Design"] for sidecar in data.sidecars.values()]
+
+
+def design_in(data: DataSet) -> Any:
+    """Return the design of the first session."""
+    files, sidecar = next(iter(data.sidecars.items()))
+    return check_design(files.task, sidecar["Design"])
+
+
+def scale_of_sessions(data: DataSet) -> ResponseScale:
+    """Return the response scale of a data set's designs.
 
     Raises
     ------
     InputError
         If sessions differ in scale, or the scale is not registered.
     """
-    designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
+    designs = designs_in(data)
     scales = sorted({str(design.get("scale", "ratio")) for design in designs})
     if len(scales) != 1:
         raise InputError(f"{data.root} has the scales {', '.join(scales)}: keep designs in data sets of their own.")
-    return scale_of(designs[0]), designs[0].get("factors") or {}
+    return scale_of(designs[0])
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -67,6 +94,8 @@ class Analysed:
         Analysis of the rows kept, or the reason why there is none.
     everyone
         Answers without exclusions; empty if nothing was excluded.
+    also
+        Answers of further analyses of the rows kept.
     """
 
     data: DataSet | None
@@ -75,6 +104,7 @@ class Analysed:
     quality: Quality
     main: Any
     everyone: Answers
+    also: Answers
 
     @property
     def answers(self) -> Answers:
@@ -96,15 +126,12 @@ class Ratings(Analysed):
     ----------
     analysis
         Statistical analysis of the ratings.
-    factors
-        Comparisons of user-defined factors.
     fixated
         With recorded gaze: analysis without trials in which gaze left the fixated object, or the reason why there is
         none.
     """
 
     analysis: Analysis
-    factors: Answers = NO_ANSWERS
     fixated: Ratings | NotComputed | None = None
 
     @property
@@ -120,7 +147,15 @@ class Ratings(Analysed):
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class Reports(Analysed):
-    """Analysed reports of experiment 2."""
+    """Analysed reports of experiment 2.
+
+    Parameters
+    ----------
+    questions
+        Analysis of the reports.
+    """
+
+    questions: Questions
 
     @property
     def result(self) -> NeckerResult | NotComputed:
@@ -130,9 +165,10 @@ class Reports(Analysed):
 
 def _analysed(table: pd.DataFrame, asked: Questions, analyse: Callable[[pd.DataFrame], Any]) -> dict[str, Any]:
     """Return the fields of `Analysed`: the result with exclusions, and the answers to the same questions without."""
-    assert asked.exclusions is not None
-    kept, found = asked.exclusions(table)
-    everyone = asked.asked(table) if found.exclusions and found.subjects_before else NO_ANSWERS
+    kept, found = asked.excluded(table)
+    assert found is not None
+    everyone = asked.asked(table, everyone=True) if found.exclusions and found.subjects_before else NO_ANSWERS
+    also = asked.asked_also(kept) if found.subjects_after else NO_ANSWERS
     if not kept["catch"].all():
         main = analyse(kept)
     elif not found.subjects_before:
@@ -140,7 +176,7 @@ def _analysed(table: pd.DataFrame, asked: Questions, analyse: Callable[[pd.DataF
     else:
         who = "the only subject" if found.subjects_before == 1 else f"all {found.subjects_before} subjects"
         main = NotComputed(f"The rules of exclusion leave out {who}: there is nothing to analyse.")
-    return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone}
+    return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone, "also": also}
 
 
 def analyse_ratings(
@@ -171,15 +207,14 @@ def analyse_ratings(
     InputError
         If there are none, or they are invalid; the message states file and row.
     """
-    data = read_dataset(root, ["depthrating"], damaged="leave out")
-    return analyse_table(
-        _table(data, data.depth_rating, "depth ratings"),
-        bound=bound,
-        scale=scale,
-        rules=rules,
-        data=data,
-        progress=progress,
-    )
+    options = AnalysisOptions(bound=bound, rules=rules or Rules(), scale=scale)
+    return ratings_in(read_task(root, task_named("depthrating")), options, progress)
+
+
+def ratings_in(data: DataSet, options: AnalysisOptions, progress: Progress | None = None) -> Ratings:
+    """Analyse the ratings of a data set of one task: see `analyse_ratings`."""
+    given: Any = {"bound": options.bound, "scale": options.scale, "rules": options.rules}
+    return analyse_table(trials_in(data), data=data, progress=progress, **given)
 
 
 def analyse_table(
@@ -194,15 +229,14 @@ def analyse_table(
     """Analyse a table of depth ratings: see `analyse_ratings`, and `focalgradient.statistics.depth_rating`."""
     stated = None if scale is None else analysis_named(scale)
     meant: Analysis = stated or Ratios()
-    factors: Mapping[str, Any] = {}
     if data is not None:
-        response, factors = scale_of_sessions(data)
+        response = scale_of_sessions(data)
         # the response scale of the design, unlike its analysis, defines a middle
         meant = response.analysis if stated is None or type(response.analysis) is type(stated) else stated
-    asked = questions_of(meant, {*table["fixation"]}, table["scene"].nunique(), {}, bound, rules)
-    found = _analysed(table, asked, lambda rows: analyse(rows, meant, bound=bound, progress=progress))
-    if found["quality"].subjects_after:
-        found["factors"] = factor_effects(found["kept"], factors, ratios=meant.ratios)
+    options = AnalysisOptions(bound=bound, rules=rules or Rules(), scale=meant)
+    found = _analysed(
+        table, asked_of_ratings(table, options, data), lambda rows: analyse(rows, meant, bound=bound, progress=progress)
+    )
     if data is not None and "gaze_left" in table:
         stayed = table[~table["gaze_left"]].drop(columns="gaze_left")
         found["fixated"] = NotComputed("No trial has gaze on the fixated object.")
@@ -211,23 +245,36 @@ def analyse_table(
     return Ratings(data=data, analysis=meant, **found)
 
 
+def asked_of_ratings(table: pd.DataFrame, options: AnalysisOptions, data: DataSet | None) -> Questions:
+    """Return the analysis of a table of ratings: that of the task, or of the user's own table, with a scale."""
+    if data is not None:
+        design = design_in(data)
+        return task_named(design.task).analysis(design, options, table)
+    assert options.scale is not None
+    settings = {"confidence": has_confidence(table)}
+    shown = {*table["fixation"]}, table["scene"].nunique()
+    return questions_of(options.scale, *shown, settings, options.bound, options.rules)
+
+
 def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) -> Reports:
     """Read and analyse the reports on the Necker cube of a data set: see `analyse_ratings`."""
-    data = read_dataset(root, ["necker"], damaged="leave out")
-    return analyse_report_table(_table(data, data.necker, "reports on the cube"), rules=rules, data=data)
+    data = read_task(root, task_named("necker"))
+    return analyse_report_table(trials_in(data), rules=rules, data=data)
 
 
 def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, data: DataSet | None = None) -> Reports:
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
     used = rules or Rules()
-    asked = cube_questions([], rules=used)
-    found = _analysed(table, asked, lambda rows: necker(rows, shortest_both=used.shortest_both))
-    return Reports(data=data, **found)
+    if data is None:
+        questions = cube_questions_of(table, used)
+    else:
+        design = design_in(data)
+        questions = task_named(design.task).analysis(design, AnalysisOptions(rules=used), table)
+    found = _analysed(table, questions, lambda rows: necker(rows, shortest_both=used.shortest_both))
+    return Reports(data=data, questions=questions, **found)
 
 
-def _table(data: DataSet, table: pd.DataFrame, kind: str) -> pd.DataFrame:
-    if table.empty and data.problems:
-        raise InputError(data.problems[0])
-    if table.empty:
-        raise InputError(f"{Path(data.root)} holds no {kind}: nobody took part, or no session has its table.")
+def trials_in(data: DataSet) -> pd.DataFrame:
+    """Return the table of a data set of one task, with the kind of its participants."""
+    table = data.tables[design_in(data).task]
     return table.assign(kind=np.where(table["simulated"], "simulated", "human"))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import os
 from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import combinations
@@ -11,22 +10,21 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.dataset import DataSet, read_dataset
-from focalgradient.design import check_design
+from focalgradient.dataset import DataSet
 from focalgradient.errors import InputError, described
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
-from focalgradient.power.own_tasks import tested_of
+from focalgradient.report.analysed import design_in, designs_in
 from focalgradient.report.exclusions import TRIALS, WITHOUT
 from focalgradient.report.export import r_script, table_files
-from focalgradient.report.parts import Drawing, Part, Plan
+from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Rules
 from focalgradient.statistics.conditions import condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
-from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.rating_conditions import RULES, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
@@ -43,15 +41,15 @@ TRACE = (
 Tests = Sequence[ConditionTest]
 
 
-def task_plan(task: Task, settings: Mapping[str, Any], tests: Tests, factors: Mapping[str, Sequence[object]]) -> Plan:
+def task_plan(questions: Analysis, settings: Mapping[str, Any], factors: Mapping[str, Sequence[object]]) -> Plan:
     """Return the plan of a user-defined task; `factors` are its conditions with their levels."""
     levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in factors.items())
     conditions = f"Conditions ({levels}) were" if levels else "One condition was"
     return Plan(
-        condition_questions(tests),
+        questions,
         shown=f"{conditions} shown {times(settings)}{' each' if levels else ''}, in random order from the seed that "
         "the data set records.",
-        exclusions=["Nobody is left out."],
+        exclusions=["Nobody is left out."] if questions.exclusions is None else [],
     )
 
 
@@ -70,29 +68,28 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")
     simulated = bool((own.table["kind"] == "simulated").any())
-    return condition_part(names, plan, own.exported, rows, tests, rating_tests(own), left_out, simulated=simulated)
+    before = rating_tests(own)
+    kept, without = (condition_questions(of).answers(of) for of in (tests, before))
+    answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
+    return condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
 
 
-def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
-    """Read and test the sessions of a user-defined task; damaged ones are excluded and named in `data`.
-
-    Raises
-    ------
-    InputError
-        If there are no sessions.
-    """
-    data = read_dataset(root, [task.name], damaged="leave out")
-    table = data.tables.get(task.name)
-    if table is None or table.empty:
-        raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of {task.name}.")
-    settings = next(iter(data.sidecars.values()))["Design"]
+def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
+    """Compare the conditions of a task."""
+    table, settings, design = data.tables[task.name], designs_in(data)[0], design_in(data)
     rows = table[~table["catch"]] if "catch" in table else table
-    design = check_design(task.name, settings)
-    tests = called(task, "tested", tested_of, task, design, rows)
-    plan = task_plan(task, settings, tests, called(task, "factors", task.factors, design))
+    questions = called(task, "analysis", task.analysis, design, asked.options)
+    kept, quality = called(task, "exclusions", questions.excluded, rows)
+    prepared = called(task, "tested", questions.prepare, kept)
+    tests = [one for one in prepared if isinstance(one, ConditionTest)] if isinstance(prepared, tuple) else []
+    main = condition_questions(tests) if tests else questions
+    answers = [*called(task, "fit", main.answers, prepared), *called(task, "fit", questions.asked_also, kept)]
+    if quality is not None and quality.exclusions:
+        answers += called(task, "fit", questions.asked, rows, everyone=True).variant(WITHOUT)
+    plan = task_plan(questions, settings, called(task, "factors", task.factors, design))
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
-    shown = names, plan, table, rows, tests, tests
+    shown = names, plan, table, kept, tests, Answers(tuple(answers))
     part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
     by, traces = tests[0].factor if tests else None, []
     for level in task.adapted_fields:
@@ -100,9 +97,10 @@ def conditions_of_dataset(root: str | os.PathLike[str], task: Task) -> Part:
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
     return dataclasses.replace(
         part,
-        said=_sentences(task, rows),
+        quality=quality,
+        said=_sentences(task, kept),
         figures=[*part.figures, *traces],
-        sheets=[_means(task, settings, rows)],
+        sheets=[_means(task, settings, kept)],
     )
 
 
@@ -112,18 +110,17 @@ def condition_part(
     table: pd.DataFrame,
     rows: pd.DataFrame,
     tests: Tests,
-    before: Tests,
+    answers: Answers,
     left_out: int = 0,
     *,
     simulated: bool,
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
 ) -> Part:
-    """Return the section on tests with and without (`before`) exclusions; `names` are heading, prefix and answers."""
+    """Return the section on tests and all `answers`; `names` are heading, prefix of files, and what is answered."""
     title, name, noun = names
-    kept, everyone = (condition_questions(of).answers(of) for of in (tests, before))
     table = table.assign(included=table.index.isin(rows.index))
-    script = r_script("conditions", kept).replace(b"TRIALS", f"{name}_trials".encode())
+    script = r_script("conditions", answers).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
@@ -133,7 +130,7 @@ def condition_part(
         title=title,
         name=name,
         plan=plan,
-        answers=kept if tests == before else Answers((*kept, *everyone.variant(WITHOUT))),
+        answers=answers,
         simulated=simulated,
         sample=[f"{many(rows['participant_id'].nunique(), who)} with {many(len(rows), noun)}{scenes}; {without}."],
         data=data,
@@ -147,7 +144,7 @@ def condition_part(
             for place, factor in enumerate(factors)
         ],
         captions={EFFECTS: f"Tests of the conditions; Holm’s correction is over those of answers{effects}"},
-        files=table_files(f"{name}_trials", table) | ({"conditions.R": script} if kept.r_code else {}),
+        files=table_files(f"{name}_trials", table) | ({"conditions.R": script} if answers.r_code else {}),
     )
 
 

@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
 import pandas as pd
 
+from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
-from focalgradient.report.analysed import Reports, analyse_necker
+from focalgradient.report.analysed import Reports, analyse_report_table, trials_in
 from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.export import report_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
 from focalgradient.report.words import OF_TABLE, catches, counts, differing, setting, times
-from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, Rules, as_table
-from focalgradient.statistics.cube_questions import cube_questions
+from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, as_table
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.wording import listed
+from focalgradient.tasks import Task
 
-__all__ = ["cube_of_dataset", "cube_part", "cube_plan", "shown_cube"]
+__all__ = ["cube_of_dataset", "cube_part", "shown_cube"]
 
 CAPTION = (
     "The turning cube. Left: nonrigid share of the time with one of the two readings, each subject thin, mean and 95 % "
@@ -30,28 +30,10 @@ CAPTION = (
     "half of the fitted distribution of durations."
 )
 CAPTIONS = {
-    EFFECTS: "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p (Holm): over all "
+    EFFECTS: "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p_Holm: over all "
     "secondary comparisons",
     MEANS: "Reported percepts, means over subjects with 95 % intervals",
 }
-
-
-def cube_plan(
-    shown: str, rules: Rules, unjudged: Mapping[str, str], gradients: Collection[str], largest_mm: float
-) -> Plan:
-    """Return the plan of reports on the cube.
-
-    Parameters
-    ----------
-    shown
-        Design in sentences.
-    rules, unjudged
-        Exclusion rules, and those that cannot be applied, with the reasons.
-    gradients, largest_mm
-        As in `cube_questions`.
-    """
-    questions = cube_questions([], gradients, largest_mm, rules)
-    return Plan(questions, shown, criteria(rules, unjudged, CUBE_CATCH))
 
 
 def shown_cube(design: Mapping[str, Any]) -> str:
@@ -74,9 +56,9 @@ def shown_cube(design: Mapping[str, Any]) -> str:
     return " ".join(filter(None, texts))
 
 
-def cube_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
-    """Read and analyse the reports of a data set; errors as in `analyse_necker`."""
-    return cube_part(analyse_necker(root, rules=asked.rules))
+def cube_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
+    """Analyse the reports on a cube."""
+    return cube_part(analyse_report_table(trials_in(data), rules=asked.rules, data=data))
 
 
 def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
@@ -99,7 +81,7 @@ def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
             f"{lines}. {OF_TABLE}"
         )
     unjudged = {one.rule: one.reason for one in quality.unjudged}
-    plan = cube_plan(shown, quality.rules, unjudged, blurs, max(sizes, default=0.0))
+    plan = Plan(reports.questions, shown, criteria(quality.rules, unjudged, CUBE_CATCH))
     computed = None if isinstance(result, NotComputed) else result
     notices = [result.reason] if isinstance(result, NotComputed) else []
     if computed and not computed.effects:

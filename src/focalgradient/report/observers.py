@@ -15,6 +15,7 @@ from focalgradient.report.observed import Observed, observed_percepts, observed_
 from focalgradient.report.parts import Output, Part
 from focalgradient.report.tables import Sheet, listed, sheet
 from focalgradient.statistics import NotComputed
+from focalgradient.statistics.questions import Kind
 from focalgradient.statistics.wording import decimals, probability
 
 __all__ = ["FittedObservers", "fitted_observers"]
@@ -104,19 +105,19 @@ def _ahead(best: ObserverComparison, other: ObserverComparison) -> tuple[float, 
     return float(each.sum()), float(each.std(ddof=1) * math.sqrt(len(each)))
 
 
-OBSERVED: Mapping[str, Callable[..., Observed | NotComputed]] = {
-    "depth_rating": observed_ratings,
-    "necker": observed_percepts,
-    "threshold": observed_thresholds,
-    "blur_threshold": observed_thresholds,
+OBSERVED: Mapping[Kind, Callable[..., Observed | NotComputed]] = {
+    "ratings": observed_ratings,
+    "cube": observed_percepts,
+    "thresholds": observed_thresholds,
 }
-"""Functions of `Part.observed` that return a section's answers and the observers that can be fitted to them."""
+"""Functions of `Part.observed` that return answers and the observers to be fitted to them, by kind of analysis."""
 
 
 def observed_in(part: Part) -> Observed | NotComputed:
     """Return a section's answers and observers, or the reason why there are none."""
-    if part.name in OBSERVED and part.observed:
-        return OBSERVED[part.name](*part.observed)
+    kind = part.plan.questions.kind
+    if kind in OBSERVED and part.observed:
+        return OBSERVED[kind](*part.observed)
     return NotComputed(f"No built-in observer models {part.title!r}; use fit_observer.")
 
 

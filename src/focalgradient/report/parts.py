@@ -16,7 +16,7 @@ from focalgradient.report.rules import Stated
 from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, answer_tables, listed, quality_sheets
 from focalgradient.scales import Analysis
 from focalgradient.statistics import NotComputed, Quality, Rules
-from focalgradient.statistics.effects import BOUND
+from focalgradient.statistics.criteria import BOUND, AnalysisOptions
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.questions import Answer, Answers, Caution
 from focalgradient.statistics.wording import many
@@ -53,6 +53,11 @@ class Asked:
     progress: Progress | None = None
     effects: Mapping[str, float] = field(default_factory=dict)
     ordinal: bool = False
+
+    @property
+    def options(self) -> AnalysisOptions:
+        """Settings of the analysis."""
+        return AnalysisOptions(bound=self.used_bound, rules=self.rules, scale=self.scale)
 
     @property
     def rules(self) -> Rules:
@@ -122,7 +127,11 @@ class Plan:
     @property
     def analysis(self) -> list[str]:
         """Analysis in sentences."""
-        return [self.questions.method, *self.further]
+        return [
+            self.questions.method,
+            *self.further,
+            *(text for other in self.questions.also if (text := other.method)),
+        ]
 
     def design(self, people: str) -> str:
         """Return the design in sentences."""

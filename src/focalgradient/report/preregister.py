@@ -26,10 +26,10 @@ from focalgradient.power import (
     quick_power,
     run_here,
 )
-from focalgradient.power.own_tasks import planned_of
 from focalgradient.report.conditions import task_plan
-from focalgradient.report.cube import cube_plan, shown_cube
+from focalgradient.report.cube import shown_cube
 from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
+from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.parts import Asked, Plan
 from focalgradient.report.ratings import rating_plan, shown_ratings
 from focalgradient.report.rules import MEANING, Stated, as_toml
@@ -37,10 +37,9 @@ from focalgradient.report.thresholds import threshold_plan
 from focalgradient.scales import Analysis, OrdinalSteps
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.hypotheses import check_bound
-from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD
+from focalgradient.statistics.questions import Kind
 from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.tasks import Task, task_named
-from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Preregistered", "preregistration"]
 
@@ -203,8 +202,8 @@ def preregistration(
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."
         )
-    preregistered: Callable[..., Preregistered | None] | None = PREREGISTERED.get(task.name, task.preregistered)
-    text = (preregistered and preregistered(design, asked)) or preregister_task(task, design, asked)
+    text: Preregistered | None = task.preregistered and task.preregistered(design, asked)
+    text = text or PREREGISTERED[task.analysis(design).kind](task, design, asked)
     title, blocks, rules = f"Preregistration: {text.about}", text.blocks(), text.plan.questions.rules
     files = {
         "preregistration.html": as_html(title, blocks).encode(),
@@ -215,7 +214,7 @@ def preregistration(
     return files
 
 
-def preregister_ratings(design: DepthRatingDesign, asked: Asked) -> Preregistered:
+def preregister_ratings(task: Task, design: DepthRatingDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of depth ratings.
 
     Raises
@@ -223,7 +222,7 @@ def preregister_ratings(design: DepthRatingDesign, asked: Asked) -> Preregistere
     InputError
         If a setting does not apply to the scale, or the design has no pinhole as reference.
     """
-    scale, fixations, settings = design.response_scale, in_order(design.fixations), design.model_dump()
+    scale, settings = design.response_scale, design.model_dump()
     analysis = scale.analysis
     if asked.ordinal and not isinstance(analysis, OrdinalSteps):
         raise InputError(
@@ -233,12 +232,10 @@ def preregister_ratings(design: DepthRatingDesign, asked: Asked) -> Preregistere
         raise InputError("apertures has no pinhole, the reference of the depth effect: add it.")
     unjudged = _unjudged(design, asked.stated)
     plan = rating_plan(
-        *(analysis, settings, fixations, len(design.scenes)),
+        *(task.analysis(design, asked.options), analysis, settings),
         shown=shown_ratings(settings, scale.reported or scale.answered),
         rules=asked.rules,
         unjudged=unjudged,
-        bound=asked.used_bound,
-        further=[CONFIDENCE_METHOD] * design.confidence,
     )
     study = Study((Model if analysis.ratios else LatentModel)(**asked.effects), design, asked.used_bound)
     assumed, powers = (_ratios if analysis.ratios else _latent)(study)
@@ -333,7 +330,7 @@ def _latent(study: Study) -> tuple[str, Powers]:
     return assumed, latent_power(study, SUBJECTS)
 
 
-def preregister_cube(design: NeckerDesign, asked: Asked) -> Preregistered:
+def preregister_cube(task: Task, design: NeckerDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of reports on the cube.
 
     Raises
@@ -345,8 +342,9 @@ def preregister_cube(design: NeckerDesign, asked: Asked) -> Preregistered:
     study = Study(model, design)
     judged = quality(study.table(1, study.stream(1)), rules)[1]
     unjudged = {one.rule: one.reason for one in judged.unjudged}
-    largest = max(design.strengths_mm)
-    plan = cube_plan(shown_cube(design.model_dump()), rules, unjudged, design.gradients, largest)
+    plan = Plan(
+        task.analysis(design, asked.options), shown_cube(design.model_dump()), criteria(rules, unjudged, CUBE_CATCH)
+    )
     return Preregistered(
         about="the turning Necker cube and focal gradients",
         plan=plan,
@@ -372,7 +370,7 @@ def preregister_cube(design: NeckerDesign, asked: Asked) -> Preregistered:
     )
 
 
-def preregister_thresholds(design: BlurThresholdDesign, asked: Asked) -> Preregistered:
+def preregister_thresholds(task: Task, design: BlurThresholdDesign, asked: Asked) -> Preregistered:
     """Write the preregistration of thresholds of blur, or of depth from blur.
 
     Raises
@@ -384,7 +382,7 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Asked) -> Preregi
         raise InputError(f"effect is for hypothesis tests, but {design.task} has none: leave it out.")
     return Preregistered(
         about=f"thresholds {'of blur' if design.judged == 'blur' else 'of depth from blur'}",
-        plan=threshold_plan(design.model_dump()),
+        plan=threshold_plan(task.analysis(design, asked.options), design.model_dump()),
         subjects="State the number of participants and its reason: no test is made, but focalgradient power "
         "blur-threshold gives how precisely a number of them determines the mean.",
         neutral=[
@@ -398,16 +396,8 @@ def preregister_thresholds(design: BlurThresholdDesign, asked: Asked) -> Preregi
     )
 
 
-PREREGISTERED: Mapping[str, Callable[[Any, Asked], Preregistered]] = {
-    "depthrating": preregister_ratings,
-    "necker": preregister_cube,
-    "blurthreshold": preregister_thresholds,
-}
-"""Preregistrations of the built-in tasks, used instead of `Task.preregistered`."""
-
-
-def preregister_task(task: Task, design: Any, asked: Asked) -> Preregistered:
-    """Write the preregistration of a user-defined task.
+def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregistered:
+    """Write the preregistration of a task whose conditions are compared.
 
     Raises
     ------
@@ -416,10 +406,10 @@ def preregister_task(task: Task, design: Any, asked: Asked) -> Preregistered:
     """
     if asked.effects:
         raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
-    tests, powers, named = planned_of(task, design), dict[int, Mapping[str, float]](), dict[str, str]()
+    questions, powers, named = task.analysis(design), dict[int, Mapping[str, float]](), dict[str, str]()
     settings = design.model_dump(mode="json")
     subjects = "State the number of subjects and its reason: the task has no simulated observer."
-    if not tests:
+    if not questions.every:
         subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
         study = Study(Observers(task), design)
@@ -434,7 +424,7 @@ def preregister_task(task: Task, design: Any, asked: Asked) -> Preregistered:
         neutral = f"Catch trials ({catches}) are answered as their trials ask."
     return Preregistered(
         about=task.title,
-        plan=task_plan(task, settings, tests, task.factors(design)),
+        plan=task_plan(questions, settings, task.factors(design)),
         subjects=subjects,
         powers=powers,
         tests=named,
@@ -444,3 +434,12 @@ def preregister_task(task: Task, design: Any, asked: Asked) -> Preregistered:
             "what else is reported where they are not."
         ],
     )
+
+
+PREREGISTERED: Mapping[Kind, Callable[[Task, Any, Asked], Preregistered]] = {
+    "conditions": preregister_conditions,
+    "ratings": preregister_ratings,
+    "cube": preregister_cube,
+    "thresholds": preregister_thresholds,
+}
+"""Preregistrations by the kind of the task's analysis."""

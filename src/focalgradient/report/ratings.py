@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import math
-import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import pandas as pd
 
+from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
-from focalgradient.report.analysed import Ratings, analyse_ratings
+from focalgradient.report.analysed import Ratings, asked_of_ratings, ratings_in
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
-from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
+from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.exclusions import NAMES, catch_answers, criteria
-from focalgradient.report.export import trial_files
+from focalgradient.report.export import r_script, trial_files
 from focalgradient.report.parts import Asked, Drawing, Output, Part, Plan
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, listed, sheet
@@ -33,15 +34,15 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
-from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.posteriors import BayesResult
+from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.questions import Answer, Answers, stated
 from focalgradient.statistics.rating_questions import ENOUGH_SUBJECTS
 from focalgradient.statistics.residuals import rating_residuals
 from focalgradient.statistics.robustness import ALL_RULES, Variant, robustness
-from focalgradient.statistics.slope_questions import CONFIDENCE_METHOD, CONFIDENCE_SLOPE, confidence_answers
 from focalgradient.statistics.wording import SPACE, decimals, in_focus, many, number, p_is
 from focalgradient.statistics.wording import listed as in_words
+from focalgradient.tasks import Task
 from focalgradient.user_tables.tidy import FIXATIONS
 
 __all__ = ["POSTERIOR", "gaze_blocks", "rating_part", "rating_plan", "ratings_of_dataset"]
@@ -79,23 +80,21 @@ ROBUSTNESS = (
 
 
 def rating_plan(
+    questions: Questions,
     analysis: Analysis,
     design: Mapping[str, Any],
-    fixations: Collection[str],
-    scenes: int,
     *,
     shown: str,
     rules: Rules,
     unjudged: Mapping[str, str],
-    bound: float,
     further: Sequence[str] = (),
 ) -> Plan:
     """Return the plan of depth ratings.
 
     Parameters
     ----------
-    analysis, design, fixations, scenes, bound
-        As in `focalgradient.statistics.effects.questions_of`.
+    questions, analysis, design
+        Analysis of the task, of the answers on its scale, and settings of the design.
     shown
         Design in sentences.
     rules, unjudged
@@ -103,7 +102,6 @@ def rating_plan(
     further
         Further sentences on the analysis.
     """
-    questions = questions_of(analysis, fixations, scenes, design, bound)
     catch = catch_answers(analysis, design.get("catch_pictures") or ("standard",))
     return Plan(questions, shown, criteria(rules, unjudged, catch), [ROBUSTNESS, *further])
 
@@ -141,10 +139,9 @@ def _shown(part: Ratings) -> str:
     )
 
 
-def ratings_of_dataset(root: str | os.PathLike[str], asked: Asked) -> Part:
-    """Read and analyse the ratings of a data set; errors as in `analyse_ratings`."""
-    settings = {"bound": asked.used_bound, "scale": asked.scale, "rules": asked.rules, "progress": asked.progress}
-    return rating_part(analyse_ratings(root, **settings), asked)  # type: ignore[arg-type]
+def ratings_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
+    """Analyse the ratings of a task."""
+    return rating_part(ratings_in(data, asked.options, asked.progress), asked)
 
 
 def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = None) -> Part:
@@ -164,7 +161,8 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         posterior = bayes_analysis(ratings, result.analysis, asked.bound, asked.used_bound, asked.progress)
     variants = () if ratings.kept.empty else robustness(ratings.table, quality.rules, analysis)
     seen = [] if data is None else screens(data)
-    answers = Answers(tuple(_answers(ratings, variants, posterior)))
+    further = Answers((*ratings.also, *place_effects(seen, ratings.kept, ratios=analysis.ratios)))
+    answers = Answers(tuple(_answers(ratings, further, variants, posterior)))
     checked = () if isinstance(main, NotComputed) else rating_residuals(main.answers, ratings.kept)
     blur = blur_seen(data, seen, result.participants) if data and result else {}
     figures = [*_figures(result, ratings, blur)] if result else []
@@ -172,24 +170,20 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         draw = partial(residual_figure, checked, simulated=ratings.simulated)
         figures.append(Drawing("depth_rating_residuals", RESIDUALS, draw, folded=True))
     within = "within subjects" if analysis.ratios else "by t on the log odds" if analysis.binary else "by t"
-    further = [CONFIDENCE_METHOD] if answers.to(CONFIDENCE_SLOPE) else []
-    further += [] if posterior is None else [bayes_methods(posterior)]
+    methods = [] if posterior is None else [bayes_methods(posterior)]
     rows = ratings.kept[~ratings.kept["catch"]]
     rows = ratings.table[~ratings.table["catch"]] if rows.empty else rows
     design = {} if data is None else next(iter(data.sidecars.values()))["Design"]
     unjudged = {one.rule: one.reason for one in quality.unjudged}
+    questions = asked_of_ratings(rows, replace(asked.options, scale=analysis), data)
     plan = rating_plan(
-        *(analysis, design, {*rows["fixation"]}, rows["scene"].nunique()),
-        shown=_shown(ratings),
-        rules=quality.rules,
-        unjudged=unjudged,
-        bound=asked.used_bound,
-        further=further,
+        *(questions, analysis, design), shown=_shown(ratings), rules=quality.rules, unjudged=unjudged, further=methods
     )
     default = asked.bound is None and analysis.ratios
     subsections = [partial(gaze_blocks, ratings)] if data is not None and ratings.fixated is not None else []
     subsections += [] if posterior is None else [partial(bayes_part, posterior, simulated=ratings.simulated)]
     computed = ratings.compared or result
+    trials = with_place(seen, ratings.table if exported is None else exported)
     return Part(
         title="Depth ratings",
         name="depth_rating",
@@ -213,21 +207,21 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         advice=[f"The bound of equivalence, {asked.used_bound:.3g}, is the default: state your own in advance."]
         * default,
         files={
-            **trial_files(ratings.table if exported is None else exported, ratings.kept, computed, data),
+            **trial_files(trials, ratings.kept, computed, data),
             SCENE_EFFECTS: scene_effects_file(ratings),
+            **({"further_tests.R": r_script("further_tests", further)} if further else {}),
         },
         observed=(ratings.kept, analysis),
     )
 
 
-def _answers(part: Ratings, variants: Sequence[Variant], posterior: BayesResult | None) -> Iterator[Answer]:
+def _answers(
+    part: Ratings, further: Answers, variants: Sequence[Variant], posterior: BayesResult | None
+) -> Iterator[Answer]:
     yield from part.answers
     if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
         yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
-    yield from confidence_answers(part.kept)
-    yield from part.factors
-    if part.data is not None:
-        yield from place_effects(screens(part.data), part.kept, ratios=part.analysis.ratios)
+    yield from further
     if not isinstance(part.main, NotComputed):
         question = part.main.answers.primary[0].question
         for one in variants:
@@ -260,8 +254,8 @@ def _figures(result: DepthRatingResult, part: Ratings, blur: Mapping[str, tuple[
 
 def _caption(part: Ratings) -> str:
     result = part.main
-    caption = "Effects. p (Holm): over all secondary comparisons"
-    if part.factors:
+    caption = "Effects. p_Holm: over all secondary comparisons"
+    if any(answer.question.family for answer in part.also):  # the questions about factors
         caption += ", of a factor over its levels"
     if not isinstance(result, DepthRatingResult):
         return caption

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
 import pandas as pd
 
-from focalgradient.dataset import DataSet, read_dataset
+from focalgradient.dataset import DataSet
 from focalgradient.errors import InputError
 from focalgradient.plotting.thresholds import person_figure, threshold_figure
+from focalgradient.report.analysed import design_in, designs_in
 from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
@@ -25,10 +25,11 @@ from focalgradient.statistics import (
     ThresholdResult,
     blur_thresholds,
 )
-from focalgradient.statistics.questions import Answers
-from focalgradient.statistics.threshold_questions import attending, threshold_questions
+from focalgradient.statistics.questions import Analysis, Answers
+from focalgradient.statistics.threshold_questions import threshold_questions
 from focalgradient.statistics.thresholds import ATTENDING
 from focalgradient.statistics.wording import many, number, with_interval
+from focalgradient.tasks import Task
 from focalgradient.user_tables.thresholds import OwnThresholds
 
 __all__ = ["threshold_part", "threshold_plan", "thresholds_of_dataset", "thresholds_of_table"]
@@ -41,10 +42,10 @@ MISSED = " Dotted and open: too few catch trials right."
 PEOPLE = "Each person’s share of right answers at each level (disc: larger for more trials) and function."
 
 
-def threshold_plan(design: Mapping[str, Any]) -> Plan:
+def threshold_plan(questions: Analysis, design: Mapping[str, Any]) -> Plan:
     """Return the plan of a design of blur thresholds."""
     is_blur = design["judged"] == "blur"
-    unit, what = unit_of(design), "of blur" if is_blur else "of depth from blur"
+    unit = unit_of(design)
     scenes = f"of {len(design['scenes'])} scenes" if len(design["scenes"]) > 1 else "scene"
     question = "which of the two was more blurred" if is_blur else "which of the two looked deeper"
     how = (
@@ -53,7 +54,7 @@ def threshold_plan(design: Mapping[str, Any]) -> Plan:
         else "it was seen through a lens focused on the fixated object, by the depth of its scene"
     )
     return Plan(
-        threshold_questions(unit, of=what),
+        questions,
         shown=f"Each trial showed one {scenes} in two intervals of "
         f"{setting(design, 'picture_s')} s and asked {question}; in one of them {how}, by a level above the "
         f"{setting(design, 'pedestal')} {unit} of both. The level was chosen before each trial by QUEST+ (Watson, "
@@ -87,23 +88,19 @@ def thresholds_of_table(own: OwnThresholds) -> Part:
     return threshold_part(own.exported, results, own.unit, own.guess)
 
 
-def thresholds_of_dataset(root: str | os.PathLike[str], asked: Asked | None = None) -> Part:
-    """Read and fit all sessions of a data set; damaged ones are excluded and named in it.
+def thresholds_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
+    """Fit all sessions of a data set.
 
     Raises
     ------
     InputError
-        If there are none, psignifit is not installed, or sessions differ in task or levels.
+        If psignifit is not installed, or sessions differ in task or levels.
     """
-    data = read_dataset(root, ["blurthreshold"], damaged="leave out")
-    table = data.blur_threshold
-    if table.empty:
-        raise InputError(data.problems[0] if data.problems else f"{root} holds no trials of blur thresholds.")
-    designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
-    first = designs[0]
+    designs = designs_in(data)
+    first, table = designs[0], data.tables[task.name]
     for key in ("judged", "least_level", "most_level", "pedestal", "pupil_mm"):
         if len({str(design.get(key)) for design in designs}) > 1:
-            raise InputError(f"{root} has sessions that differ in {key}: keep designs in data sets of their own.")
+            raise InputError(f"{data.root} has sessions that differ in {key}: keep designs in data sets of their own.")
     known = {
         f"sub-{files.participant}": float(sidecar["Participant"]["threshold"])
         for files, sidecar in data.sidecars.items()
@@ -111,7 +108,7 @@ def thresholds_of_dataset(root: str | os.PathLike[str], asked: Asked | None = No
     }
     least, most = float(first["least_level"]), float(first["most_level"])
     result = blur_thresholds(table, least=least, most=most, unit=unit_of(first), known=known)
-    return threshold_part(table, {"": result}, result.unit, data=data)
+    return threshold_part(table, {"": result}, result.unit, data=data, questions=task.analysis(design_in(data)))
 
 
 def threshold_part(
@@ -120,6 +117,7 @@ def threshold_part(
     unit: str,
     guess: float = 0.5,
     data: DataSet | None = None,
+    questions: Analysis | None = None,
 ) -> Part:
     """Return the section on thresholds.
 
@@ -133,9 +131,11 @@ def threshold_part(
         Unit of the levels, and guess rate.
     data
         Data set with the design; None for the user's own table.
+    questions
+        Analysis of the task; None for the user's own table.
     """
-    questions = threshold_questions(unit, results, guess)
-    answers = everyone = questions.answers(results)
+    questions = questions or threshold_questions(unit, results, guess)
+    answers = everyone = questions.asked(results, everyone=True)
     simulated = bool((table["kind"] == "simulated").any()) if data is None else data.simulated
     plan = Plan(questions)
     said: list[str] = []
@@ -143,11 +143,11 @@ def threshold_part(
     if data is not None:
         design = next(iter(data.sidecars.values()))["Design"]
         levels = float(design["least_level"]), float(design["most_level"])
-        plan = threshold_plan(design)
+        plan = threshold_plan(questions, design)
         result = results[""]
-        main = questions.answers(attending(results)[0]).of_roles("main")
+        main = questions.asked(results).of_roles("main")
         answers = Answers((*main, *everyone.of_roles("description"), *everyone.variant(WITHOUT)))
-        said = [_attending(result, unit)]
+        said = [_attending(result, unit)] if isinstance(result.mean, Interval) else []
     ends = " to ".join(f"{number(level)} {unit}".strip() for level in levels)
     people, who = table["participant_id"].nunique(), "simulated observer" if simulated else "person"
     several = f" in {len(results)} conditions" if len(results) > 1 else ""
@@ -166,10 +166,7 @@ def threshold_part(
         plan=plan,
         answers=answers,
         simulated=simulated,
-        sample=[
-            f"{many(people, who).replace('persons', 'people')}{several} answered {many(len(table), 'trial')} at levels "
-            f"from {ends}."
-        ],
+        sample=[f"{many(people, who)}{several} answered {many(len(table), 'trial')} at levels from {ends}."],
         shown=everyone,
         data=data,
         said=said,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -19,6 +19,7 @@ from focalgradient.statistics.wording import many, number, statistic
 __all__ = [
     "ConditionTest",
     "cells_in_r",
+    "condition_analysis",
     "condition_method",
     "condition_questions",
     "condition_tests",
@@ -190,7 +191,7 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     for answer in {test.answer for test in planned if test.log}:
         if not (rows[answer].dropna() > 0).all():
             raise InputError(f"{answer} is a ratio, but has values of 0 or less: correct them.")
-    shown = [replace(test, points=subject_cells(rows, test, factors), r_code=_in_r(test, factors)) for test in planned]
+    shown = [replace(test, points=subject_cells(rows, test, factors)) for test in _with_r(planned)]
     effects = family(_effect(test) for test in shown)
     return tuple(replace(test, effect=effect) for test, effect in zip(shown, effects, strict=True))
 
@@ -218,6 +219,36 @@ def condition_questions(tests: Sequence[ConditionTest], *, scenes: bool = False,
         condition_method(tests, scenes=scenes, adjusted=adjusted) if tests else "No hypothesis was tested.",
         choices=("over-subjects", "holm"),
     )
+
+
+def condition_analysis(
+    planned: Sequence[ConditionTest], tested: Callable[[pd.DataFrame], Sequence[ConditionTest]] | None = None
+) -> Analysis:
+    """Return a question for each planned test, asked of a table of all trials except catch trials.
+
+    Parameters
+    ----------
+    planned
+        Tests before data exist.
+    tested
+        Function of the table that returns these tests with their effects; None: `condition_tests`.
+    """
+
+    def prepare(table: pd.DataFrame) -> tuple[ConditionTest, ...]:
+        if tested is None:
+            return condition_tests(table, planned)
+        tests = tuple(tested(table))
+        factors = list(dict.fromkeys(test.factor for test in tests))
+        if not {*factors, *(test.answer for test in tests)} <= {*table}:
+            return tests
+        return tuple(replace(test, points=subject_cells(table, test, factors)) for test in tests)
+
+    return replace(condition_questions(_with_r(planned) if tested is None else planned), prepare=prepare)
+
+
+def _with_r(planned: Sequence[ConditionTest]) -> list[ConditionTest]:
+    factors = list(dict.fromkeys(test.factor for test in planned))
+    return [replace(test, r_code=_in_r(test, factors)) for test in planned]
 
 
 def cells_in_r(test: ConditionTest, factors: Sequence[str]) -> str:

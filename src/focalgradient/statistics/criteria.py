@@ -7,13 +7,17 @@ from typing import Annotated
 
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range
+from focalgradient.scales.analyses import Analysis
 
-__all__ = ["OF_CUBE", "OF_RATINGS", "SHORTEST_BOTH", "Rules"]
+__all__ = ["BOUND", "OF_CUBE", "OF_RATINGS", "SHORTEST_BOTH", "AnalysisOptions", "Rules"]
 
 SHORTEST_BOTH = 0.25
 """Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
 which the release of one key may lag the press of the other.
 """
+
+BOUND = 1.2
+"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
 OF_RATINGS = (
     *("response_time", "dropped_frames", "catch_factor", "catch_passed", "repeat_factor", "lapse_factor", "lapses"),
@@ -95,3 +99,22 @@ class Rules:
                 raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
         if self.dropped_frames is not None and self.dropped_frames < 0:
             raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AnalysisOptions:
+    """What a report may set of an analysis.
+
+    Parameters
+    ----------
+    bound
+        Equivalence bound, a ratio.
+    rules
+        Exclusion rules.
+    scale
+        Analysis of ratings, or its name; None: that of the design.
+    """
+
+    bound: float = BOUND
+    rules: Rules = Rules()
+    scale: Analysis | str | None = None

@@ -131,6 +131,13 @@ def cube_questions(
     )
 
 
+def cube_questions_of(table: pd.DataFrame, rules: Rules | None = None) -> Analysis:
+    """Return the question about the gradients in a table of reports."""
+    shown = table[~table["catch"]]
+    largest = 0.0 if shown.empty else float(shown["strength"].max())
+    return cube_questions([], {*shown["gradient"]}, largest, rules)
+
+
 METHOD = (
     "The log odds of the nonrigid reading (its time over that of the rigid reading) were computed for each subject "
     "and gradient; half of the mean duration of a report was added to each time, which keeps log odds finite and "

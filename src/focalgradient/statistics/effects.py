@@ -12,21 +12,19 @@ import pandas as pd
 from focalgradient.progress import Progress
 from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
-from focalgradient.statistics.criteria import OF_RATINGS, Rules
+from focalgradient.statistics.criteria import BOUND, OF_RATINGS, Rules
 from focalgradient.statistics.exclusions import quality
+from focalgradient.statistics.factors import factor_questions
 from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.rating_questions import rating_questions
 from focalgradient.statistics.ratings import DepthRatingResult, depth_rating
-from focalgradient.statistics.slope_questions import slope_questions
+from focalgradient.statistics.slope_questions import confidence_questions, slope_questions
 from focalgradient.statistics.step_questions import step_questions
 from focalgradient.statistics.wording import many
 from focalgradient.user_tables.tidy import in_order, main_trials
 
-__all__ = ["BOUND", "analyse", "questions_of"]
-
-BOUND = 1.2
-"""Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
+__all__ = ["BOUND", "analyse", "has_confidence", "questions_of"]
 
 
 def analyse(
@@ -105,6 +103,9 @@ def questions_of(
     else:
         asked = step_questions(fixations, scenes, steps)
         asked = replace(asked, prepare=lambda table: ordinal_rating(main_trials(table, statistic), []).outcomes)
+    also = [confidence_questions()] if design.get("confidence") else []
+    if factors := design.get("factors"):
+        also.append(factor_questions(factors, ratios=statistic.ratios))
     choices = next(keys for kind, keys in CHOICES.items() if isinstance(statistic, kind))
     return replace(
         asked,
@@ -112,6 +113,7 @@ def questions_of(
         kind="ratings",
         rules=(*OF_RATINGS, "bound") if statistic.ratios else OF_RATINGS,
         choices=("exclusions", *choices),
+        also=also,
     )
 
 
@@ -122,3 +124,8 @@ CHOICES: Mapping[type[Analysis], tuple[str, ...]] = {
     Choices: ("choice", "holm"),
 }
 """Methodological choices of each analysis of ratings."""
+
+
+def has_confidence(table: pd.DataFrame) -> bool:
+    """Return whether confidence was answered in a trial."""
+    return "confidence" in table and bool(table["confidence"].notna().any())

@@ -2,17 +2,78 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.means import between_levels, family
-from focalgradient.statistics.questions import Answer, Answers, less, stated
+from focalgradient.statistics.means import between_levels
+from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
+from focalgradient.statistics.records import Effect, NotComputed
 
-__all__ = ["factor_effects"]
+__all__ = ["factor_effects", "factor_questions"]
+
+
+def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Analysis:
+    """Return the questions about the levels of each factor of a design, asked of a table of ratings.
+
+    Parameters
+    ----------
+    factors
+        Factors as in the design: by name, with ``levels`` and ``vary`` ("within" or "between").
+    ratios
+        True to analyse the logarithm of the answers.
+    unit
+        Unit of the effects; empty: "log ratio" or "units of the scale".
+    """
+    unit = unit or ("log ratio" if ratios else "units of the scale")
+
+    def prepare(table: pd.DataFrame) -> pd.DataFrame:
+        if missing := [name for name in factors if name not in table]:
+            raise InputError(f"the table has no column {missing[0]}, a factor of the design: write the tables again.")
+        table = table[~table["catch"]]
+        answer = np.log(table["rating"]) if ratios else table["rating"]
+        return table.assign(answer=answer.astype(float))
+
+    def compared(table: pd.DataFrame, name: str, of: Measure) -> dict[str, Effect | NotComputed]:
+        first, *others = factors[name]["levels"]
+        paired = factors[name].get("vary", "within") == "within"
+        levels = {str(level): rows.droplevel(1) for level, rows in of(table, name).groupby(level=1)}
+        none = pd.Series(dtype=float)
+        return {
+            less(level, first): between_levels(levels.get(level, none), levels.get(first, none), paired=paired)
+            for level in others
+        }
+
+    def in_r(what: str, name: str, function: str) -> str:
+        first, *others = factors[name]["levels"]
+        test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
+        of = function, "log_rating" if ratios else "rating", name
+        return "".join(
+            f"show({quoted(what)}, {quoted(less(level, first))}, {test}({_at(*of, level)}, {_at(*of, first)}))\n"
+            for level in others
+        )
+
+    measures = {"answer": (_means, "mean_at"), "change with blur": (_changes, "change_at")}
+    questions = [
+        Question(what, partial(compared, name=name, of=of), "secondary", unit, what, r_code=in_r(what, name, function))
+        for name in factors
+        for measure, (of, function) in measures.items()
+        for what in [f"{measure} by {name}"]
+    ]
+    return Analysis(questions, prepare=prepare)
+
+
+def _at(function: str, answer: str, name: str, level: object) -> str:
+    """Return R code for the values of subjects at a level."""
+    return f"{function}({quoted(answer)}, {quoted(name)}, {quoted(str(level))})"
+
+
+Measure = Callable[[pd.DataFrame, str], "pd.Series[float]"]
+"""Value of each subject at each level of a factor."""
 
 
 def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Answers:
@@ -22,12 +83,8 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     ----------
     table
         Ratings with one column per factor; catch trials are excluded.
-    factors
-        Factors as in the design: by name, with ``levels`` and ``vary`` ("within" or "between").
-    ratios
-        True to analyse the logarithm of the answers.
-    unit
-        Unit of the effects; empty: "log ratio" or "units of the scale".
+    factors, ratios, unit
+        As in `factor_questions`.
 
     Returns
     -------
@@ -51,27 +108,7 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     >>> [(answer.name, answer.level, round(answer.outcome.estimate, 2)) for answer in found]
     [('answer by light', 'bright less dim', 0.1), ('change with blur by light', 'bright less dim', 0.2)]
     """
-    table = table[~table["catch"]]
-    answer = np.log(table["rating"]) if ratios else table["rating"]
-    table = table.assign(answer=answer.astype(float))
-    unit = unit or ("log ratio" if ratios else "units of the scale")
-    found: list[Answer] = []
-    for name, factor in factors.items():
-        if name not in table:
-            raise InputError(f"the table has no column {name}, a factor of the design: write the tables again.")
-        first, *others = factor["levels"]
-        paired = factor.get("vary", "within") == "within"
-        for measure, own in (("answer", _means(table, name)), ("change with blur", _changes(table, name))):
-            levels = {str(level): rows.droplevel(1) for level, rows in own.groupby(level=1)}
-            none = pd.Series(dtype=float)
-            tests = family(
-                between_levels(levels.get(level, none), levels.get(first, none), paired=paired) for level in others
-            )
-            found += [
-                stated(f"{measure} by {name}", less(level, first), test, "secondary", unit)
-                for level, test in zip(others, tests, strict=True)
-            ]
-    return Answers(tuple(found))
+    return factor_questions(factors, ratios=ratios, unit=unit).asked(table)
 
 
 def _means(table: pd.DataFrame, name: str) -> pd.Series[float]:

@@ -179,6 +179,17 @@ class Answer:
         return self.question.name
 
     @property
+    def displayed_name(self) -> str:
+        """Name in the unit displayed: differences of logarithms are ratios.
+
+        >>> asked = Question("difference of the log odds", lambda table: {}, ratio=True)
+        >>> Answer(asked, "", NotComputed("no answers"), "check").displayed_name
+        'ratio of the odds'
+        """
+        ratio = self.question.ratio
+        return self.name.replace("log odds", "odds").replace("difference of", "ratio of") if ratio else self.name
+
+    @property
     def headline(self) -> str:
         """Description of the result in the unit displayed; empty if it is not a main result."""
         if not self.level:
@@ -239,15 +250,18 @@ def stated(
     role: Role,
     unit: str = "",
     n: int | None = None,
+    *,
     headline: str = "",
     sentence: str = "",
+    r_code: str = "",
 ) -> Answer:
     """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
 
     >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
     'no answers'
     """
-    asked = Question(name, lambda _: {}, role, unit, headline=headline, sentence=lambda _, answers: sentence)
+    said: dict[str, Any] = {"headline": headline, "sentence": lambda _, answers: sentence, "r_code": r_code}
+    asked = Question(name, lambda _: {}, role, unit, **said)
     return Answer(asked, level, outcome, role, n)
 
 
@@ -372,6 +386,8 @@ class Analysis:
         Methodological choices to be explained: keys of `focalgradient.report.choices`.
     estimates
         What is estimated where no hypothesis is tested.
+    also
+        Further analyses of the same table, with preparations and families of their own.
 
     Examples
     --------
@@ -396,11 +412,17 @@ class Analysis:
     rules: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
     estimates: str = "means"
+    also: Sequence[Analysis] = ()
+
+    @property
+    def every(self) -> list[Question]:
+        """All questions, those of `also` last."""
+        return [*self.questions, *(question for other in self.also for question in other.every)]
 
     @property
     def hypotheses(self) -> list[str]:
         """Numbered hypotheses of all questions, the primary one first; a sentence that says so if there is none."""
-        sentences = [sentence for question in self.questions for sentence in question.hypothesis]
+        sentences = [sentence for question in self.every for sentence in question.hypothesis]
         if not sentences:
             return [f"No hypothesis is tested: {self.estimates} are estimated, with their intervals."]
         return [f"H{place}{' (primary)' * (place == 1)}. {text}" for place, text in enumerate(sentences, start=1)]
@@ -411,9 +433,26 @@ class Analysis:
         methods = [question.method for question in self.questions]
         return " ".join(filter(None, [self.before, *methods, self.after]))
 
-    def asked(self, table: Any) -> Answers:
-        """Return the answers of a table, without exclusions."""
-        return self.answers(self.prepare(table))
+    def excluded(self, table: Any) -> tuple[Any, Quality | None]:
+        """Apply the exclusion rules; return the table kept and the data quality, None without rules."""
+        return (table, None) if self.exclusions is None else self.exclusions(table)
+
+    def asked(self, table: Any, *, everyone: bool = False) -> Answers:
+        """Return the answers of a table, with exclusions before and corrections within families after.
+
+        Parameters
+        ----------
+        table
+            Table of trials.
+        everyone
+            True to exclude nothing.
+        """
+        kept = table if everyone else self.excluded(table)[0]
+        return Answers((*self.answers(self.prepare(kept)), *self.asked_also(kept)))
+
+    def asked_also(self, kept: Any) -> Answers:
+        """Return the answers to the questions of `also` alone, of a table after exclusions."""
+        return Answers(tuple(answer for other in self.also for answer in other.asked(kept)))
 
     def answers(self, data: Any) -> Answers:
         """Return the answers, corrected within families; `data` is what `prepare` returns."""

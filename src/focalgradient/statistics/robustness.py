@@ -89,8 +89,8 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     """
     table = rating_table(table, scale)
     asked = questions_of(scale, {*table["fixation"]}, table["scene"].nunique(), {}, rules=rules)
-    assert asked.exclusions is not None
-    kept, judged = asked.exclusions(table)
+    kept, judged = asked.excluded(table)
+    assert judged is not None
     unjudged, rules = {rule.rule for rule in judged.unjudged}, judged.rules
     stated = [name for name in OF_RATINGS if name not in (*JUDGING, *unjudged) and getattr(rules, name) is not None]
     whole = _variants(kept, asked, ALL_RULES)
@@ -110,7 +110,7 @@ def _variants(rows: pd.DataFrame, asked: Questions, rules: str) -> list[Variant]
     """Return the effect at each fixation of the rows."""
     trials = rows[~rows["catch"]]
     shown = {name: own["participant_id"] for name, own in trials.groupby("fixation")}
-    found = [] if trials.empty else [answer.row() for answer in asked.asked(rows).primary]
+    found = [] if trials.empty else [answer.row() for answer in asked.asked(rows, everyone=True).primary]
     return [
         Variant(
             row["level"],

@@ -16,7 +16,6 @@ from focalgradient.statistics.cells import Cells, cells, paired_differences, slo
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, over_subjects, random_scenes
 from focalgradient.statistics.questions import (
     HERE,
-    NO_ANSWERS,
     SECONDARY,
     Analysis,
     Answers,
@@ -33,12 +32,11 @@ from focalgradient.statistics.wording import expected_differences, expected_rise
 from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
-    "CONFIDENCE_METHOD",
     "DIFFERENCE",
     "LARGEST",
     "SLOPE",
     "cells_of",
-    "confidence_answers",
+    "confidence_questions",
     "own_slopes",
     "slope_questions",
 ]
@@ -277,27 +275,28 @@ CONFIDENCE_METHOD = (
 )
 
 
-def confidence_answers(table: pd.DataFrame) -> Answers:
-    """Test whether confidence changes with the aperture at each fixation; no answers if it was not asked.
+CONFIDENCE_R = f"""\
+confidence <- slopes_of(d[!is.na(d$confidence), ], "confidence")
+{in_r(CONFIDENCE_SLOPE, "confidence", "crossed")}"""
 
-    Parameters
-    ----------
-    table
-        Trials of `focalgradient.user_tables.tidy.rating_table`, with `confidence` from 0 to 1. Catch trials are
-        excluded.
+
+def confidence_questions() -> Analysis:
+    """Return the question whether confidence changes with the aperture at each fixation.
+
+    It is asked of trials of `focalgradient.user_tables.tidy.rating_table`, with `confidence` from 0 to 1.
 
     Examples
     --------
     >>> rows = [{"participant_id": who, "scene": "room", "fixation": "nearest", "aperture_mm": mm, "catch": False,
     ...          "confidence": 0.2 + (0.05 + 0.01 * who) * mm} for who in range(4) for mm in (0.0, 4.0, 8.0)]
-    >>> [answer] = confidence_answers(pd.DataFrame(rows))
+    >>> [answer] = confidence_questions().asked(pd.DataFrame(rows))
     >>> round(answer.outcome.estimate, 3)
     0.065
     """
-    if "confidence" not in table:
-        return NO_ANSWERS
-    rows = table[~table["catch"] & table["confidence"].notna()]
-    rows = rows.assign(answer=rows["confidence"].astype(float))
+
+    def prepare(table: pd.DataFrame) -> dict[str, Cells]:
+        rows = table[~table["catch"] & table["confidence"].notna()]
+        return cells_of(rows.assign(answer=rows["confidence"].astype(float))) if len(rows) else {}
 
     def slopes(of: Mapping[str, Cells]) -> Tests:
         return {name: tested(_slope_table(own), crossed_effect) for name, own in of.items()}
@@ -307,8 +306,8 @@ def confidence_answers(table: pd.DataFrame) -> Answers:
         return f"With {in_focus(level)}, slope of confidence on the aperture: {summary(slope)}"
 
     unit = "confidence per millimetre"
-    asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, sentence=sentence, method=CONFIDENCE_METHOD)
-    return Analysis([asked] if len(rows) else [], prepare=cells_of).asked(rows)
+    described: dict[str, Any] = {"sentence": sentence, "method": CONFIDENCE_METHOD, "r_code": CONFIDENCE_R}
+    return Analysis([Question(CONFIDENCE_SLOPE, slopes, "check", unit, **described)], prepare=prepare)
 
 
 def cells_of(trials: pd.DataFrame) -> dict[str, Cells]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import typing
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, ClassVar, Generic, Protocol
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Protocol
 
 from typing_extensions import TypeVar
 
@@ -17,6 +18,12 @@ from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, add
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
 from focalgradient.tasks.steps import Interval, Pictured, Step
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from focalgradient.statistics.criteria import AnalysisOptions
+    from focalgradient.statistics.questions import Analysis
 
 __all__ = ["Response", "Task"]
 
@@ -40,6 +47,10 @@ class Plans(Protocol):
 
     def trials(self, participant: str, session: str | None = None) -> Sequence[Any]:
         """Return the trials of one participant."""
+        ...
+
+    def model_dump(self, *, mode: str = "python") -> dict[str, Any]:
+        """Return the settings."""
         ...
 
 
@@ -161,6 +172,32 @@ class Task(Generic[Design, Trial, Answer]):
     design, assumed effects and standard deviations by option name, and seed; None: answers of the default observer,
     tested as in the report (`focalgradient.power.Observers`).
     """
+
+    def analysis(
+        self, design: Design, options: AnalysisOptions | None = None, table: pd.DataFrame | None = None
+    ) -> Analysis:
+        """Return the questions of the task, of which report, preregistration and power are made.
+
+        By default a question for each planned test: each answer on each condition. Further questions:
+        ``dataclasses.replace(super().analysis(design), also=[Analysis([Question(...)])])``.
+
+        Parameters
+        ----------
+        design
+            Design.
+        options
+            Settings of the report.
+        table
+            Recorded trials, whose conditions are compared; None: those of the design.
+        """
+        from focalgradient.statistics.conditions import condition_analysis, planned_tests  # with pandas and SciPy
+
+        if self.planned is not None:
+            planned = tuple(self.planned(design))
+        else:
+            measures = self.measures(design.model_dump(mode="json"))
+            planned = planned_tests({name: name in self.ratios for name in measures}, self.factors(design))
+        return condition_analysis(planned, None if self.tested is None else partial(self.tested, design))
 
     @property
     def called(self) -> str:

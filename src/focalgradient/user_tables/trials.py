@@ -45,8 +45,8 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
                 f"them out ({rows_named(table, shown)}){_distinguished(source, table, keys)}."
             )
         source.notices.append(
-            "The column of trials does not tell all trials apart and was not used: where each trial has several rows, "
-            "choose one of them (where)."
+            "The column of trials does not tell all trials apart and was not used: if each trial has several rows, "
+            'choose that of the answer with where={"COLUMN": "VALUE"}.'
         )
     else:
         keys = table[[*by, *condition]]

@@ -377,7 +377,7 @@ def why_rejected(
         return (
             f"no depth between {searched[0]:.3g} and {searched[1]:.3g} D explains {outside.sum() / textured.sum():.0%} "
             "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
-            "leaves detail: change near and far, or focus nearer to them"
+            "leaves detail: change near and far, focus nearer to them, or correct the focus distance (focus_distance)"
         )
     if wavebands and explained >= EXPLAINED:
         return (
