@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -10,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 from damaging import forged
@@ -19,7 +21,8 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
+from focalgradient.report import make_report
+from focalgradient.report.thresholds import threshold_part
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -213,11 +216,12 @@ def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulat
     shutil.rmtree(root / "sourcedata")
     for label in ("02", "03", "04"):
         shutil.move(root / f"sub-{label}", tmp_path)
-    assert [*thresholds_of_dataset(root).answers.to("threshold")] == ["sub-01"]
+    rows = pd.read_csv(io.BytesIO(make_report(root).files["results.csv"]))
+    assert rows.loc[rows["name"] == "threshold", "level"].tolist() == ["sub-01"]
     shutil.move(tmp_path / "sub-02", root)
     (sidecar,) = root.glob("sub-02/**/*_beh.json")
     settings = json.loads(sidecar.read_text())
     settings["Design"]["most_level"] = 1.5
     sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
-        thresholds_of_dataset(root)
+        make_report(root)
