@@ -14,8 +14,8 @@ from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, repa
 from focalgradient.dataset.markers import MARKERS, Codes, read_codes
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
+from focalgradient.lab.devices.triggers import HEADER, open_triggers
 from focalgradient.lab.options import TriggerOptions
-from focalgradient.lab.triggers import HEADER, open_triggers
 
 CODES = """
 pulse_ms = 20
@@ -188,6 +188,13 @@ def recorded(root: Path, found: Codes, cut: int | None) -> Session:
             session.note("events", **about, events=events, first=2, failures=[])
             session.record(trial, Rated(onset=at + 2, rating=1.0, response_time=1.0))
     return session
+
+
+def test_a_session_of_one_sitting_has_a_table_of_events(tmp_path: Path) -> None:
+    recorded(tmp_path / "data", read_codes(codes(tmp_path)), None)
+    path = tmp_path / "data/sub-01/beh/sub-01_task-depthrating_events.tsv"
+    assert path.read_text().count("picture") == len(DESIGN.trials("01"))
+    assert json.loads(path.with_suffix(".json").read_text())["trial_type"]["HED"]["flash"].startswith("Sensory-event")
 
 
 @pytest.mark.slow
