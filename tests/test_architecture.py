@@ -79,12 +79,11 @@ ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when 
 ROOMS["__main__"] = {"cli"}
 
 # What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the statistics, which know scales; a task names its parts in the rooms
-# that show, record and simulate it.
+# the check of a scale passes answers through the statistics, which know scales; the power of a custom task is that of
+# its simulated observers, who look at stimuli, which are drawn by the room of figures, which draws power.
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"design", "observers"},
     "power": {"observers"},
 }
 

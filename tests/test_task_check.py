@@ -138,6 +138,8 @@ def test_each_fault_is_named_before_anything_is_written(
     with pytest.raises(InputError, match=sentence):
         simulate(SideDesign(), tmp_path / "data", observers=1, seed=1)
     assert not (tmp_path / "data").exists()
+    if "simulated" in parts:  # which people do not need
+        return
     with pytest.raises(InputError, match=sentence):
         Lists(SideDesign())
 
