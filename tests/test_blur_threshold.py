@@ -19,8 +19,12 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import thresholds_of_dataset
-from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
+from focalgradient.report.analysed import read_task
+from focalgradient.report.parts import Asked, Part
+from focalgradient.report.rules import Stated
+from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
+from focalgradient.statistics import Interval, NotComputed, Rules, ThresholdFit, blur_thresholds, fit_threshold
+from focalgradient.tasks import task_named
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -197,8 +201,20 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(result.mean_attending, NotComputed)
     assert isinstance(result.mean, Interval)  # nobody is left out: a high threshold has the same effect
     few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
-    assert "but must be 20" in few.reason
+    assert "needs 20 trials" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_a_report_without_any_threshold_mentions_no_mean(simulated):
+    data = read_dataset(simulated)
+    few = data.blur_threshold.query("trial < 15")
+    part = threshold_part(few, {"": blur_thresholds(few, least=0.02, most=2.0)}, "D", data=data)
+    assert not any("mean" in sentence for sentence in [*part.said, *part.answers.sentences("main")])
+
+
+def part_of(root: Path) -> Part:
+    task = task_named("blur-threshold")
+    return thresholds_of_dataset(task, read_task(root, task), Asked(Stated(Rules())))
 
 
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
@@ -206,11 +222,11 @@ def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulat
     shutil.rmtree(root / "sourcedata")
     for label in ("02", "03", "04"):
         shutil.move(root / f"sub-{label}", tmp_path)
-    assert [*thresholds_of_dataset(root).answers.to("threshold")] == ["sub-01"]
+    assert [*part_of(root).answers.to("threshold")] == ["sub-01"]
     shutil.move(tmp_path / "sub-02", root)
     (sidecar,) = root.glob("sub-02/**/*_beh.json")
     settings = json.loads(sidecar.read_text())
     settings["Design"]["most_level"] = 1.5
     sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
-        thresholds_of_dataset(root)
+        part_of(root)
