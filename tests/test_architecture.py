@@ -62,7 +62,7 @@ ROOMS = {
         "examples": "depth design display optics photographs power progress render scenes video view",
         "options": "depth errors files psf quantities",
         "lab": "dataset design display errors files live luminance optics options quantities render scales scenes "
-        "stimuli tasks termination",
+        "stimuli tables tasks termination",
         "web": "dataset design display errors files live psf render scales stimuli tasks",
         "user_tables": "errors files scales",
         "statistics": "errors files parallel progress quantities scales user_tables",
@@ -95,7 +95,7 @@ HOMES = {
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab"},
     # Experiments declare designs, to be copied.
-    "pydantic": {"dataset", "design", "photographs", "published", "stimuli", "tables", "web", "experiments"},
+    "pydantic": {"dataset", "design", "lab", "photographs", "published", "stimuli", "tables", "web", "experiments"},
     "rawpy": {"photographs"},
     "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},

@@ -19,7 +19,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import thresholds_of_dataset
+from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -197,8 +197,15 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(result.mean_attending, NotComputed)
     assert isinstance(result.mean, Interval)  # nobody is left out: a high threshold has the same effect
     few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
-    assert "but must be 20" in few.reason
+    assert "needs 20 trials" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_a_report_without_any_threshold_mentions_no_mean(simulated):
+    data = read_dataset(simulated)
+    few = data.blur_threshold.query("trial < 15")
+    part = threshold_part(few, {"": blur_thresholds(few, least=0.02, most=2.0)}, "D", data=data)
+    assert not any("mean" in sentence for sentence in [*part.said, *part.answers.sentences("main")])
 
 
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):

@@ -14,8 +14,8 @@ from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, repa
 from focalgradient.dataset.markers import MARKERS, Codes, read_codes
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
+from focalgradient.lab.devices.triggers import HEADER, open_triggers
 from focalgradient.lab.options import TriggerOptions
-from focalgradient.lab.triggers import HEADER, open_triggers
 
 CODES = """
 pulse_ms = 20

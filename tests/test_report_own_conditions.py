@@ -47,7 +47,7 @@ def test_the_slope_per_millimetre_is_the_headline(table: Path) -> None:
     [test] = rating_tests(read_conditions(table))
     assert test.effect.estimate == pytest.approx(np.mean(slopes))
     assert test.effect.statistic == pytest.approx(expected.statistic)
-    assert f"Each millimetre of aperture changes ratings by a factor of {np.exp(np.mean(slopes)):.3f} (95 %" in text
+    assert f"Each millimetre of aperture changes ratings by a factor of {np.exp(np.mean(slopes)):.3f} (95" in text
     assert "not tested" not in text
     assert "f/100" not in text
 
@@ -203,3 +203,22 @@ def test_the_figure_shows_the_tested_means() -> None:
 
 def frame_table(rows: list[tuple[str, int, str, float]]) -> UserTable:
     return text_table("\n".join(["subject,blur,eye,rating", *(",".join(map(str, row)) for row in rows)]))
+
+
+@pytest.mark.parametrize(
+    ("cells", "by", "said"),
+    [
+        ("A,0,L,1.2\nA,1,l,1.4\nB,0,L,1.1\nB,1,R,1.3", "eye", "levels that differ only in case \\(L, l\\)"),
+        ("A,0,L,1.2\nA,1,R,1.4\nB,0,L,1.1\nB,1,R,1.3", "catch", "by names catch, which is the column of the catch"),
+    ],
+)
+def test_conditions_that_would_be_misread_are_refused(cells: str, by: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        read_conditions(text_table(f"subject,catch,eye,rating\n{cells}"), by=[by])
+
+
+def test_a_rating_without_logarithm_is_named() -> None:
+    """One slip of the sign changes the analysis of all ratings."""
+    own = read_conditions(frame_table([("A", 0, "L", 1.2), ("A", 1, "R", -1.4), ("B", 0, "L", 1.1)]), by=["eye"])
+    assert any("0 or less (1 of 3)" in notice for notice in own.notices)
+    assert not own.log

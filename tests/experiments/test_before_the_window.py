@@ -208,7 +208,7 @@ def test_the_round_field_is_never_cut_by_the_border_of_the_picture():
 def test_a_tone_is_played_by_what_is_there(tmp_path, monkeypatch):
     import wave
 
-    from focalgradient.lab import sound
+    from focalgradient.lab.devices import sound
 
     monkeypatch.setenv("PATH", str(tmp_path))
     if os.name == "posix":
