@@ -43,12 +43,14 @@ def test_stays_are_found_where_they_were_made() -> None:
         assert one.duration == pytest.approx(0.4, abs=0.03)
 
 
-def test_a_sweep_is_no_fixation_and_a_blink_ends_one() -> None:
+def test_a_sweep_is_no_fixation_and_a_blink_or_a_gap_ends_one() -> None:
     sweep = [Sample(step / 250, 4.0 * step, 0.0) for step in range(200)]  # 25 degrees a second
     assert fixations(sweep, PIXELS) == []
     still = path([(50.0, 50.0)], 1.0)
     blinked = [Sample(one.time, None, None) if 0.4 < one.time < 0.6 else one for one in still]
     assert [round(one.onset, 1) for one in fixations(blinked, PIXELS)] == [0.0, 0.6]
+    lost = [one for one in still if not 0.43 < one.time < 0.5]  # longer than a period of the least rate
+    assert [round(one.onset, 1) for one in fixations(lost, PIXELS)] == [0.0, 0.5]
 
 
 def test_only_what_was_seen_of_the_picture_counts() -> None:

@@ -190,6 +190,13 @@ def recorded(root: Path, found: Codes, cut: int | None) -> Session:
     return session
 
 
+def test_a_session_of_one_sitting_has_a_table_of_events(tmp_path: Path) -> None:
+    recorded(tmp_path / "data", read_codes(codes(tmp_path)), None)
+    path = tmp_path / "data/sub-01/beh/sub-01_task-depthrating_events.tsv"
+    assert path.read_text().count("picture") == len(DESIGN.trials("01"))
+    assert json.loads(path.with_suffix(".json").read_text())["trial_type"]["HED"]["flash"].startswith("Sensory-event")
+
+
 @pytest.mark.slow
 def test_the_table_of_events_has_codes_conditions_and_valid_tags(tmp_path: Path) -> None:
     root, found = tmp_path / "data", read_codes(codes(tmp_path))
