@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
-from focalgradient.report.analysed import Ratings, asked_of_ratings, ratings_in
+from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratings, trials_in
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
@@ -141,7 +141,8 @@ def _shown(part: Ratings) -> str:
 
 def ratings_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     """Analyse the ratings of a task."""
-    return rating_part(ratings_in(data, asked.options, asked.progress), asked)
+    options: Any = {"bound": asked.used_bound, "scale": asked.scale, "rules": asked.rules}
+    return rating_part(analyse_table(trials_in(data), data=data, progress=asked.progress, **options), asked)
 
 
 def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = None) -> Part:
