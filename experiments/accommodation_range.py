@@ -13,8 +13,8 @@ from pydantic import Field
 
 from focalgradient.dataset import Response
 from focalgradient.design import Plan, Trial
+from focalgradient.lab.devices.lenses import open_lens
 from focalgradient.lab.experiment import Sitting
-from focalgradient.lab.lenses import open_lens
 from focalgradient.lab.questions import ask_which
 from focalgradient.tasks import Task, register
 

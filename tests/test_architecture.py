@@ -62,7 +62,7 @@ ROOMS = {
         "examples": "depth design display optics photographs power progress render scenes video view",
         "options": "depth errors files psf quantities",
         "lab": "dataset design display errors files live luminance optics options quantities render scales scenes "
-        "stimuli tasks termination",
+        "stimuli tables tasks termination",
         "web": "dataset design display errors files live psf render scales stimuli tasks",
         "user_tables": "errors files scales",
         "statistics": "errors files parallel progress quantities scales user_tables",
@@ -79,12 +79,11 @@ ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when 
 ROOMS["__main__"] = {"cli"}
 
 # What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the statistics, which know scales; a task names its parts in the rooms
-# that show, record and simulate it.
+# the check of a scale passes answers through the statistics, which know scales; the power of a custom task is that of
+# its simulated observers, who look at stimuli, which are drawn by the room of figures, which draws power.
 WHEN_CALLED = {
     "depth": {"plotting"},
     "scales": {"design", "statistics"},
-    "tasks": {"design", "observers"},
     "power": {"observers"},
 }
 
@@ -96,7 +95,7 @@ HOMES = {
     "cv2": {"photographs", "stimuli", "video", "depth", "benchmarks"},
     "PIL": {"photographs", "stimuli", "lab"},
     # Experiments declare designs, to be copied.
-    "pydantic": {"dataset", "design", "photographs", "published", "stimuli", "tables", "web", "experiments"},
+    "pydantic": {"dataset", "design", "lab", "photographs", "published", "stimuli", "tables", "web", "experiments"},
     "rawpy": {"photographs"},
     "skimage": {"analysis", "benchmarks"},
     "psychopy": {"lab"},

@@ -19,7 +19,7 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
-from focalgradient.report.thresholds import thresholds_of_dataset
+from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
 from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -75,23 +75,18 @@ def test_recorded_answers_are_of_the_design_and_do_not_contradict_themselves(tmp
         assert [one["level"] for one in session.recorded] == [2.0]
 
 
+def simulated_in(folder: Path, data: Path) -> None:
+    """Simulate four observers of short sessions."""
+    design = folder / "mine.toml"
+    design.write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
+    ran("simulate", "blur-threshold", "--observers", 4, "--seed", 3, "--design", design, "--out", data)
+
+
 @pytest.fixture(scope="module")
 def simulated(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Four observers of short sessions."""
     folder = tmp_path_factory.mktemp("thresholds")
-    (folder / "mine.toml").write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
-    ran(
-        "simulate",
-        "blur-threshold",
-        "--observers",
-        4,
-        "--seed",
-        3,
-        "--design",
-        folder / "mine.toml",
-        "--out",
-        folder / "data",
-    )
+    simulated_in(folder, folder / "data")
     return folder / "data"
 
 
@@ -106,14 +101,11 @@ def test_simulated_sessions_are_valid_and_go_on_where_they_were_cut_off(simulate
     whole = journal.read_bytes()
     journal.write_bytes(b"\n".join(whole.split(b"\n")[:12]) + b"\n")
     next(copy.glob("sub-02/beh/*.tsv")).unlink()
-    (tmp_path / "mine.toml").write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
-    ran("simulate", "blur-threshold", "--observers", 4, "--seed", 3, "--design", tmp_path / "mine.toml", "--out", copy)
-    again = read_dataset(copy).blur_threshold
-    assert (
-        again.drop(columns="sitting")
-        .reset_index(drop=True)
-        .equals(table.drop(columns="sitting").reset_index(drop=True))
+    simulated_in(tmp_path, copy)
+    whole, again = (
+        one.drop(columns="sitting").reset_index(drop=True) for one in (table, read_dataset(copy).blur_threshold)
     )
+    assert again.equals(whole)
 
 
 def _flipped(column: str):
@@ -205,9 +197,15 @@ def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
     assert isinstance(result.mean_attending, NotComputed)
     assert isinstance(result.mean, Interval)  # nobody is left out: a high threshold has the same effect
     few = blur_thresholds(table[table["trial"] < 15], least=0.02, most=2.0).subjects[0].fit
-    assert isinstance(few, NotComputed)
-    assert "but must be 20" in few.reason
+    assert "needs 20 trials" in few.reason
     assert all(isinstance(one.fit, ThresholdFit) for one in result.subjects)
+
+
+def test_a_report_without_any_threshold_mentions_no_mean(simulated):
+    data = read_dataset(simulated)
+    few = data.blur_threshold.query("trial < 15")
+    part = threshold_part(few, {"": blur_thresholds(few, least=0.02, most=2.0)}, "D", data=data)
+    assert not any("mean" in sentence for sentence in [*part.said, *part.answers.sentences("main")])
 
 
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):

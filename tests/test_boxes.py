@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
-from focalgradient.lab.boxes import Gamepad, check_keys, keys_of, open_boxes, xid_presses
+from focalgradient.lab.devices.boxes import Gamepad, check_keys, keys_of, open_boxes, xid_presses
 
 PRESSES = st.lists(st.tuples(st.integers(0, 7), st.booleans(), st.integers(0, 2**32 - 1)), max_size=8)
 

@@ -27,7 +27,6 @@ from focalgradient.design import (
     weighted_staircase,
 )
 from focalgradient.design.adaptive import reversals
-from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 from focalgradient.tasks import Task, register
 
@@ -91,19 +90,6 @@ def test_blocks_and_conditions_follow_the_squares_over_participants() -> None:
     square = ShapeDesign(condition_order="latin-square", repetitions=12)
     trials = square.trials("05")
     assert {*Counter((at % 12, one.condition) for at, one in enumerate(trials)).values()} == {1}
-
-
-@pytest.mark.parametrize(
-    ("settings", "sentence"),
-    [
-        ({"runs": {"colour": 2}}, "runs names 'colour', which is not a field"),
-        ({"distances": {"shape": 5}}, "no order of the 12 trials was found with shape 5 apart"),
-        ({"condition_order": "latin-square", "runs": {"shape": 1}}, "constrain random orders only"),
-    ],
-)
-def test_what_cannot_be_ordered_is_refused(settings, sentence: str) -> None:
-    with pytest.raises(InputError, match=sentence):
-        ShapeDesign(**settings).trials("01")
 
 
 @pytest.mark.parametrize(

@@ -402,13 +402,7 @@ def test_all_damages_of_one_data_set_are_listed_at_once(data):
         DAMAGES[name][0](data)
     with pytest.raises(AssertionError) as listed:
         raise AssertionError(" | ".join(validate(data).problems))
-    for sentence in (
-        "rating is '0'",
-        "Seed differ",
-        "presses is missing",
-        "age is -3",
-        "has changed since the session",
-    ):
+    for sentence in ("rating is '0'", "Seed differ", "presses is missing", "age is -3", "has changed since the sess"):
         assert listed.match(sentence)
 
 

@@ -14,8 +14,7 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign, NeckerDesign, Pinhole, check_design, design_text, load_design
 from focalgradient.design.draws import Draws
-from focalgradient.design.factors import Factor, between
-from focalgradient.design.order import Place, in_order
+from focalgradient.design.order import in_order
 from focalgradient.errors import InputError
 
 DEFAULTS = {"depth-rating": DepthRatingDesign(), "necker": NeckerDesign(), "pinhole": Pinhole()}
@@ -145,15 +144,6 @@ def test_keys_are_counterbalanced_and_apart_from_the_order():
     assert 160 < named["f"] < 240
 
 
-def test_people_with_names_are_spread_over_all_levels_between_participants():
-    levels = {"light": Factor(levels=["dim", "mid", "bright"], vary="between")}
-    two = levels | {"sound": Factor(levels=["off", "on"], vary="between")}
-    for factors, count in ((levels, 3), (two, 6)):
-        found = Counter(tuple(between(factors, Place.of(f"p{n}").pair).values()) for n in range(600))
-        assert len(found) == count
-        assert stats.chisquare([*found.values()]).pvalue > 0.001
-
-
 @pytest.mark.parametrize("repetitions", [1, 2])
 def test_a_choice_shows_the_picture_equally_often_first_and_second_in_each_condition(repetitions):
     design = DepthRatingDesign(scale="choice", repetitions=repetitions, apertures=["pinhole", "f/8", "f/4"])
@@ -177,15 +167,6 @@ def test_blocked_fixations_come_one_after_the_other_in_turn_over_participants():
         assert [len(list(run)) for _, run in groupby(fixations)] == [48, 48]
         first[label] = fixations[0]
     assert set(first.values()) == {"nearest", "farthest"}
-
-
-def test_a_pilot_is_short_and_has_every_kind_of_trial():
-    for design in DEFAULTS.values():
-        short = design.pilot()
-        trials = short.trials("01")
-        assert len(trials) <= 12
-        assert {trial.phase for trial in trials} == {trial.phase for trial in design.trials("01")}
-    assert {trial.trial_s for trial in NeckerDesign().pilot().trials("01")} == {5.0}
 
 
 def test_draws_are_fair():

@@ -84,24 +84,6 @@ def test_force_replaces_files_of_others_but_no_input(here: Path) -> None:
     assert "but it is read" in refused.stderr
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ("stream", "a.avi", "--out", "d.avi", "--values", "a.avi"),
-        ("stream", "a.avi", "--out", "d.avi", "--values", "video.mkv"),
-        ("stream", "a.avi", "--out", "d.png"),
-        ("calibrate", "targets.toml", "--out", "0.5.png"),
-        ("calibrate", "--sheet", "a4", "--out", "sheet.png"),
-    ],
-)
-def test_files_of_a_wrong_ending_are_refused(here: Path, words: tuple[str, ...]) -> None:
-    Path("video.mkv").write_bytes(FOREIGN)
-    before = files(Path())
-    refused = CliRunner().invoke(main, list(words))
-    assert refused.exit_code == 2, refused.output
-    assert files(Path()) == before
-
-
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes on this system")
 @pytest.mark.parametrize("name", ["calibrate", "depth"])
 def test_a_device_or_pipe_is_never_replaced(name: str, here: Path) -> None:

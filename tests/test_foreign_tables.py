@@ -162,6 +162,12 @@ def test_people_of_one_name_or_of_another_unit_are_noticed(tmp_path: Path) -> No
     assert "Rows in several places of the table count as of one person: p1." in read_ratings(path).notices
     path.write_text(re.sub(r"(?m)^(p2,.*),(\d)\.(\d\d)$", r"\1,\2\3", written()))
     assert "The ratings of p2 are 94 times those of the others" in " ".join(read_ratings(path).notices)
+    header, *rows = written().splitlines()
+    seconds = [
+        f"{row},{(1 + 0.0371234 * at) * (1000 if row.startswith('p2,') else 1):.4f}" for at, row in enumerate(rows)
+    ]
+    path.write_text("\n".join([f"{header},rt", *seconds]))
+    assert "The response times of p2 are" in " ".join(read_ratings(path).notices)
     path.write_text(written().replace("p1,", "5.7E+23,").replace("p2,", "5.7E+23,"))
     with pytest.raises(InputError, match=r"row 2: the participant is 5.7E\+23, to which a spreadsheet"):
         read_ratings(path)

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient.errors import InputError
-from focalgradient.lab.lenses import Optotune, Planes, SimulatedLens, crc16, open_lens
+from focalgradient.lab import lenses
+from focalgradient.lab.devices.lenses import Optotune, Planes, SimulatedLens, crc16, open_lens
 
 EXAMPLE = bytes([0x50, 0x77, 0x44, 0x41, 0x07, 0xD0, 0x00, 0x00, 0x31, 0xFD])
 """The published example of the manual: 5 dioptres, with its CRC."""
@@ -124,3 +125,9 @@ def test_of_several_planes_the_nearest_is_chosen(vergences: list[float], share: 
     focus = min(max(vergences), min(vergences) + share * (max(vergences) - min(vergences)))
     planes.set_focus(focus)
     assert abs(planes.vergences[planes.plane] - focus) == min(abs(one - focus) for one in vergences)
+
+
+def test_the_former_name_warns_and_is_the_same() -> None:
+    with pytest.warns(DeprecationWarning, match=r"is now focalgradient\.lab\.devices\.lenses; the old name goes in"):
+        former = lenses.open_lens
+    assert former is open_lens

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from focalgradient.errors import InputError
-from focalgradient.lab import photometer
+from focalgradient.lab.devices import photometer
 from focalgradient.luminance import fit_luminance, read_luminance
 
 LEVELS = np.arange(0, 256, 15.0)

@@ -14,8 +14,8 @@ from focalgradient.dataset import Apparatus, Rated, Session, bids_problems, repa
 from focalgradient.dataset.markers import MARKERS, Codes, read_codes
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
+from focalgradient.lab.devices.triggers import HEADER, open_triggers
 from focalgradient.lab.options import TriggerOptions
-from focalgradient.lab.triggers import HEADER, open_triggers
 
 CODES = """
 pulse_ms = 20
@@ -53,12 +53,8 @@ def test_codes_follow_name_and_condition(tmp_path: Path) -> None:
     [
         ("[codes]\npicture = 256", "codes: picture: code is 256, but must be a whole number from 1 to 255"),
         ("[codes]\nflash = 15", "mask and flash share the code 15: give each its own"),
-        ("pulse_ms = -1", "pulse_ms is -1, but must be from 0 to 1000 ms"),
         ("[[condition]]\nevent = 'x'\ncode = 90\na = 1", "'x', which has no code"),
-        ("code = 1", "code is not a known key: did you mean codes?"),
-        ("[codes]\nflash = {about = 'A flash.'}", "the code of flash is missing: give a whole number from 1 to 255"),
         ("[codes]\nflash = {code = 100, tags = 'x'}", "codes: flash: tags is not a known key: use code, about, hed"),
-        ("[[condition]]\nevent = 'mask'\ncode = true\na = 1", "condition 1: code is true, but must be a whole number"),
         ("[[condition]]\ncode = 90", "a condition of 'picture' names no level"),
         ("[codes", "codes.toml"),
     ],
@@ -155,21 +151,17 @@ def test_a_port_that_is_not_there_is_refused_in_one_sentence(
 @pytest.mark.parametrize(
     ("source", "given"),
     [
-        ("def mark(code, name, seconds): got.append((code, name, seconds))", (11, "picture", 1.0)),
-        (
-            "def mark(code, name, seconds, trial): got.append((code, name, seconds, trial))",
-            (11, "picture", 1.0, {"a": 1}),
-        ),
-        ("def mark(*all): got.append(all)", (11, "picture", 1.0, {"a": 1})),
+        ("code, name, seconds", (11, "picture", 1.0)),
+        ("code, name, seconds, trial", (11, "picture", 1.0, {"a": 1})),
     ],
 )
 def test_a_function_of_one_s_own_gets_the_condition_where_it_takes_one(
     tmp_path: Path, source: str, given: tuple[object, ...]
 ) -> None:
-    (tmp_path / "mine.py").write_text(f"got = []\n{source}\n")
+    (tmp_path / "mine.py").write_text(f"got = []\ndef mark({source}): got.append(({source}))\n")
     triggers = open_triggers(TriggerOptions(markers=tmp_path / "mine.py"))
     triggers.send(triggers.ports[0], "picture", 0.0, 1.0, {"a": 1})
-    assert triggers.ports[0]._function.__globals__["got"] == [given]  # type: ignore[attr-defined]
+    assert triggers.ports[0]._function.__globals__["got"] == [given]
 
 
 DESIGN = DepthRatingDesign(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from focalgradient.dataset import Apparatus, Chosen, Noted, Rated, Response, Session, Watched, read_dataset, validate
+from focalgradient.dataset import Apparatus, Noted, Rated, Session, read_dataset, validate
 from focalgradient.design import BlurThresholdDesign, NeckerDesign, Pinhole, check_design
 from focalgradient.errors import InputError
 
@@ -27,23 +26,6 @@ def record(root: Path, *extras: dict[str, object]) -> Session:
         for number, extra in enumerate(extras):
             session.record(session.remaining()[0], rated(number, **extra))
     return session
-
-
-def test_every_answer_takes_further_fields() -> None:
-    more: dict[str, Any] = {"interest": 3}
-    answers = [
-        rated(0, **more),
-        Watched(onset=0.0, presses=(), trial_duration=20.0, **more),
-        Chosen(onset=0.0, level=0.1, answer=1, correct=True, response_time=1.0, **more),
-        Response(onset=0.0, response_time=1.0, **more),
-    ]
-    assert [answer.extra for answer in answers] == [{"interest": Noted(3)}] * 4
-    computed = Response(onset=np.float64(1.5), response_time=np.float32(0.5), dropped_frames=np.int64(2))  # type: ignore[arg-type]
-    assert [type(one) for one in (computed.onset, computed.response_time, computed.dropped_frames)] == [
-        float,
-        float,
-        int,
-    ]
 
 
 @pytest.mark.parametrize(
@@ -105,10 +87,8 @@ def test_what_cannot_be_a_column_is_refused_before_it_is_written(before, extra, 
 
 @pytest.mark.parametrize("design", [PINHOLE, NeckerDesign(), BlurThresholdDesign()])
 def test_every_design_can_ask_further_questions(design) -> None:
-    stated = {
-        **design.model_dump(mode="json"),
-        "also": {"interest": {"question": "How interesting?", "unit": "points"}},
-    }
+    asked = {"also": {"interest": {"question": "How interesting?", "unit": "points"}}}
+    stated = design.model_dump(mode="json") | asked
     made = check_design("mine", stated)
     assert made.also["interest"].control().ends == ("", "")
     assert made.model_dump(mode="json")["also"]["interest"]["question"] == "How interesting?"

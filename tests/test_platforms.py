@@ -6,14 +6,12 @@ import sys
 from pathlib import Path
 from types import ModuleType
 
-import numpy as np
 import pytest
 
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, repair, validate, withdraw
 from focalgradient.design import Pinhole
 from focalgradient.errors import InputError
 from focalgradient.files import writing
-from focalgradient.video import Source, write_frames
 
 posix = pytest.mark.skipif(os.name != "posix", reason="puts the rules of other systems in place of those of POSIX")
 DESIGN = Pinhole(scenes=["a"], repetitions=1)
@@ -142,13 +140,3 @@ def test_on_macos_what_is_written_passes_the_memory_of_the_disk(monkeypatch: pyt
     monkeypatch.setattr(fcntl, "fcntl", unknown)
     writing.flush(8)
     assert calls == [(7, 51), 8]
-
-
-@pytest.mark.parametrize("name", ["Tiefe für Übung.avi", "深度.mkv", "βάθος.mp4"])
-def test_videos_have_names_in_any_script(tmp_path: Path, name: str) -> None:
-    path = tmp_path / "Ordner ñ" / name
-    path.parent.mkdir()
-    write_frames(path, [np.full((32, 48), grey, np.uint8) for grey in (40, 90, 140)], 10.0)
-    with Source(path) as video:
-        assert len(list(video.frames())) == 3
-    assert [one.name for one in path.parent.iterdir()] == [name]

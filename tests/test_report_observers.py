@@ -15,7 +15,6 @@ from focalgradient.report.observed import Observed, observed_ratings, observed_t
 from focalgradient.report.observers import FittedObservers
 from focalgradient.report.parts import Output
 from focalgradient.scales import analysis_named
-from focalgradient.statistics import NotComputed
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -66,10 +65,8 @@ def test_the_next_observer_is_behind_by_the_sum_over_people_with_its_standard_er
 
 def test_too_few_people_and_ordinal_steps_are_refused_with_the_reason():
     few = observed_thresholds(levels(2).rename(columns={"participant": "participant_id"}).assign(catch=False))
-    assert isinstance(few, NotComputed)
     assert few.reason == "Observers are compared by people held out, which needs 3 of them, and there are 2."
     steps = observed_ratings(pd.DataFrame(), analysis_named("ordinal"))
-    assert isinstance(steps, NotComputed)
     assert steps.reason.startswith("Steps of a scale have no observer to fit")
 
 
@@ -81,6 +78,5 @@ def test_conditions_of_thresholds_are_distinguished_by_name(names: list[object] 
     if names is not None:
         table["condition"] = np.resize(np.array(names, object), len(table))
     found = observed_thresholds(table)
-    assert isinstance(found, Observed)
     assert found.answers.conditions["condition"].tolist() == np.resize(codes, len(table) - 2).tolist()
     assert found.answers.answer.tolist() == table["correct"].iloc[2:].tolist()

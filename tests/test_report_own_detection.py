@@ -53,19 +53,31 @@ def test_the_report_recovers_known_sensitivity(tmp_path: Path) -> None:
     assert {"detection.png", "detection.csv", "detection_trials.csv", "detection.R"} <= set(report.files)
 
 
-def test_a_person_who_guesses_has_all_values(tmp_path: Path) -> None:
-    """As many hits as false alarms: d' is 0, and confidence tells nothing about being right."""
-    guessed = {"signal": [0, 1] * 60, "response": ["yes", "yes", "no", "no"] * 30, "confidence": [1, 2, 3] * 40}
-    others = answers(3, 200).query("where == 'fovea'").drop(columns="where")
-    report = make_report(write(tmp_path, pd.concat([others, pd.DataFrame({"subject": "P9", **guessed})])))
+def test_who_guesses_has_all_values_and_whose_ratings_hardly_overlap_no_ratio_of_deviations(tmp_path: Path) -> None:
+    """P8 has as many hits as false alarms: d' is 0, and confidence tells nothing about being right.
+
+    P9: of noise 6 sure "no", 2 unsure and 2 sure "yes"; of signal 5 unsure "yes", above .6 of the noise and equal to
+    .2 of it, and 5 sure "yes", above .8 and equal to .2.
+    """
+    guessed = {"signal": [0, 1] * 60, "response": [0, 0, 1, 1] * 30, "confidence": [1, 2] * 60}
+    sure = {"signal": [0] * 10 + [1] * 10, "response": [0] * 6 + [1] * 14, "confidence": [2] * 6 + [1, 1, 2, 2]}
+    sure["confidence"] += [1] * 5 + [2] * 5
+    others = answers(3, 200, 2).query("where == 'fovea'").drop(columns="where")
+    odd = [pd.DataFrame({"subject": who, **given}) for who, given in (("P8", guessed), ("P9", sure))]
+    report = make_report(write(tmp_path, pd.concat([others, *odd])))
     each = pd.read_csv(io.BytesIO(report.files["detection.csv"]), index_col=0)
     assert {each[name].dtype.kind for name in each if name != "condition"} == {"f"}  # numbers, negative ones too
-    guesser = each.loc["P9"]
+    guesser = each.loc["P8"]
     assert guesser[["hit rate", "false-alarm rate", "area"]].tolist() == pytest.approx([0.5, 0.5, 0.5])
     assert guesser[["d′", "c"]].tolist() == pytest.approx([0, 0], abs=1e-9)
     assert guesser["low"] == pytest.approx(-guesser["high"])
     assert guesser["type-2 area"] == pytest.approx(0.5)
-    assert (each.drop("P9")["type-2 area"] > 0.5).all()
+    assert (each.loc[["P0", "P1", "P2"], "type-2 area"] > 0.5).all()
+    assert each.loc["P9", "area"] == pytest.approx((0.6 + 0.1 + 0.8 + 0.1) / 2)
+    assert np.isnan(each.loc["P9", ["d_a", "SD ratio"]].astype(float)).all()
+    found = {row["what"]: row for row in report.results}
+    assert found["mean area under the ROC"]["estimate"] == pytest.approx(each["area"].mean(), rel=1e-6)
+    json.loads(report.files["results.json"])
 
 
 def test_without_confidence_there_is_no_curve(tmp_path: Path) -> None:
@@ -82,22 +94,6 @@ def test_one_without_noise_is_left_out_and_named(tmp_path: Path) -> None:
     report = make_report(write(tmp_path, table))
     assert "P1 was left out: there must be trials with signal and trials without." in report.files["report.md"].decode()
     assert report.results[0]["subjects"] == 2
-
-
-def test_a_person_whose_ratings_hardly_overlap_has_an_area_and_no_ratio_of_deviations(tmp_path: Path) -> None:
-    """Noise: 6 sure "no", 2 unsure and 2 sure "yes". Signal: 5 unsure "yes", above .6 of the noise and equal to .2 of
-    it, and 5 sure "yes", above .8 and equal to .2.
-    """
-    sure = {"signal": [0] * 10 + [1] * 10, "response": [0] * 6 + [1] * 14, "confidence": [2] * 6 + [1, 1, 2, 2]}
-    sure["confidence"] += [1] * 5 + [2] * 5
-    others = answers(3, 200, 2).query("where == 'fovea'").drop(columns="where")
-    report = make_report(write(tmp_path, pd.concat([others, pd.DataFrame({"subject": "P9", **sure})])))
-    each = pd.read_csv(io.BytesIO(report.files["detection.csv"]), index_col=0)
-    assert each.loc["P9", "area"] == pytest.approx((0.6 + 0.1 + 0.8 + 0.1) / 2)
-    assert np.isnan(each.loc["P9", ["d_a", "SD ratio"]].astype(float)).all()
-    found = {row["what"]: row for row in report.results}
-    assert found["mean area under the ROC"]["estimate"] == pytest.approx(each["area"].mean(), rel=1e-6)
-    json.loads(report.files["results.json"])
 
 
 @pytest.mark.parametrize(

@@ -140,21 +140,6 @@ def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:
     assert any(list(line.get_ydata()) == [0.625, 0.625] for line in ax.lines)
 
 
-def test_two_intervals_state_their_guess_rate(tmp_path: Path) -> None:
-    """One half, even where fewer are right by chance, is no assumption; another rate contradicts the table."""
-    table = pd.DataFrame({"subject": "A", "level": [0.1, 0.2] * 20, "interval": [1, 2] * 20})
-    path = write(tmp_path, table.assign(response=[2] * 40))
-    own = read_thresholds(path)
-    assert own.guess == 0.5
-    assert not any("guess rate" in note for note in own.notes)
-    with pytest.raises(InputError, match=r"guess is 0\.25, but the table's alternatives give 0\.5"):
-        read_thresholds(path, guess=0.25)
-    alone = write(tmp_path, table[["subject", "level"]].assign(correct=[0, 1] * 20), "alone.csv")
-    with pytest.raises(InputError, match="fewer than guessing among two"):
-        read_thresholds(alone)
-    assert read_thresholds(alone, guess=0.25).guess == 0.25
-
-
 @pytest.mark.parametrize(
     ("text", "said"),
     [
@@ -172,24 +157,6 @@ def test_a_slip_is_named_with_its_row(tmp_path: Path, text: str, said: str) -> N
     with pytest.raises(InputError) as error:
         make_report(path)
     assert said in str(error.value)
-
-
-def test_which_table_is_of_thresholds(tmp_path: Path) -> None:
-    path = tmp_path / "own.csv"
-    for header, columns, expected in (
-        ("subject,level,correct", {}, True),
-        ("subject,blur_mm,acc", {}, True),
-        ("subject,strength,correct", {"level": "strength"}, True),
-        ("subject,aperture,fixation,rating", {}, False),
-        ("subject,level,rating,correct", {}, False),
-        ("subject,percept,gradient,level,correct", {}, False),
-        ("subject,aperture,fixation,correct", {"aperture": "aperture"}, False),
-    ):
-        path.write_text(f"{header}\n")
-        assert holds(THRESHOLDS, path, columns) is expected, header
-    path.write_text("subject,level,correct\nA,1,1\n")
-    with pytest.raises(InputError, match=r"bound is for depth ratings, but .* contains answers at levels"):
-        make_report(path, bound=1.2)
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from recorded import edit, rating_file, record_necker, record_ratings
 
 from focalgradient import InputError
 from focalgradient.power import Model
-from focalgradient.report import analyse_ratings, make_report
+from focalgradient.report import make_report
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -43,14 +43,6 @@ def test_what_can_be_analysed_is(copy):
     assert "necker.png" in made.files
     assert "Problem: Left out of the analysis: sub-01" in page(made)
     assert "is the default: state your own" in page(made)  # the bound of equivalence
-
-
-def test_people_and_simulated_observers_are_not_mixed(copy):
-    edit(copy / "participants.tsv", 3, "kind", "human")
-    with pytest.raises(InputError, match=r"sub-02_task-depthrating_beh\.tsv, row 2 .* kind is human"):
-        analyse_ratings(copy)
-    with pytest.raises(InputError, match="analyse people and simulated observers apart"):
-        make_report(copy)
 
 
 @pytest.mark.parametrize(

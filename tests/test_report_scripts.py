@@ -1,6 +1,7 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
 import io
+import json
 import re
 from pathlib import Path
 
@@ -356,8 +357,8 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
-    plan = Plan(condition_questions(tests))
-    part = condition_part(names, plan, table, table, tests, tests, simulated=False)
+    questions = condition_questions(tests)
+    part = condition_part(names, Plan(questions), table, table, tests, questions.answers(tests), simulated=False)
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6
@@ -479,8 +480,9 @@ def test_exported_trials_have_every_column_of_the_data_set_with_its_description(
 @pytest.mark.parametrize("scale", ["ratio", "bipolar", "visual-analogue"])
 def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale: str) -> None:
     chance = np.random.default_rng(1)
+    factors = {"light": {"levels": ["dim", "bright"]}, "group": {"levels": ["1", "2"], "vary": "between"}}
     for who in range(1, 5):
-        design = design_of(scale=scale, confidence=True)
+        design = design_of(scale=scale, confidence=True, factors=factors)
         with Session.begin(tmp_path / "data", design, f"{who:02}", apparatus=APPARATUS) as session:
             for at, trial in enumerate(session.remaining()):
                 confidence = 0.3 + 0.04 * trial.aperture_mm + chance.uniform(0, 0.05)
@@ -495,3 +497,22 @@ def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale:
     said = files["report.md"].decode()
     assert "Confidence was asked after each answer." in said
     assert said.count("slope of confidence on the aperture: 0.04") == 2
+
+
+@needs_r
+def test_r_finds_confidence_factors_and_places(tmp_path: Path) -> None:
+    """Four people rated in two lights, with a factor between them; two of them in a browser."""
+    test_confidence_that_rises_with_the_aperture_is_found(tmp_path, "bipolar")
+    for sidecar in sorted((tmp_path / "data").glob("sub-*/**/*_beh.json"))[2:]:
+        content = json.loads(sidecar.read_text("utf-8"))
+        content["Sittings"][0]["Versions"] = {"browser": "1"}
+        sidecar.write_text(json.dumps(content), "utf-8")
+    files = make_report(tmp_path / "data").files
+    rows = pd.read_csv(io.BytesIO(files["results.csv"]), keep_default_na=False).set_index(["name", "level"])
+    found = printed(run(tmp_path, {**files}, "further_tests.R"))
+    assert {name.rpartition(" ")[2] for name, _ in found} == {"aperture", "light", "group", "place"}
+    for key, values in found.items():
+        row = rows.loc[key]
+        assert (values is None) == bool(row["reason"])
+        for name, value in (values or {}).items():
+            assert value == pytest.approx(float(row[name]), rel=1e-5), (key, name)

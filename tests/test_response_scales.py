@@ -29,8 +29,6 @@ from focalgradient.scales import (
     TwoIntervals,
     VisualAnalogue,
     check_scale,
-    register,
-    scale_class,
 )
 
 OURS = [
@@ -89,16 +87,13 @@ BROKEN = {
     "is_answer refuses its own end 0": {"is_answer": lambda self, value: 1 <= value <= 100},
     "example is 20, not above the middle": {"example": 20.0},
     "has no text 'example' in 'en'": {"texts": {"en": {"instructions": "A title\nA text."}}},
-    "answered is empty": {"answered": ""},
     "keys reach 100.8": {
         "control": lambda self, texts: Scale("How deep?", "", 0.0, 110.0, ratios=False, ends=("a", "b"))
     },
     "intervals is 2, which does not go with": {"intervals": 2},
     "column.levels does not name": {"column": AnswerColumn("How deep.", levels={"0": "flat"})},
     "simulated answers 101": {"simulated": lambda self, log, largest: 101.0 if log > 1 else 50 + 30 * log},
-    "simulated is the same": {"simulated": lambda self, log, largest: 50.0},
     "analysis.middle is not": {"analysis": Slopes(name="wrong", middle=0.0, unit="%", mean="mean place")},
-    "analysis.standard_known must be": {"standard": 50.0},
 }
 
 
@@ -107,14 +102,6 @@ def test_a_broken_part_fails_the_check_by_name(reason: str) -> None:
     scale = dataclass(frozen=True)(type("Broken", (Wrong,), BROKEN[reason]))
     with pytest.raises(InputError, match=re.escape(reason)):
         check_scale(scale)
-
-
-def test_a_scale_of_another_kind_or_of_a_taken_name_is_not_registered() -> None:
-    with pytest.raises(InputError, match="'ratio' already"):
-        register(dataclass(frozen=True)(type("Own", (VisualAnalogue,), {"name": "ratio"})))
-    with pytest.raises(InputError, match="derived from ResponseScale"):
-        register(int)  # type: ignore[type-var]
-    assert scale_class("ratio") is Ratio
 
 
 @given(st.floats(allow_nan=True))

@@ -12,7 +12,7 @@ from recorded import record_ratings
 
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, read_journal, validate
 from focalgradient.dataset.journal import whole_lines
-from focalgradient.design import DepthRatingDesign, Pinhole
+from focalgradient.design import DepthRatingDesign, Design, Pinhole
 from focalgradient.report import make_report
 
 APPARATUS = Apparatus("seconds of the test", refresh_hz=60.0)
@@ -75,22 +75,11 @@ def test_a_count_that_contradicts_the_exposures_is_found(tmp_path: Path) -> None
     )
 
 
-def test_sessions_without_recorded_exposures_are_valid_and_resumed_as_before(tmp_path: Path) -> None:
-    session = Session.begin(tmp_path, PINHOLE, "01", apparatus=APPARATUS)
-    session.record(session.trials[0], rated(0))
-    cut_off(session)
-    with Session.resume(tmp_path, "pinhole", "01", apparatus=APPARATUS) as session:
-        for number, trial in enumerate(session.remaining(), start=1):
-            session.record(trial, rated(number))
-    assert "shown" not in notes(tmp_path)
-    assert "interruptions" not in read_dataset(tmp_path).pinhole
-
-
 RATING = DepthRatingDesign(scenes=["spheres-01", "spheres-02"], catch_trials=0, practice_trials=1)
 
 
-def practised(root: Path, label: str, *rounds: bool) -> None:
-    with Session.begin(root, RATING, label, apparatus=APPARATUS) as session:
+def practised(root: Path, label: str, *rounds: bool, design: Design = RATING) -> None:
+    with Session.begin(root, design, label, apparatus=APPARATUS) as session:
         for trial in session.trials:
             if trial.phase == "main" and trial.trial == 1:
                 for number, passed in enumerate(rounds, start=1):
@@ -98,12 +87,22 @@ def practised(root: Path, label: str, *rounds: bool) -> None:
             session.record(trial, Rated(onset=9.0 * len(session.recorded), rating=1.2, response_time=1.0))
 
 
+def failed(root: Path) -> list[str]:
+    rows = csv.DictReader(io.StringIO((root / "participants.tsv").read_text()), delimiter="\t")
+    return [row["practice_failed"] for row in rows]
+
+
+def test_practices_failed_in_two_tasks_are_both_named(tmp_path: Path) -> None:
+    practised(tmp_path, "01", False)
+    practised(tmp_path, "01", False, design=PINHOLE)
+    assert failed(tmp_path) == ["depthrating pinhole"]
+
+
 @pytest.mark.slow
 def test_a_failed_practice_is_named_by_participants_validation_and_report(tmp_path: Path) -> None:
     practised(tmp_path, "01", False, True)
     practised(tmp_path, "02", False, False, False)
-    rows = list(csv.DictReader(io.StringIO((tmp_path / "participants.tsv").read_text()), delimiter="\t"))
-    assert [row["practice_failed"] for row in rows] == ["n/a", "depthrating"]
+    assert failed(tmp_path) == ["n/a", "depthrating"]
     assert "practice_failed" in json.loads((tmp_path / "participants.json").read_text())
     told = notes(tmp_path)
     assert "practice was not passed: 0 of 1 trials right in round 3, the last." in told

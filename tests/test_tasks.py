@@ -177,23 +177,6 @@ def test_factors_that_always_change_together_are_named(design, confounded: bool,
 
 
 @pytest.mark.parametrize(
-    ("name", "given", "sentence"),
-    [
-        ("findings", lambda self, table: [table["none"]], r"the task 'dots' fails: findings raises KeyError\('none'\)"),
-        ("findings", lambda self, table: "A sentence.", "findings is 'A sentence.', but must be a list of texts"),
-        ("tested", lambda self, design, table: 1 / 0, "the task 'dots' fails: tested raises ZeroDivisionError"),
-    ],
-)
-def test_a_report_names_the_method_of_a_task_that_fails(
-    name, given, sentence: str, tmp_path: Path, monkeypatch
-) -> None:
-    recorded(tmp_path / "data")
-    monkeypatch.setattr(type(task_named("dots")), name, given)
-    with pytest.raises(InputError, match=sentence):
-        make_report(tmp_path / "data")
-
-
-@pytest.mark.parametrize(
     ("other", "sentence"),
     [
         ({"guess": 100}, "guess is 100, but must be a whole number from 0 to 99"),

@@ -27,12 +27,9 @@ def test_german_says_nothing_in_english():
 
 WRONG = {
     "missing": ("stop_keys =", "xyz_unused =", r"common\.xyz_unused is not an entry of the texts"),
-    "left out": ('moment = "One moment ..."\n', "", r"common\.moment is missing: copy the entry"),
     "misspelt": ("moment =", "momemt =", r"common\.momemt is not an entry of the texts: did you mean common\.moment"),
-    "a number": ('moment = "One moment ..."', "moment = 3", r"common\.moment must be a text"),
     "empty": ('moment = "One moment ..."', 'moment = " "', r"common\.moment must be a text, and not empty"),
     "strange brace": ("{done} of {total}", "{doen} of {total}", r"session\.rest has \{doen\}, which is unknown"),
-    "lone brace": ("One moment ...", "One { moment", r"common\.moment has an unmatched brace"),
     "one key": ('yes_key = "y"', 'yes_key = "n"', r"common\.yes_key and common\.no_key must be two different letters"),
 }
 
@@ -51,11 +48,9 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
 @pytest.mark.parametrize(("language", "space"), [("en", "SPACE"), ("de", "LEERTASTE")])
 def test_keys_are_named_in_the_participants_language(language, space, tmp_path):
     design = NeckerDesign(gradients=("none",), keys=("left", "space"), language=language)
-    first = CubePages(design, load_words(language), "01").opening()
-    text = "\n".join(page.text for page in first)
+    text = "\n".join(page.text for page in CubePages(design, load_words(language), "01").opening())
     assert f"  {space}  " in text
     assert "  ←  " in text
-    assert "LEFT" not in text
     (entry,) = Lists(design).shown("01", design.trials("01")[:1])
     assert (entry["scale"]["keys"], entry["scale"]["names"]) == (["left", "space"], ["←", space])
     older = words_text(language).replace("[keys]", "[removed]")

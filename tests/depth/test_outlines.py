@@ -5,7 +5,7 @@ import pytest
 from scipy import ndimage
 
 from focalgradient import DepthMap, Lens, View, recover_depth
-from focalgradient.depth.equalise.outline_places import _contrast
+from focalgradient.depth.equalise.outline_places import _contrast, moved_to_edges
 from focalgradient.depth.planes import HELD_APART, SMOOTH, STEEP, departure_from_planes, grow_planes, surface_planes
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import Scene, slant, step
@@ -156,3 +156,13 @@ def test_contrast_along_a_direction_is_the_cosine_of_its_angle_with_the_slope(tu
     way = (np.full(image.shape, part, np.float32) for part in (np.sin(turn), np.cos(turn)))
     found = _contrast(image.astype(np.float32), *way)
     assert found[25:35, 30:40] == pytest.approx(abs(np.cos(turn - 0.6)), abs=1e-3)
+
+
+@pytest.mark.parametrize("rows", [[20], [20, 21], [10, 20, 21, 22, 30]])
+def test_pixels_of_a_border_find_the_edge_alone_and_beside_others(rows: list[int]) -> None:
+    across = np.arange(50.0) + np.zeros((40, 1))
+    border = np.zeros(across.shape, np.bool_)
+    border[rows, 25] = True
+    moved = moved_to_edges(across - 24.5, border, [(across > 26.5) * 1.0], np.ones((1, *across.shape)))
+    assert moved[border] == pytest.approx(2, abs=0.05)
+    assert not moved[~border].any()

@@ -11,9 +11,7 @@ import pytest
 from headless import Running, headless, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
-from focalgradient.design.form import check_about
 from focalgradient.design.words import words_text
-from focalgradient.errors import InputError
 from focalgradient.lab import preparation
 from focalgradient.lab.forms import missing_glyphs
 from focalgradient.lab.preparation import import_screen
@@ -129,9 +127,3 @@ def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> Non
         again = Running(screen, "from-file", "necker", *given, "--resume")
         assert again.end() == 2
         assert "ended with its practice, which was not passed" in again.errors
-
-
-def test_an_impossible_age_is_refused() -> None:
-    for age in ("-3", "thirty", "nan", "131"):
-        with pytest.raises(InputError, match=f"age is '{age}', but must be a number of years from 0 to 130"):
-            check_about({"age": age}, ["age"])

@@ -72,43 +72,6 @@ def test_coder(plugin: Headless, files: Path) -> None:
     assert 0.1 < phase < 0.15
 
 
-BUILD = """
-from psychopy import experiment, plugins
-plugins.activatePlugins()
-from psychopy.experiment.components import getAllComponents
-from psychopy.experiment.components.code import CodeComponent
-from psychopy.experiment.loops import TrialHandler
-
-made = experiment.Experiment()
-for name, value in {"Show info dlg": False, "Full-screen window": False, "Window size (pixels)": "(640, 480)"}.items():
-    made.settings.params[name].val = value
-made.settings.params["Monitor"].val = "laboratory"
-made.settings.params["Save log file"].val = False
-routine = made.addRoutine("trial")
-made.flow.addRoutine(routine, 0)
-made.flow.addLoop(TrialHandler(made, name="trials", conditionsFile="table.csv", nReps=1, loopType="sequential"), 0, 1)
-shown = getAllComponents(fetchIcons=False)["FocalGradientComponent"](
-    made, "trial", name="shown", image="$picture", focus="$dioptres", stopVal=0.3
-)
-shown.params["image"].updates = shown.params["focus"].updates = "set every repeat"
-look = CodeComponent(made, "trial", name="look")
-look.params["End Routine"].val = "print('focus', shown.focus, len(shown.series.planes), flush=True)"
-routine += [shown, look]
-open("page.py", "w", encoding="utf-8").write(made.writeScript(target="PsychoPy"))
-"""
-
-
-@psychopy_here
-def test_builder(plugin: Headless, files: Path) -> None:
-    given(plugin, files)
-    (plugin.folder / "table.csv").write_text(block("PsychoPy Builder", "csv"))
-    monitor = "from psychopy import monitors; m = monitors.Monitor('laboratory', width=53, distance=57);"
-    ran(plugin, "-c", f"{monitor} m.setSizePix((640, 480)); m.save()")
-    ran(plugin, "-c", BUILD)
-    said = [line.split() for line in ran(plugin, "page.py").splitlines() if line.startswith("focus ")]
-    assert [float(focus) for _, focus, _ in said] == [0.5, 1.2]
-
-
 @psychopy_here
 def test_opensesame(plugin: Headless, files: Path) -> None:
     given(plugin, files)

@@ -16,17 +16,17 @@ from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
 from focalgradient.dataset import validate
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.stereoscope import Stereoscope, read_stereoscope, store_offset
+from focalgradient.lab.devices.stereoscope import Stereoscope, read_stereoscope, store_offset
 from focalgradient.tasks import task_named
 
 
 def test_settings_are_read_and_only_the_offset_is_rewritten(tmp_path: Path) -> None:
     path = tmp_path / "stereoscope.toml"
     path.write_text('# ours\nlayout = "screens"\nscreens = [1, 2]\nmirrored = true\n')
-    assert read_stereoscope(path) == Stereoscope("screens", (1, 2), True)
+    assert read_stereoscope(path) == Stereoscope(layout="screens", screens=(1, 2), mirrored=True)
     for offset in ((3, -4), (0, 12)):
         store_offset(path, offset)
-        assert read_stereoscope(path) == Stereoscope("screens", (1, 2), True, None, offset)
+        assert read_stereoscope(path) == Stereoscope(layout="screens", screens=(1, 2), mirrored=True, offset_px=offset)
     assert path.read_text().count("offset_px") == 1
     assert "# ours" in path.read_text()
 
@@ -51,7 +51,7 @@ def test_wrong_settings_are_refused_by_name(text: str, said: str, tmp_path: Path
 @pytest.mark.parametrize(("width", "windowed", "part"), [(1366, False, 682), (1366, True, 682), (1024, False, 512)])
 def test_an_eye_has_an_even_half(width: int, windowed: bool, part: int) -> None:
     assert Stereoscope().part((width, 768), windowed) == (part, 768)
-    assert Stereoscope("screens").part((width, 768), windowed=False) == (width, 768)
+    assert Stereoscope(layout="screens").part((width, 768), windowed=False) == (width, 768)
 
 
 PAIR = """
@@ -59,7 +59,7 @@ import json, sys
 import numpy as np
 from focalgradient.display import Display
 from focalgradient.lab.screen import Screen
-from focalgradient.lab.stereoscope import Stereoscope
+from focalgradient.lab.devices.stereoscope import Stereoscope
 from focalgradient.live import FocusSeries
 
 chance = np.random.default_rng(1)

@@ -10,7 +10,6 @@ from headless import Headless, Running, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
-from focalgradient.lab import EXPERIMENTS, run
 from focalgradient.report import make_report
 from focalgradient.stimuli import blurred_scene, read_set
 
@@ -114,14 +113,3 @@ def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_pat
     sharp, seen = (blurred_scene(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
     assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
     assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()
-
-
-@psychopy_here
-def test_pictures_without_depth_are_refused_before_the_window_where_depth_is_judged(tmp_path, capsys, monkeypatch):
-    monkeypatch.delenv("DISPLAY", raising=False)
-    make_set(tmp_path / "set", ["spheres-01"], (40, 30))
-    (tmp_path / "set" / "spheres-01" / "depth.npy").unlink()
-    (tmp_path / "mine.toml").write_text(DESIGN + 'judged = "depth"\n')
-    options = ["--design", tmp_path / "mine.toml", "--stimuli", tmp_path / "set", "--data", tmp_path / "data"]
-    assert run(EXPERIMENTS["blur-threshold"], list(map(str, options))) == 2
-    assert "depth.npy cannot be read: make the set again" in capsys.readouterr().err

@@ -13,8 +13,8 @@ from headless import SIZE, headless, psychopy_here
 from stand_ins import Gazepoint, PupilCapture
 
 from focalgradient.errors import InputError
-from focalgradient.lab import trackers
-from focalgradient.lab.trackers import TRACKERS, check_answers, tracker_settings
+from focalgradient.lab.devices import trackers
+from focalgradient.lab.devices.trackers import TRACKERS, check_answers, tracker_settings
 
 pytestmark = psychopy_here
 
@@ -29,7 +29,7 @@ import json, sys, time
 from focalgradient.display import Display
 from focalgradient.lab import screen as module
 from focalgradient.lab.gaze import open_gaze
-from focalgradient.lab.trackers import tracker_settings
+from focalgradient.lab.devices.trackers import tracker_settings
 
 chosen = tracker_settings("tracker", sys.argv[1])
 screen = module.Screen(0, None, Display((1024, 768), 0.000265, 0.57))

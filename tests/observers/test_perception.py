@@ -13,7 +13,6 @@ from focalgradient.observers import OBSERVERS, EncodedStimulus, encode, perceive
 from focalgradient.observers.perception import (
     SD_PER_RADIUS,
     amplitude,
-    blur_amplitude,
     blur_depth,
     off_layout,
     response,
@@ -139,13 +138,6 @@ def test_a_blurred_eye_estimates_depth_by_its_own_pupil():
     assert blur_depth(scene(DEFAULT.pupil, 0.0), DEFAULT) == pytest.approx(DEPTH, rel=1e-6)
 
 
-def test_the_amplitude_by_blur_is_that_of_the_depth_that_makes_it():
-    blur = blur_depth(scene(DEFAULT.pupil, 0.0), DEFAULT)
-    assert blur_amplitude(blur, DEPTH, DEFAULT) == pytest.approx(DEPTH.std(), rel=1e-6)
-    shuffled = np.random.default_rng(0).permutation(blur)
-    assert blur_amplitude(shuffled, DEPTH, DEFAULT) < 0.2 * DEPTH.std()
-
-
 @given(st.floats(-5, 5))
 def test_the_scale_of_blur_has_errors_of_one(amplitude):
     """Its slope is the inverse of the standard deviation that the model states."""
@@ -218,8 +210,3 @@ def test_without_a_part_of_the_mechanism_it_comes_out_otherwise(observer, near, 
 
 def test_without_discounting_contradictory_blur_flattens():
     assert ratio(replace(DEFAULT, discounting=0.0), 0.009, 1.5) < 0.8
-
-
-def test_uncertain_layout_gives_way_to_blur():
-    weak, strong = (replace(DEFAULT, layout_spread=spread) for spread in (1.5, 0.3))
-    assert ratio(weak, 0.009, 0.0) > ratio(DEFAULT, 0.009, 0.0) > ratio(strong, 0.009, 0.0) > 1.0

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, DepthExtent, DepthRating, RelativeLayout, relief
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli import texture_border
@@ -64,16 +63,3 @@ def test_ratings_have_the_observers_scale_and_scatter():
     assert steep.log_sd**2 - 0.3**2 == pytest.approx(4 * (plain.log_sd**2 - DEFAULT.scatter**2), rel=1e-6)
     assert DEFAULT.look(sharp, DISPLAY, DepthRating(sharp)).median == pytest.approx(1)
     assert OBSERVERS["guessing"].look(blurred, DISPLAY, DepthRating(sharp)).median == 1
-
-
-@pytest.mark.parametrize(
-    ("question", "words"),
-    [
-        (DepthExtent(RelativeLayout(np.ones((64, 64)))), "and a fixation"),
-        (DepthExtent(RelativeLayout(np.ones((64, 65))), (1, 1)), "shape"),
-        (DepthExtent(fixation=(64, 1)), "fixation"),
-    ],
-)
-def test_what_cannot_be_looked_at_is_refused(question, words):
-    with pytest.raises(InputError, match=words):
-        DEFAULT.look(np.random.default_rng(1).uniform(size=(64, 64)), DISPLAY, question)

@@ -13,7 +13,7 @@ from scipy.stats import binom, ttest_1samp
 from focalgradient.dataset import Files, bids_problems, read_dataset, validate
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.observers import OBSERVERS, encoded_cubes, encoded_stimuli, pictures, rate, simulate, watch
+from focalgradient.observers import OBSERVERS, encoded_cubes, rate, simulate, watch
 from focalgradient.observers.rotation import log_odds
 from focalgradient.statistics import PerceptDurations, depth_rating, fit_dominance
 
@@ -112,14 +112,6 @@ def test_other_observers_do_not_mix(design, stimuli, encoded, tmp_path, change, 
         simulate(other, tmp_path / "data", **(how | change))
 
 
-def test_encoded_stimuli_are_kept_and_used_again(stimuli, encoded, cache, monkeypatch):
-    monkeypatch.setenv(pictures.CACHE, str(cache))
-    monkeypatch.setattr(pictures, "_encode", lambda job: pytest.fail("encoded again"))
-    again = encoded_stimuli(stimuli)
-    assert again.keys() == encoded.keys()
-    assert all(np.array_equal(again[one][1].blur, encoded[one][1].blur) for one in encoded)
-
-
 def test_pictures_with_more_blur_look_deeper_with_the_near_in_focus_only(design, encoded):
     many = replace(DEFAULT, lapses=0.0)
     table = ratings(design, many, 12, encoded)
@@ -208,15 +200,6 @@ def test_blur_tips_the_cube_as_the_prior_has_it(encoded_cube):
     assert np.ptp(shares["blur-blind"]) < 0.12  # chance: few percepts of long and irregular durations
     assert shares["opposite"][0] > shares["opposite"][2] + 0.08
     assert shares["guessing"] == pytest.approx([0.5] * 3, abs=0.08)
-
-
-def test_a_shape_that_wobbles_is_seen_to(encoded_cube):
-    held = 0.0
-    for trial, answer in zip(SMALL.trials("01"), watch(SMALL, DEFAULT, "01", 1, encoded_cube), strict=True):
-        if trial.shape == "nonrigid":
-            first = next(press for press in answer.presses if press.down)
-            held += SMALL.keys_of("01")["nonrigid"] == first.key
-    assert held >= 1
 
 
 @pytest.mark.slow

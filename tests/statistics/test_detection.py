@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics import NotComputed, RatingRoc, detection_by_person, rating_roc, sensitivity, type2_area
+from focalgradient.statistics import NotComputed, detection_by_person, rating_roc, sensitivity, type2_area
 from focalgradient.statistics.detection import roc_area
 
 
@@ -39,7 +39,6 @@ def test_perfect_answers_have_a_finite_d_prime_and_intervals_cover():
 def test_unequal_variances_are_recovered_from_expected_counts():
     cuts = [-0.5, 0.2, 0.8, 1.5]
     found = rating_roc(counted(1.2, 1.4, cuts, 1e5), counted(0, 1, cuts, 1e5))
-    assert isinstance(found, RatingRoc)
     assert found.sd_ratio.estimate == pytest.approx(1.4, rel=2e-3)
     assert found.d_a.estimate == pytest.approx(1.2 / np.sqrt((1 + 1.4**2) / 2), rel=2e-3)
     assert found.criteria == pytest.approx(cuts, abs=3e-3)
@@ -103,11 +102,6 @@ def test_an_answer_that_is_neither_yes_nor_no_is_refused(column: str, cell: obje
         detection_by_person(table)
 
 
-def test_a_table_without_trials_is_refused() -> None:
-    with pytest.raises(InputError, match="no trials"):
-        detection_by_person({"participant_id": [], "signal": [], "answer": []})
-
-
 @pytest.mark.parametrize(
     ("signal", "noise"),
     [
@@ -131,15 +125,4 @@ def test_a_ratio_of_deviations_of_which_every_larger_or_smaller_one_fits_better_
 def test_a_single_point_between_0_and_1_with_one_on_either_side_determines_the_curve() -> None:
     """Points (0, .3), (.2, .5) and (.4, 1): both a steep and a flat line miss one."""
     found = rating_roc([0, 50, 20, 30], [60, 20, 20, 0])
-    assert isinstance(found, RatingRoc)
     assert 0.5 < found.sd_ratio.estimate < 2
-
-
-def test_rounding_does_not_change_the_curve_of_ratings():
-    signal, noise = [5.0, 11.0, 19.0, 31.0, 34.0], [36.0, 29.0, 21.0, 9.0, 5.0]
-    found, again = (rating_roc(np.array(signal) * factor, np.array(noise) * factor) for factor in (1, 1 + 1e-13))
-    for name in ("d_a", "sd_ratio"):
-        ends = getattr(found, name)
-        assert getattr(again, name).estimate == pytest.approx(ends.estimate, rel=1e-9)
-        assert getattr(again, name).low == pytest.approx(ends.low, rel=1e-8)
-    assert again.equal_p == pytest.approx(found.equal_p, rel=1e-7)

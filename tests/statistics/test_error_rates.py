@@ -73,11 +73,6 @@ def test_pooled_data_sets_keep_the_level(scenes: str, studies: int) -> None:
     assert simulated.pooled(random(), 4000, scenes, 0.1, studies)["rejected"] == pytest.approx(0.05, abs=0.015)
 
 
-def test_an_effect_is_found() -> None:
-    table = simulated.effects_of(random(), 1, 6, "alike", 0.0) + np.log(1.6)
-    assert simulated.student(*simulated.over_both(table))[0] < 0.01
-
-
 @pytest.mark.parametrize(("scale", "kind"), [("bipolar", "normal"), ("bipolar", "skewness 1.4"), ("choice", "normal")])
 def test_rates_of_comparisons_over_scenes_that_differ(scale: str, kind: str) -> None:
     """2000 sets measure a rate of .05 to .005: over both it holds, for these scenes it does not hold for others."""

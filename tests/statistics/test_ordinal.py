@@ -6,7 +6,7 @@ import pytest
 from scipy import optimize, special
 
 from focalgradient.statistics import Effect
-from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal, cumulative_fit
+from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.ordinal_people import _thresholds
 from focalgradient.statistics.subject_integrals import _height, _solved, conditional_modes, joint_densities
@@ -103,19 +103,6 @@ def test_densities_and_modes_of_each_subject_are_those_of_direct_sums() -> None:
             step, across = 1e-3 * np.eye(2)[[one, other]]
             corners = [log_probability(subject, mode[subject] + a * step + b * across) * a * b for a, b in SIGNS]
             assert curvature[subject, one, other] == pytest.approx((one == other) - sum(corners) / 4e-6, abs=1e-3)
-
-
-def test_the_progress_of_the_ordinal_model_rises_and_ends_at_most_at_one() -> None:
-    rng, shares = np.random.default_rng(5), []
-    subject, blur = np.repeat(np.arange(6), 20), np.tile([0.0, 1.0], 60)
-    latent = 1.5 * blur + rng.normal(0, 0.8, 6)[subject] + rng.logistic(size=120)
-    ones = np.ones((120, 1))
-    category = np.digitize(latent, [0.0, 1.5])
-    fit = cumulative_fit(category, blur[:, None], ones, subject, 9, lambda share, _: shares.append(share))
-    assert fit is not None
-    assert len(shares) > 2
-    assert (np.diff(shares) > 0).all()
-    assert 0 < shares[0] < shares[-1] <= 1
 
 
 @pytest.mark.parametrize("rise", [0.0, 3.0])

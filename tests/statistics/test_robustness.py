@@ -12,25 +12,17 @@ from focalgradient.statistics.robustness import ALL_RULES, robustness
 def ratings(subjects: int = 7, gaps: bool = False) -> pd.DataFrame:
     """Ratings of six scenes; subject 1 answers too fast in a third of the trials."""
     rng = np.random.default_rng(4)
-    rows = []
-    for who in range(subjects):
-        rise = rng.normal(0.3, 0.08)
-        conditions = [(scene, end) for scene in range(6) for end in (("pinhole", 0.0), ("f/5.6", 8.9))]
-        for trial, (scene, (name, mm)) in enumerate(conditions):
-            rows.append(
-                {
-                    "participant_id": f"sub-{who:02}",
-                    "trial": trial,
-                    "scene": f"s{scene}",
-                    "fixation": "nearest",
-                    "aperture": name,
-                    "aperture_mm": mm,
-                    "catch": False,
-                    "rating": float(np.exp(rise * mm / 8.9 + rng.normal(0, 0.1))),
-                    "response_time": 0.1 if who == 1 and trial % 3 == 0 else 1.0,
-                }
-            )
-    table = pd.DataFrame(rows)
+    conditions = [(f"s{scene}", *end) for scene in range(6) for end in (("pinhole", 0.0), ("f/5.6", 8.9))]
+    rows = [
+        (f"sub-{who:02}", trial, *shown, np.exp(rise * shown[-1] / 8.9 + rng.normal(0, 0.1)))
+        for who in range(subjects)
+        for rise in [rng.normal(0.3, 0.08)]
+        for trial, shown in enumerate(conditions)
+    ]
+    names = ["participant_id", "trial", "scene", "aperture", "aperture_mm", "rating"]
+    table = pd.DataFrame(rows, columns=names).assign(fixation="nearest", catch=False)
+    fast = (table["participant_id"] == "sub-01") & (table["trial"] % 3 == 0)
+    table["response_time"] = np.where(fast, 0.1, 1.0)
     return table.drop(index=range(3, len(table), 17)).reset_index(drop=True) if gaps else table
 
 

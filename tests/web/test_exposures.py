@@ -74,20 +74,6 @@ def test_an_answer_whose_exposure_was_not_reported_is_refused(tmp_path: Path) ->
         assert someone.answer(0).json() == {"recorded": True, "done": 1}
 
 
-def test_repeated_practice_is_a_round_of_its_own(tmp_path: Path) -> None:
-    with client_of(study(tmp_path)) as client:
-        someone = Participant(client)
-        someone.begin()
-        practised = [number for number, trial in enumerate(someone.trials) if trial["phase"] == "practice"]
-        for number in practised:
-            expose(someone, number, f"first-{number}")
-            someone.answer(number)
-        for number in practised:
-            assert expose(someone, number, f"second-{number}", 2).json() == {"recorded": True}
-    assert {*exposures(log_of(tmp_path).events).values()} == {1}
-    assert not any("interruptions" in event.get("extra", {}) for event in log_of(tmp_path).of("trial"))
-
-
 def test_an_exported_study_counts_the_exposures_of_its_lines(tmp_path: Path) -> None:
     lines = []
     for line in session(tmp_path):

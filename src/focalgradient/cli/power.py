@@ -93,8 +93,8 @@ def power(
     model: Annotated[Model, Made(Model)],
     sensitivity: bool = False,
     design: File | None = None,
-    experiments: Annotated[int, click.IntRange(1, 1_000_000)] = 1000,
-    seed: Annotated[int, click.IntRange(0)] = 1,
+    experiments: Annotated[int, click.IntRange(1, 1_000_000), "N"] = 1000,
+    seed: Annotated[int, click.IntRange(0), "N"] = 1,
     workers: Workers,
 ) -> None:
     """Simulate whole experiments of TASK, and count how many find the effect.

@@ -94,8 +94,8 @@ def report(
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
     preregister: bool = False,
-    effect: Annotated[float | None, POSITIVE] = None,
-    far_effect: Annotated[float | None, POSITIVE] = None,
+    effect: Annotated[float | None, POSITIVE, "FACTOR"] = None,
+    far_effect: Annotated[float | None, POSITIVE, "FACTOR"] = None,
     workers: Workers,
 ) -> None:
     """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX, JSON).

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import re
@@ -310,8 +311,6 @@ def participants_of(path: Path) -> pd.DataFrame:
     InputError
         If it cannot be read, or lacks the column participant_id or kind.
     """
-    import io
-
     import pandas as pd
 
     try:

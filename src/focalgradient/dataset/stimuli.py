@@ -23,12 +23,12 @@ class Manifest:
 
     Parameters
     ----------
-    Content of its file.
-        As it is in its file.
-    SHA-256 of the content, in hexadecimal.
-        Of that, in hexadecimal.
-    SHA-256 of each file, by its path relative to the manifest.
-        SHA-256 of each file, by its path from the manifest.
+    content
+        Content of its file.
+    sha256
+        SHA-256 of the content, in hexadecimal.
+    files
+        SHA-256 of each file, by its path relative to the manifest.
     """
 
     content: bytes

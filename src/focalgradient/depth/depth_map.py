@@ -265,7 +265,7 @@ class DepthMap:
         with style():
             if ax is None:
                 height, width = self.shape
-                ax = new_figure(120.0, 96.0 * height / width + 12.0, layout="constrained").add_subplot()
+                ax = new_figure(120.0, 96.0 * height / width + 12.0, layout="compressed").add_subplot()
             return draw_depth(ax, self, outlines=outlines)
 
     def save(self, path: str | os.PathLike[str]) -> None:

@@ -14,7 +14,7 @@ from focalgradient.design.also import Also, check_also
 from focalgradient.design.draws import Draws, digest
 from focalgradient.design.given_list import PARTICIPANT, listed_rows, numbered, trial_row, trials_of
 from focalgradient.design.order import Place, check_label, in_order, scatter
-from focalgradient.design.words import LANGUAGES
+from focalgradient.design.words import LANGUAGES, Words, load_words
 from focalgradient.errors import InputError
 from focalgradient.tables import Table
 
@@ -270,6 +270,10 @@ class Plan(Table):
     def shown_s(self) -> float:
         """Time in s from the onset of a trial's stimulus to the question; 0 if it is not fixed."""
         return 0.0
+
+    def words(self) -> Words:
+        """Return the texts of the design's language; English ones if that is a file of texts."""
+        return load_words(self.language if self.language in LANGUAGES else "en")
 
     def least_s(self, trial: Any) -> float:
         """Return the minimum time in s from one answer to the next question; 0 if unknown."""

@@ -199,15 +199,14 @@ class DepthRating(Task[DepthRatingDesign, DepthTrial, Rated]):
     def analysis(
         self, design: DepthRatingDesign, options: AnalysisOptions | None = None, table: pd.DataFrame | None = None
     ) -> Analysis:
-        from focalgradient.statistics.criteria import AnalysisOptions
         from focalgradient.statistics.effects import has_confidence, questions_of  # with pandas and SciPy
 
-        given = options or AnalysisOptions()
         fixations = design.fixations if table is None else {*table["fixation"]}
         scenes = len(design.scenes) if table is None else table["scene"].nunique()
-        scale = design.response_scale.analysis if given.scale is None else given.scale
+        scale = (options and options.scale) or design.response_scale.analysis
+        given: dict[str, Any] = {} if options is None else {"bound": options.bound, "rules": options.rules}
         settings = design.model_dump() | {"confidence": design.confidence if table is None else has_confidence(table)}
-        return questions_of(scale, fixations, scenes, settings, given.bound, given.rules)
+        return questions_of(scale, fixations, scenes, settings, **given)
 
     def check_answer(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> None:
         check_rating(design, answer)

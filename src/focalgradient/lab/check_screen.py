@@ -21,10 +21,10 @@ from typing import TYPE_CHECKING
 from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
 from focalgradient.lab.computer import Check
+from focalgradient.lab.devices.triggers import Port, Triggers, open_triggers
 from focalgradient.lab.options import CheckOptions
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.lab.running import PART
-from focalgradient.lab.triggers import Port, Triggers, open_triggers
 from focalgradient.luminance import UNEQUAL, read_luminance
 from focalgradient.options import parsed
 

@@ -26,7 +26,9 @@ from focalgradient.luminance import ADDITIVE, DEVIATION, UNEQUAL, Luminance
 
 __all__ = ["Check", "check_disk", "check_luminance", "check_screen", "check_versions", "measure_luminance"]
 
-SCREEN, PHOTOMETER = ([sys.executable, "-m", f"focalgradient.lab.{name}"] for name in ("check_screen", "photometer"))
+SCREEN, PHOTOMETER = (
+    [sys.executable, "-m", f"focalgradient.lab.{name}"] for name in ("check_screen", "devices.photometer")
+)
 """Commands of the programs that run PsychoPy."""
 
 WRITES = 50

@@ -14,10 +14,10 @@ from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.adjusting import adjust
+from focalgradient.lab.devices.sound import tone
 from focalgradient.lab.experiment import Experiment, Sitting
 from focalgradient.lab.forms import pages
 from focalgradient.lab.questions import ask
-from focalgradient.lab.sound import tone
 from focalgradient.scales import Held
 from focalgradient.tasks import Task
 from focalgradient.tasks.noted import noted_start, with_noted

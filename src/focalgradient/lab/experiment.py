@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from focalgradient.dataset import Answer, Noted
 from focalgradient.dataset.markers import MARKERS
 from focalgradient.display import Display
+from focalgradient.lab.questions import Given
 from focalgradient.stimuli import Picture, StimulusSet
 from focalgradient.tasks.noted import noted_start
 
@@ -190,8 +191,6 @@ class Sitting:
         InputError
             If the value is of another type. A name that is already a column is rejected when the answer is recorded.
         """
-        from focalgradient.lab.questions import Given
-
         if isinstance(value, Given):
             self.noted |= noted_start(value.start, name)
             value = value.value

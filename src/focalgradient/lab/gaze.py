@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 from focalgradient.dataset.gaze import Sample as Kept
 from focalgradient.dataset.gaze import Shown, away
 from focalgradient.errors import InputError, one_line
-from focalgradient.lab.trackers import SIMULATED, check_answers
+from focalgradient.lab.devices.trackers import SIMULATED, check_answers
 from focalgradient.tasks.columns import AWAY_ABOUT
 from focalgradient.tasks.noted import Noted
 

@@ -22,6 +22,8 @@ from focalgradient.design.words import load_words
 from focalgradient.display import Display
 from focalgradient.errors import InputError, one_line
 from focalgradient.files import printable
+from focalgradient.lab.devices.trackers import tracker_settings
+from focalgradient.lab.devices.triggers import Triggers, open_triggers
 from focalgradient.lab.experiment import Again, Quit
 from focalgradient.lab.gaze import Gaze, open_gaze
 from focalgradient.lab.options import FollowOptions
@@ -33,8 +35,6 @@ from focalgradient.lab.preparation import (
     import_screen,
 )
 from focalgradient.lab.running import guard
-from focalgradient.lab.trackers import tracker_settings
-from focalgradient.lab.triggers import Triggers, open_triggers
 from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.options import parsed
 

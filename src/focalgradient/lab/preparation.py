@@ -28,12 +28,12 @@ from focalgradient.design.given_list import read_trials
 from focalgradient.design.words import Words, load_words, words_text
 from focalgradient.display import Display
 from focalgradient.errors import InputError
-from focalgradient.lab.boxes import Box, check_keys, open_boxes
+from focalgradient.lab.devices.boxes import Box, check_keys, open_boxes
+from focalgradient.lab.devices.stereoscope import Stereoscope, eye_displays, open_stereoscope
+from focalgradient.lab.devices.trackers import tracker_settings
+from focalgradient.lab.devices.triggers import Triggers, open_triggers
 from focalgradient.lab.experiment import Experiment
 from focalgradient.lab.options import SessionOptions
-from focalgradient.lab.stereoscope import Stereoscope, eye_displays, open_stereoscope
-from focalgradient.lab.trackers import tracker_settings
-from focalgradient.lab.triggers import Triggers, open_triggers
 from focalgradient.luminance import UNEQUAL
 from focalgradient.options import parsed
 from focalgradient.stimuli import StimulusSet, read_set

@@ -23,16 +23,16 @@ from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError, one_line
-from focalgradient.lab.boxes import keys_of, open_gamepad
 from focalgradient.lab.consent import agree
+from focalgradient.lab.devices.boxes import keys_of, open_gamepad
+from focalgradient.lab.devices.stereoscope import align
+from focalgradient.lab.devices.triggers import Triggers
 from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting, Unpractised
 from focalgradient.lab.forms import missing_glyphs, pages, rest
 from focalgradient.lab.gaze import WITHIN_DEG, Recorder, open_gaze
 from focalgradient.lab.participant import ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
-from focalgradient.lab.stereoscope import align
-from focalgradient.lab.triggers import Triggers
 from focalgradient.tasks import task_named
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, with_noted
 from focalgradient.termination import exit_code, terminable

@@ -28,13 +28,13 @@ from focalgradient.dataset import Press  # noqa: E402
 from focalgradient.design.words import Words, load_words  # noqa: E402
 from focalgradient.display import Display  # noqa: E402
 from focalgradient.errors import InputError  # noqa: E402
-from focalgradient.lab.boxes import Box  # noqa: E402
+from focalgradient.lab.devices.boxes import Box  # noqa: E402
+from focalgradient.lab.devices.pointer import Pointer  # noqa: E402
+from focalgradient.lab.devices.stereoscope import Eyes, Pair, Stereoscope, Still  # noqa: E402
 from focalgradient.lab.experiment import Again, Quit  # noqa: E402
 from focalgradient.lab.focus_view import FocusView  # noqa: E402
 from focalgradient.lab.monitor import Calibration, calibration_of, store_luminance  # noqa: E402
 from focalgradient.lab.picture import ShownPicture  # noqa: E402
-from focalgradient.lab.pointer import Pointer  # noqa: E402
-from focalgradient.lab.stereoscope import Eyes, Pair, Stereoscope, Still  # noqa: E402
 from focalgradient.live import FocusSeries  # noqa: E402
 
 __all__ = ["Calibration", "Keys", "Screen", "calibration_of", "key_names", "screen_size", "store_luminance", "versions"]

@@ -106,7 +106,7 @@ def simulate(
     2
     """
     one = observer_named(observer)
-    check_task(design)
+    check_task(design, observer=one)
     if one.categories and isinstance(design, DepthRatingDesign) and design.response_scale.analysis.ratios:
         design = DepthRatingDesign.model_validate(
             design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}

@@ -52,8 +52,8 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
         ax.fill_between(at, density, color=colour, alpha=0.15, linewidth=0)
         ax.plot(at, density, color=colour, label=label)
     ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
-    what = "odds ratio" if not result.analysis.ratios else "ratio to the pinhole"
-    ax.set(xlabel=f"depth effect at the largest aperture ({what})", ylabel="density (of the log ratio)", yticks=[])
+    what, log = ("ratio to the pinhole", "log ratio") if result.analysis.ratios else ("odds ratio", "log odds ratio")
+    ax.set(xlabel=f"depth effect at the largest aperture ({what})", ylabel=f"density (of the {log})", yticks=[])
     ticks = ratio_ticks(*np.exp([min(ends), max(ends)]).tolist())
     ax.set_xticks([math.log(tick) for tick in ticks], [f"{tick:g}" for tick in ticks])
     ax.set_xlim(at[0], at[-1])

@@ -14,6 +14,9 @@ from focalgradient.power import Power, Study, share_interval
 
 __all__ = ["power_figure"]
 
+BESIDE = 0.012
+"""Distance of the tests' points at one number of subjects, as a share of the range of subjects."""
+
 
 def power_figure(found: Sequence[Power], study: Study) -> Figure:
     """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects."""
@@ -31,8 +34,9 @@ def power_figure(found: Sequence[Power], study: Study) -> Figure:
             bars = [
                 (max(share - low, 0), max(high - share, 0)) for share, (low, high) in zip(shares, ends, strict=True)
             ]
+            apart = (number - (len(drawn) - 1) / 2) * BESIDE * max(np.ptp(subjects), 1)
             left.errorbar(
-                subjects,
+                np.add(subjects, apart),
                 [100 * share for share in shares],
                 100 * np.transpose(bars),
                 marker="o",
@@ -51,7 +55,8 @@ def power_figure(found: Sequence[Power], study: Study) -> Figure:
             if not all(map(math.isnan, widths)):
                 right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
         right.set(ylabel=_folded(study.model.width_label, 30))
-        right.set_ylim(bottom=1 if study.model.logs else 0)
+        least = 1 if study.model.logs else 0
+        right.set_ylim(least, least + 1.05 * (right.get_ylim()[1] - least))
         right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)

@@ -30,7 +30,7 @@ CAPTION = (
     "half of the fitted distribution of durations."
 )
 CAPTIONS = {
-    EFFECTS: "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p (Holm): over all "
+    EFFECTS: "Odds of the nonrigid reading (time), each gradient against none; first row: primary. p_Holm: over all "
     "secondary comparisons",
     MEANS: "Reported percepts, means over subjects with 95 % intervals",
 }

@@ -78,10 +78,7 @@ def detection_part(own: OwnDetection) -> Part:
         plan=Plan(questions),
         answers=answers,
         simulated=simulated,
-        sample=[
-            f"Answers of yes and no by {many(people, 'person').replace('persons', 'people')}{several}: "
-            f"{many(len(own.table), 'trial')}{asked}."
-        ],
+        sample=[f"Answers of yes and no by {many(people, 'person')}{several}: {many(len(own.table), 'trial')}{asked}."],
         notices=[
             *(
                 f"{person} was left out{f' in {place}' * bool(place)}: there must be trials with signal and trials "

@@ -26,6 +26,7 @@ __all__ = [
     "place_effects_of_cube",
     "screens",
     "screens_sheet",
+    "with_place",
 ]
 
 LABORATORY, BROWSER = "laboratory", "browser"
@@ -176,15 +177,21 @@ def blur_seen(
     }
 
 
+def with_place(seen: Sequence[ViewedScreen], table: pd.DataFrame) -> pd.DataFrame:
+    """Return the table with a column of places if participants were tested in several."""
+    places = {one.participant_id: one.place for one in seen}
+    several = len({*places.values()}) > 1
+    return table.assign(**{PLACE: table["participant_id"].map(places)}) if several else table
+
+
 def place_effects(
     seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool = False, unit: str = ""
 ) -> Answers:
     """Compare participants tested in a browser with those in the laboratory; empty if all were tested in one place."""
-    places = {one.participant_id: one.place for one in seen}
-    table = table[table["participant_id"].isin(list(places))]
-    table = table.assign(**{PLACE: table["participant_id"].map(places)})
-    if set(table[PLACE]) != {LABORATORY, BROWSER}:
+    table = with_place(seen, table)
+    if PLACE not in table or {*table[PLACE].dropna()} != {LABORATORY, BROWSER}:
         return NO_ANSWERS
+    table = table[table[PLACE].notna()]
     factors = {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}
     return factor_effects(table, factors, ratios=ratios, unit=unit)
 

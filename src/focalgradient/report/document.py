@@ -210,7 +210,16 @@ def typeset(text: str) -> str:
         symbol, _, index = found.group().partition("_")
         return f"<i>{symbol}</i>{f'<sub>{index}</sub>' if index else ''}"
 
-    return _SYMBOL.sub(mark, html.escape(text))
+    return _SYMBOL.sub(mark, html.escape(_spaced(text)))
+
+
+def _spaced(text: str) -> str:
+    r"""Put a no-break space between a number and a percent sign.
+
+    >>> _spaced("80% and 95 %")
+    '80\xa0% and 95\xa0%'
+    """
+    return re.sub(r"(?<=\d) ?%", "\N{NO-BREAK SPACE}%", text)
 
 
 _MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;", ">": "&gt;", "\n": " ", "\r": " "})
@@ -218,7 +227,7 @@ _MARKS = str.maketrans({mark: f"\\{mark}" for mark in "\\`*[]|#"} | {"<": "&lt;"
 
 def _plain(text: str) -> str:
     """Escape text for Markdown (and HTML within it), so that nothing in a data set can become markup."""
-    escaped = re.sub(r"&(?=[#\w]+;)", "&amp;", text).translate(_MARKS)
+    escaped = re.sub(r"&(?=[#\w]+;)", "&amp;", _spaced(text)).translate(_MARKS)
     return re.sub(r"\b([dp])_(z|Holm)\b", r"*\1*<sub>\2</sub>", escaped)
 
 

@@ -185,7 +185,7 @@ def exclusions_table(both: Iterable[tuple[str, Answer]], name: str) -> Table:
     rows = [[answer.headline, which, *_cells(answer)] for which, answer in both]
     order = list(dict.fromkeys(row[0] for row in rows if row[1] == WITHOUT))
     rows.sort(key=lambda row: order.index(row[0]) if row[0] in order else 0)
-    header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (Holm where corrected)"]
+    header = ["result", "data", "subjects", "estimate", f"95{SPACE}%", "test", "p (p_Holm where corrected)"]
     return Table("Main results with and without exclusions", header, rows, csv=f"{name}{EFFECT}")
 
 

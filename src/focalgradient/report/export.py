@@ -41,6 +41,7 @@ ADDED = {
     "session": "Session label; empty without one.",
     "log_rating": "Natural logarithm of the rating.",
     "kind": "Human or simulated.",
+    "place": "Where the participant was tested: laboratory or browser.",
     "included": "Whether the analysis rests on it: kept by the rules of exclusion, and no catch trial.",
 }
 """Descriptions of the columns that are not recorded in each trial."""

@@ -15,10 +15,10 @@ from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
 from focalgradient.report.analysed import Ratings, asked_of_ratings, ratings_in
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
-from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet
+from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
 from focalgradient.report.exclusions import NAMES, catch_answers, criteria
-from focalgradient.report.export import trial_files
+from focalgradient.report.export import r_script, trial_files
 from focalgradient.report.parts import Asked, Drawing, Output, Part, Plan
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
 from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, listed, sheet
@@ -161,7 +161,8 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         posterior = bayes_analysis(ratings, result.analysis, asked.bound, asked.used_bound, asked.progress)
     variants = () if ratings.kept.empty else robustness(ratings.table, quality.rules, analysis)
     seen = [] if data is None else screens(data)
-    answers = Answers(tuple(_answers(ratings, variants, posterior)))
+    further = Answers((*ratings.also, *place_effects(seen, ratings.kept, ratios=analysis.ratios)))
+    answers = Answers(tuple(_answers(ratings, further, variants, posterior)))
     checked = () if isinstance(main, NotComputed) else rating_residuals(main.answers, ratings.kept)
     blur = blur_seen(data, seen, result.participants) if data and result else {}
     figures = [*_figures(result, ratings, blur)] if result else []
@@ -169,19 +170,20 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         draw = partial(residual_figure, checked, simulated=ratings.simulated)
         figures.append(Drawing("depth_rating_residuals", RESIDUALS, draw, folded=True))
     within = "within subjects" if analysis.ratios else "by t on the log odds" if analysis.binary else "by t"
-    further = [] if posterior is None else [bayes_methods(posterior)]
+    methods = [] if posterior is None else [bayes_methods(posterior)]
     rows = ratings.kept[~ratings.kept["catch"]]
     rows = ratings.table[~ratings.table["catch"]] if rows.empty else rows
     design = {} if data is None else next(iter(data.sidecars.values()))["Design"]
     unjudged = {one.rule: one.reason for one in quality.unjudged}
     questions = asked_of_ratings(rows, replace(asked.options, scale=analysis), data)
     plan = rating_plan(
-        *(questions, analysis, design), shown=_shown(ratings), rules=quality.rules, unjudged=unjudged, further=further
+        *(questions, analysis, design), shown=_shown(ratings), rules=quality.rules, unjudged=unjudged, further=methods
     )
     default = asked.bound is None and analysis.ratios
     subsections = [partial(gaze_blocks, ratings)] if data is not None and ratings.fixated is not None else []
     subsections += [] if posterior is None else [partial(bayes_part, posterior, simulated=ratings.simulated)]
     computed = ratings.compared or result
+    trials = with_place(seen, ratings.table if exported is None else exported)
     return Part(
         title="Depth ratings",
         name="depth_rating",
@@ -205,20 +207,21 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         advice=[f"The bound of equivalence, {asked.used_bound:.3g}, is the default: state your own in advance."]
         * default,
         files={
-            **trial_files(ratings.table if exported is None else exported, ratings.kept, computed, data),
+            **trial_files(trials, ratings.kept, computed, data),
             SCENE_EFFECTS: scene_effects_file(ratings),
+            **({"further_tests.R": r_script("further_tests", further)} if further else {}),
         },
         observed=(ratings.kept, analysis),
     )
 
 
-def _answers(part: Ratings, variants: Sequence[Variant], posterior: BayesResult | None) -> Iterator[Answer]:
+def _answers(
+    part: Ratings, further: Answers, variants: Sequence[Variant], posterior: BayesResult | None
+) -> Iterator[Answer]:
     yield from part.answers
     if isinstance(part.fixated, Ratings) and not isinstance(part.fixated.main, NotComputed):
         yield from part.fixated.main.answers.variant("without trials in which gaze left the object")
-    yield from part.also
-    if part.data is not None:
-        yield from place_effects(screens(part.data), part.kept, ratios=part.analysis.ratios)
+    yield from further
     if not isinstance(part.main, NotComputed):
         question = part.main.answers.primary[0].question
         for one in variants:
@@ -251,7 +254,7 @@ def _figures(result: DepthRatingResult, part: Ratings, blur: Mapping[str, tuple[
 
 def _caption(part: Ratings) -> str:
     result = part.main
-    caption = "Effects. p (Holm): over all secondary comparisons"
+    caption = "Effects. p_Holm: over all secondary comparisons"
     if any(answer.question.family for answer in part.also):  # the questions about factors
         caption += ", of a factor over its levels"
     if not isinstance(result, DepthRatingResult):

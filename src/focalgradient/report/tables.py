@@ -31,7 +31,7 @@ EFFECTS, CHECKS, MEANS = ("primary", "main", "secondary"), ("check",), ("descrip
 """Roles of the answers in one table."""
 
 HEAD = (
-    *("result", "of", "unit", "holds for other", "estimate", "95 %", "test", "p", "p (Holm)"),
+    *("result", "of", "unit", "holds for other", "estimate", "95 %", "test", "p", "p_Holm"),
     *("d (over subjects: d_z)", "95 %"),
 )
 
@@ -41,7 +41,7 @@ def answer_tables(answers: Iterable[Answer], caption: str, roles: Collection[str
     shown = [answer for answer in answers if answer.role in roles]
     if roles == MEANS:
         shown = [answer for answer in shown if not isinstance(answer.outcome, NotComputed)]
-    rows = [[answer.name, answer.level, *_answer(answer)] for answer in shown]
+    rows = [[answer.displayed_name, answer.level, *_answer(answer)] for answer in shown]
     empty = {place for place in range(1, len(HEAD)) if all(row[place] in ("", NONE) for row in rows)}
     kept = [[cell for place, cell in enumerate(row) if place not in empty] for row in [HEAD, *rows]]
     return [Table(caption, kept[0], kept[1:], _notes(shown), "results.csv")] if rows else []

@@ -147,7 +147,7 @@ def threshold_part(
         result = results[""]
         main = questions.asked(results).of_roles("main")
         answers = Answers((*main, *everyone.of_roles("description"), *everyone.variant(WITHOUT)))
-        said = [_attending(result, unit)]
+        said = [_attending(result, unit)] if isinstance(result.mean, Interval) else []
     ends = " to ".join(f"{number(level)} {unit}".strip() for level in levels)
     people, who = table["participant_id"].nunique(), "simulated observer" if simulated else "person"
     several = f" in {len(results)} conditions" if len(results) > 1 else ""
@@ -166,10 +166,7 @@ def threshold_part(
         plan=plan,
         answers=answers,
         simulated=simulated,
-        sample=[
-            f"{many(people, who).replace('persons', 'people')}{several} answered {many(len(table), 'trial')} at levels "
-            f"from {ends}."
-        ],
+        sample=[f"{many(people, who)}{several} answered {many(len(table), 'trial')} at levels from {ends}."],
         shown=everyone,
         data=data,
         said=said,

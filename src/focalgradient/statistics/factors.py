@@ -11,7 +11,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import between_levels
-from focalgradient.statistics.questions import Analysis, Answers, Question, less
+from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
 from focalgradient.statistics.records import Effect, NotComputed
 
 __all__ = ["factor_effects", "factor_questions"]
@@ -48,13 +48,28 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
             for level in others
         }
 
-    measures = {"answer": _means, "change with blur": _changes}
+    def in_r(what: str, name: str, function: str) -> str:
+        first, *others = factors[name]["levels"]
+        test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
+        of = function, "log_rating" if ratios else "rating", name
+        return "".join(
+            f"show({quoted(what)}, {quoted(less(level, first))}, {test}({_at(*of, level)}, {_at(*of, first)}))\n"
+            for level in others
+        )
+
+    measures = {"answer": (_means, "mean_at"), "change with blur": (_changes, "change_at")}
     questions = [
-        Question(what := f"{measure} by {name}", partial(compared, name=name, of=of), "secondary", unit, what)
+        Question(what, partial(compared, name=name, of=of), "secondary", unit, what, r_code=in_r(what, name, function))
         for name in factors
-        for measure, of in measures.items()
+        for measure, (of, function) in measures.items()
+        for what in [f"{measure} by {name}"]
     ]
     return Analysis(questions, prepare=prepare)
+
+
+def _at(function: str, answer: str, name: str, level: object) -> str:
+    """Return R code for the values of subjects at a level."""
+    return f"{function}({quoted(answer)}, {quoted(name)}, {quoted(str(level))})"
 
 
 Measure = Callable[[pd.DataFrame, str], "pd.Series[float]"]

@@ -179,6 +179,17 @@ class Answer:
         return self.question.name
 
     @property
+    def displayed_name(self) -> str:
+        """Name in the unit displayed: differences of logarithms are ratios.
+
+        >>> asked = Question("difference of the log odds", lambda table: {}, ratio=True)
+        >>> Answer(asked, "", NotComputed("no answers"), "check").displayed_name
+        'ratio of the odds'
+        """
+        ratio = self.question.ratio
+        return self.name.replace("log odds", "odds").replace("difference of", "ratio of") if ratio else self.name
+
+    @property
     def headline(self) -> str:
         """Description of the result in the unit displayed; empty if it is not a main result."""
         if not self.level:
@@ -239,15 +250,18 @@ def stated(
     role: Role,
     unit: str = "",
     n: int | None = None,
+    *,
     headline: str = "",
     sentence: str = "",
+    r_code: str = "",
 ) -> Answer:
     """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
 
     >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
     'no answers'
     """
-    asked = Question(name, lambda _: {}, role, unit, headline=headline, sentence=lambda _, answers: sentence)
+    said: dict[str, Any] = {"headline": headline, "sentence": lambda _, answers: sentence, "r_code": r_code}
+    asked = Question(name, lambda _: {}, role, unit, **said)
     return Answer(asked, level, outcome, role, n)
 
 

@@ -126,7 +126,7 @@ class Effect:
         >>> Effect(0.2, 0.1, 0.3, 0.04, 5.0, 7, 0.0016, 1.77, 8, "an example").summary()
         '0.200, 95 % interval 0.100 to 0.300, t(7) = 5.00, p = .002'
         """
-        name = "p" if self.p_holm is None else "p (Holm)"
+        name = "p" if self.p_holm is None else "p_Holm"
         df = f"{self.df:g}" if float(self.df).is_integer() else f"{self.df:.2f}"
         text = f"{self.estimate:.3f}, 95 % interval {self.low:.3f} to {self.high:.3f}, t({df}) = {self.statistic:.2f}"
         return f"{text}, {name} {_stated(self.corrected_p)}"

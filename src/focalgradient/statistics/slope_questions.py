@@ -275,6 +275,11 @@ CONFIDENCE_METHOD = (
 )
 
 
+CONFIDENCE_R = f"""\
+confidence <- slopes_of(d[!is.na(d$confidence), ], "confidence")
+{in_r(CONFIDENCE_SLOPE, "confidence", "crossed")}"""
+
+
 def confidence_questions() -> Analysis:
     """Return the question whether confidence changes with the aperture at each fixation.
 
@@ -301,8 +306,8 @@ def confidence_questions() -> Analysis:
         return f"With {in_focus(level)}, slope of confidence on the aperture: {summary(slope)}"
 
     unit = "confidence per millimetre"
-    asked = Question(CONFIDENCE_SLOPE, slopes, "check", unit, sentence=sentence, method=CONFIDENCE_METHOD)
-    return Analysis([asked], prepare=prepare)
+    described: dict[str, Any] = {"sentence": sentence, "method": CONFIDENCE_METHOD, "r_code": CONFIDENCE_R}
+    return Analysis([Question(CONFIDENCE_SLOPE, slopes, "check", unit, **described)], prepare=prepare)
 
 
 def cells_of(trials: pd.DataFrame) -> dict[str, Cells]:

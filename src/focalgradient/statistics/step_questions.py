@@ -57,7 +57,7 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
     ['log odds of a higher answer', 'log odds of a higher answer, these scenes']
     """
     pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
-    unit = "log odds"
+    unit = "log odds ratio"
 
     def found(name: str) -> Callable[[Any], Mapping[str, Outcome]]:
         return lambda data: data[name]

@@ -360,7 +360,7 @@ def blur_thresholds(
         caught, catches = int(right[catch].sum()), int(catch.sum())
         counted = int((~catch).sum())
         fit: ThresholdFit | NotComputed = NotComputed(
-            f"There are {counted} trials, but must be {MIN_TRIALS} for a threshold."
+            f"A threshold needs {MIN_TRIALS} trials or more, and there {'is' if counted == 1 else 'are'} {counted}."
         )
         if counted >= MIN_TRIALS:
             level = rows["level"].to_numpy(float)[~catch]

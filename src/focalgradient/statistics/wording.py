@@ -109,10 +109,11 @@ def interval(low: float | None, high: float | None, places: int | None = None) -
 def many(count: int, thing: str) -> str:
     """Format a count with its noun.
 
-    >>> many(1, "scene"), many(1200, "trial")
-    ('1 scene', '1,200 trials')
+    >>> many(1, "scene"), many(1200, "trial"), many(2, "person")
+    ('1 scene', '1,200 trials', '2 people')
     """
-    return f"{count:,} {thing}{'' if count == 1 else 's'}"
+    things = "people" if thing == "person" else f"{thing}s"
+    return f"{count:,} {thing if count == 1 else things}"
 
 
 def p_is(p: float | None) -> str:

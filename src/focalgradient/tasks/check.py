@@ -50,13 +50,14 @@ def check_task(
     pixels_per_degree: float = PIXELS_PER_DEGREE,
     room: tuple[int, int] | None = None,
     stimuli: Any = None,
+    observer: Any = None,
 ) -> None:
     """Check that the task of a design can be shown and answered.
 
     Every page has its texts. The trials of two participants are made twice and must be the same. If they are described
     as data, each has a picture of 8 bits that fits the screen and is the same when it is drawn again, and a valid
-    control; each end of the control, and each further question, gives an answer that can be recorded. A simulated
-    observer's answers are of the task's class and the same for the same seed. Trials are tried for `SECONDS`.
+    control; each end of the control, and each further question, gives an answer that can be recorded. The simulated
+    answers of an `observer` are of the task's class and the same for the same seed. Trials are tried for `SECONDS`.
 
     Parameters
     ----------
@@ -70,6 +71,8 @@ def check_task(
         Width and height in pixels that pictures may have; None: not checked.
     stimuli
         Set of pictures; None: trials of a task that uses one are not drawn.
+    observer
+        `focalgradient.observers.Observer` whose simulated answers are tried; None: they are not.
 
     Raises
     ------
@@ -81,10 +84,7 @@ def check_task(
     >>> from focalgradient.design import NeckerDesign
     >>> check_task(NeckerDesign())
     """
-    from focalgradient.design.words import LANGUAGES, load_words
-
-    language = design.language if design.language in LANGUAGES else "en"
-    checked = _Checked(task_named(design.task), design, words or load_words(language))
+    checked = _Checked(task_named(design.task), design, words or design.words())
     checked.columns()
     checked.pages()
     until = time.monotonic() + SECONDS
@@ -103,7 +103,8 @@ def check_task(
                 checked.further(shown)
             if time.monotonic() > until:
                 break
-        checked.simulated(participant, trials)
+        if observer is not None:
+            checked.simulated(participant, trials, observer)
 
 
 def called(task: Task, name: str, function: Callable[..., Result], *given: Any, **named: Any) -> Result:
@@ -167,13 +168,11 @@ class _Checked:
         for name in ("opening", "again", "closing"):
             self.call(name, getattr(pages, name))
 
-    def simulated(self, participant: str, trials: Sequence[Any]) -> None:
+    def simulated(self, participant: str, trials: Sequence[Any], observer: Any) -> None:
         """Check the answers of a simulated observer, given by `simulated` alone, to a participant's trials."""
         if self.task.modelled or self.task.simulated is None:
             return
-        from focalgradient.observers.observer import observer_named
-
-        person, recorded = observer_named("default"), list[dict[str, Any]]()
+        recorded = list[dict[str, Any]]()
         until = time.monotonic() + SECONDS
         for number, trial in enumerate(trials, start=1):
             shown = self.call("adapted", self.task.adapted, self.design, trial, recorded)
@@ -183,7 +182,7 @@ class _Checked:
                     self.task.simulated,
                     self.design,
                     shown,
-                    person.person(np.random.default_rng(1)),
+                    observer.person(np.random.default_rng(1)),
                     np.random.default_rng(number),
                 )
                 for _ in range(2)

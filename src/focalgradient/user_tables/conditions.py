@@ -27,6 +27,9 @@ KEPT = (
 )
 """Roles that are read besides the conditions."""
 
+NO_CONDITIONS = ("participant_id", "rating", "catch", "kind")
+"""Roles whose columns are no conditions."""
+
 CONDITION = Column(shown=True, answer="condition", absent=frozenset({"", "na", "n/a", "nan", "null"}))
 """Column of a condition whose levels are names."""
 
@@ -114,7 +117,7 @@ def read_conditions(
         missing = f"no column {by[theirs.index('')].removesuffix('=factor')}" if by else "no column of conditions"
         raise InputError(f"{source.name} has {missing}: give by, one or more of {few([*map(str, source.cells)])}.")
     for role, name in [*source.columns.items()]:
-        if name in theirs and role in ("participant_id", "rating"):
+        if role in NO_CONDITIONS and (name in theirs or role in theirs):
             raise InputError(f"by names {name}, which is the column of the {role}: give a condition.")
         if name in theirs or role not in KEPT:
             del source.columns[role]
@@ -136,7 +139,13 @@ def read_conditions(
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
     table = source.with_catch(table, note=False)
     table = completed(numbered(source, table, [*(["scene"] if "scene" in table else []), *theirs]), "kind")
-    log = bool((table["rating"] > 0).all()) and not (steps or order)
+    low = int((table["rating"] <= 0).sum())
+    log = not (low or steps or order)
+    if low and not (steps or order):
+        source.notices.append(
+            f"Ratings of 0 or less ({low:,} of {len(table):,}) have no logarithm: ratings are analysed as they stand, "
+            "not as ratios."
+        )
     return OwnConditions.of(source, table, conditions=levels, log=log)
 
 
@@ -160,6 +169,12 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, *, is_factor: 
         source.notices.append(
             f"The levels of {name} are not all numbers ({few(levels)}), and were taken for names: give "
             f'by=["{name}=factor"] if they are, or numbers with the unit in the heading.'
+        )
+    alike = [level for level in levels if [*map(str.casefold, levels)].count(level.casefold()) > 1]
+    if alike and not is_factor:
+        raise InputError(
+            f"{printable(name)} has levels that differ only in case ({few(alike)}): give them one spelling, or "
+            f'by=["{printable(name)}=factor"] if they are different.'
         )
     if len(levels) > MOST_LEVELS:
         raise InputError(f"{printable(name)} has {len(levels)} levels that are not numbers: give a condition.")

@@ -195,14 +195,21 @@ def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
 def rated(source: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.DataFrame:
     """Return the rows with a rating, with numbers parsed and times in seconds."""
     table = source.answers(table, "rating", order)
-    middles = table["rating"].abs().groupby(table["participant_id"]).median()
-    if (far := middles[middles > MAX_PEOPLE_RATIO * middles.median()]).size:
-        source.notices.append(
-            f"The ratings of {few([*map(str, far.index)])} are {far.min() / middles.median():.0f} times those of the "
-            "others: check that the units are the same."
-        )
+    _note_units(source, table, "rating")
     role = "response_time"
     table = source.optional(
         table, role, lambda parsed: check_seconds(parsed, role, LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S)
     )
+    if role in table:
+        _note_units(source, table, role)
     return source.optional(table, "dropped_frames")
+
+
+def _note_units(source: Source, table: pd.DataFrame, role: str) -> None:
+    """Add a notice if the values of some people are so large that their unit must be another."""
+    middles = table[role].abs().groupby(table["participant_id"]).median()
+    if (far := middles[middles > MAX_PEOPLE_RATIO * middles.median()]).size:
+        source.notices.append(
+            f"The {role.replace('_', ' ')}s of {few([*map(str, far.index)])} are {far.min() / middles.median():.0f} "
+            "times those of the others: check that the units are the same."
+        )

@@ -263,7 +263,7 @@ class Source:
             raise InputError(f"{self.name} holds no {column.answer}: the column given for {role}s is empty.")
         if missing.any():
             who = few(sorted(set(table["participant_id"][missing])))
-            self.notices.append(f"{_rows_were(missing)} left out, without a {role} (participants {who}).")
+            self.notices.append(f"{_rows_were(missing)} left out, without {_a(role)} (participants {who}).")
             table = table[~missing].copy()
         return table.assign(**{role: self.numbers(table, role)}) if column.number and not column.words else table
 
@@ -470,6 +470,15 @@ def _with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[
 
 def _is_empty(cells: pd.Series[str], absent: Collection[str]) -> pd.Series[bool]:
     return cells.str.strip().str.casefold().isin(absent)
+
+
+def _a(noun: str) -> str:
+    """Return a noun with its article.
+
+    >>> _a("rating"), _a("eye")
+    ('a rating', 'an eye')
+    """
+    return f"{'an' if noun[:1].casefold() in 'aeiou' else 'a'} {noun}"
 
 
 def _rows_were(left_out: pd.Series[bool]) -> str:

@@ -17,10 +17,6 @@ scene_slopes <- function(...) {  # people x scenes
   y <- sapply(scenes, function(k) slopes(means(..., rows = d[as.character(d$scene) == k, ]))[people])
   matrix(y, length(people), dimnames = list(people, scenes))
 }
-at <- function(labels, name) {  # places of a level
-  as_g <- function(of) sprintf("%g", suppressWarnings(as.numeric(as.character(of))))
-  if (name %in% as.character(labels)) as.character(labels) == name else as_g(labels) == as_g(name)
-}
 level <- function(of, name) of[, match(TRUE, at(colnames(of), name))]
 difference <- function(of, one, other) level(of, one) - level(of, other)
 each_person <- function(values) tapply(values, d$participant_id, function(own) own[1])

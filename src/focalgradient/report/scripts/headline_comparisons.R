@@ -8,11 +8,6 @@
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
 # include means
-slopes <- each_fixation(d, function(e) {
-  all <- sort(unique(e$aperture_mm)); y <- table_of(e, d, slope(all, "rating"))
-  if (!all(is.na(y))) return(y)  # no subject has a scene at all apertures: the slope of the means over scenes
-  m <- aggregate(rating ~ participant_id + scene + aperture_mm, e, mean); m$scene <- "all scenes"
-  table_of(m, d, slope(all, "rating"))
-})
+slopes <- slopes_of(d, "rating")
 answer <- function(o) if (nrow(o)) mean(o$rating) else NA
 largest <- each_fixation(d, function(e) table_of(e[e$aperture_mm == max(e$aperture_mm), ], d, answer))

@@ -94,6 +94,12 @@ slope <- function(all, answer) function(o) {  # on the apertures
   m <- tapply(o[[answer]], factor(o$aperture_mm, all), mean); w <- all - mean(all); used <- w != 0
   if (!any(used) || anyNA(m[used])) NA else sum(w[used] * m[used]) / sum(w^2)
 }
+slopes_of <- function(d, answer) each_fixation(d, function(e) {  # subjects x scenes
+  all <- sort(unique(e$aperture_mm)); y <- table_of(e, d, slope(all, answer))
+  if (!all(is.na(y))) return(y)  # no subject has a scene at all apertures: the slope of the means over scenes
+  m <- aggregate(e[answer], e[c("participant_id", "scene", "aperture_mm")], mean); m$scene <- "all scenes"
+  table_of(m, d, slope(all, answer))
+})
 differences <- function(of) {  # of each two fixations
   if (length(of) < 2) return(list())
   pairs <- combn(names(of), 2, simplify = FALSE)

@@ -17,10 +17,20 @@ interval <- function(own) {  # mean of one value a person with its interval
   found <- over_people(own)
   if (is.character(found)) c(estimate = mean(own, na.rm = TRUE)) else found[c("estimate", "low", "high")]
 }
-compared <- function(one, other) {  # difference of two named vectors: within people, else Welch's test of two groups
-  one <- one[!is.na(one)]; other <- other[!is.na(other)]; both <- intersect(names(one), names(other))
-  if (length(both)) return(over_people(one[both] - other[both]))
+at <- function(labels, name) {  # which of them are a level
+  as_g <- function(of) sprintf("%g", suppressWarnings(as.numeric(as.character(of))))
+  if (name %in% as.character(labels)) as.character(labels) == name else as_g(labels) == as_g(name)
+}
+paired <- function(one, other) {  # difference of two named vectors within people
+  both <- intersect(names(one), names(other))
+  over_people(one[both] - other[both])
+}
+welch <- function(one, other) {  # of two groups
   if (min(length(one), length(other)) < 2) return("Fewer than two subjects in a group: no test.")
   v <- c(var(one) / length(one), var(other) / length(other)); n <- c(length(one), length(other)) - 1
   student(mean(one) - mean(other), sqrt(sum(v)), sum(v)^2 / sum(v^2 / n))
+}
+compared <- function(one, other) {  # within people, else of two groups
+  one <- one[!is.na(one)]; other <- other[!is.na(other)]
+  if (any(names(one) %in% names(other))) paired(one, other) else welch(one, other)
 }

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.util
 import inspect
 import json
+import os
 import sys
 import threading
 import time
@@ -94,7 +95,6 @@ def _parallel(address: str, codes: Codes) -> Port:
     if not sys.platform.startswith("linux"):
         return _inpout(address, pulse)
     import fcntl
-    import os
 
     path = address or "/dev/parport0"
     try:

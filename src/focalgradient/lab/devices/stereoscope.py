@@ -9,15 +9,18 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, model_validator
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_text, read_toml, write_whole
 from focalgradient.lab.options import SessionOptions
+from focalgradient.tables import Table, load_table
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
@@ -44,8 +47,7 @@ the screen's height. Both eyes see the frame, which keeps vergence constant whil
 EYES = ("left", "right")
 
 
-@dataclass(frozen=True, slots=True)
-class Stereoscope:
+class Stereoscope(Table):
     """Settings of a stereoscope.
 
     Parameters
@@ -65,11 +67,17 @@ class Stereoscope:
         Displacement of the right eye's picture in pixels, as that eye sees it, x right and y up.
     """
 
-    layout: Literal["halves", "screens"] = "halves"
-    screens: tuple[int, int] = (0, 1)
-    mirrored: bool = False
-    monitors: tuple[str, str] | None = None
-    offset_px: tuple[int, int] = (0, 0)
+    layout: Annotated[Literal["halves", "screens"], Field(description='"halves" or "screens"')] = "halves"
+    screens: Annotated[tuple[int, int], Field(strict=False, description="two different numbers of screens")] = (0, 1)
+    mirrored: Annotated[bool, Field(description="true or false")] = False
+    monitors: Annotated[tuple[str, str] | None, Field(strict=False, description="two names of monitors")] = None
+    offset_px: Annotated[tuple[int, int], Field(strict=False, description="two whole numbers of pixels")] = (0, 0)
+
+    @model_validator(mode="after")
+    def _check(self) -> Stereoscope:
+        if self.screens[0] == self.screens[1]:
+            raise ValueError(f"screens names {self.screens[0]} twice, but must name two different ones.")
+        return self
 
     def part(self, size_px: tuple[int, int], windowed: bool) -> tuple[int, int]:
         """Return the size in pixels of an eye's part of a screen or, if `windowed`, of a window.
@@ -82,7 +90,7 @@ class Stereoscope:
 
     def stated(self, displays: tuple[Display, Display]) -> dict[str, Any]:
         """Return the sidecar's entry for the stereoscope, with the gamma of each eye's display."""
-        return {**asdict(self), "gamma": {eye: one.gamma for eye, one in zip(EYES, displays, strict=True)}}
+        return {**self.model_dump(), "gamma": {eye: one.gamma for eye, one in zip(EYES, displays, strict=True)}}
 
 
 def read_stereoscope(path: Path) -> Stereoscope:
@@ -93,28 +101,7 @@ def read_stereoscope(path: Path) -> Stereoscope:
     InputError
         If the file cannot be read, or a setting is unknown or of the wrong type.
     """
-    content = read_toml(path, "the settings of a stereoscope")
-    kinds: dict[str, tuple[str, Callable[[Any], bool]]] = {
-        "layout": ('"halves" or "screens"', lambda value: value in ("halves", "screens")),
-        "screens": ("two different numbers of screens", lambda value: _two(value, int) and value[0] != value[1]),
-        "mirrored": ("true or false", lambda value: isinstance(value, bool)),
-        "monitors": ("two names of monitors", lambda value: _two(value, str)),
-        "offset_px": ("two whole numbers of pixels", lambda value: _two(value, int)),
-    }
-    for name, value in content.items():
-        if name not in kinds:
-            raise InputError(f"{path} has the unknown setting {name!r}: give only {', '.join(kinds)}.")
-        expected, fits = kinds[name]
-        if not fits(value):
-            raise InputError(f"{name} is {value!r} in {path}, but must be {expected}.")
-    given: dict[str, Any] = {
-        name: tuple(value) if isinstance(value, list) else value for name, value in content.items()
-    }
-    return Stereoscope(**given)
-
-
-def _two(value: Any, kind: type) -> bool:
-    return isinstance(value, list) and len(value) == 2 and all(type(one) is kind for one in value)
+    return load_table(path, read_toml(path, "the settings of a stereoscope"), Stereoscope)
 
 
 def store_offset(path: Path, offset_px: tuple[int, int]) -> None:
@@ -319,7 +306,7 @@ def align(screen: Screen, path: Path | None) -> tuple[int, int]:
             elif press.key in STEPS:
                 held.pop(press.key, None)
             elif press.down and press.key in ("return", "num_enter"):
-                eyes.setup = replace(eyes.setup, offset_px=eyes.offset_px)
+                eyes.setup = eyes.setup.model_copy(update={"offset_px": eyes.offset_px})
                 if path is not None:
                     store_offset(path, eyes.offset_px)
                 return eyes.offset_px

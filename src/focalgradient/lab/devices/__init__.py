@@ -1,0 +1,1 @@
+"""Devices of the laboratory, one file each: response boxes, lenses, photometers, stereoscopes, trackers, triggers."""
