@@ -18,7 +18,7 @@ from report import Progress, Shown, alone
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.depth.limits import edge_bound, texture_bound
 from focalgradient.depth.ratio import focal_disparity
-from focalgradient.depth.recover import MethodName
+from focalgradient.depth.settings import MethodName
 from focalgradient.photographs import srgb_to_linear
 from focalgradient.plotting import GREY, new_figure, style
 from focalgradient.psf import DISC_K, PsfName, pixel_transfer, transfer

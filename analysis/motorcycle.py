@@ -19,7 +19,7 @@ from scipy import ndimage, special
 
 from focalgradient import DepthMap, Lens, View, recover_depth
 from focalgradient.depth.limits import texture_bound
-from focalgradient.depth.recover import MethodName
+from focalgradient.depth.settings import MethodName
 from focalgradient.photographs import srgb_to_linear
 from focalgradient.plotting import depth_figure
 from focalgradient.render import noisy

@@ -19,8 +19,12 @@ from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, vali
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
 from focalgradient.observers import OBSERVERS, choose
+from focalgradient.report.analysed import read_task
+from focalgradient.report.parts import Asked, Part
+from focalgradient.report.rules import Stated
 from focalgradient.report.thresholds import threshold_part, thresholds_of_dataset
-from focalgradient.statistics import Interval, NotComputed, ThresholdFit, blur_thresholds, fit_threshold
+from focalgradient.statistics import Interval, NotComputed, Rules, ThresholdFit, blur_thresholds, fit_threshold
+from focalgradient.tasks import task_named
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -208,16 +212,21 @@ def test_a_report_without_any_threshold_mentions_no_mean(simulated):
     assert not any("mean" in sentence for sentence in [*part.said, *part.answers.sentences("main")])
 
 
+def part_of(root: Path) -> Part:
+    task = task_named("blur-threshold")
+    return thresholds_of_dataset(task, read_task(root, task), Asked(Stated(Rules())))
+
+
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
     root = Path(shutil.copytree(simulated, tmp_path / "data"))
     shutil.rmtree(root / "sourcedata")
     for label in ("02", "03", "04"):
         shutil.move(root / f"sub-{label}", tmp_path)
-    assert [*thresholds_of_dataset(root).answers.to("threshold")] == ["sub-01"]
+    assert [*part_of(root).answers.to("threshold")] == ["sub-01"]
     shutil.move(tmp_path / "sub-02", root)
     (sidecar,) = root.glob("sub-02/**/*_beh.json")
     settings = json.loads(sidecar.read_text())
     settings["Design"]["most_level"] = 1.5
     sidecar.write_text(json.dumps(settings))
     with pytest.raises(InputError, match="data has sessions that differ in most_level: keep designs in"):
-        thresholds_of_dataset(root)
+        part_of(root)

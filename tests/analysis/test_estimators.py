@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from focalgradient.depth.limits import comparison_bound, natural_power, window_area
-from focalgradient.depth.recover import METHODS
+from focalgradient.depth.settings import METHODS
 
 DEFAULT = estimators.ESTIMATORS[0]
 

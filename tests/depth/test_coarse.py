@@ -11,7 +11,7 @@ from sheets import TILE, natural, views
 
 from focalgradient import recover_depth
 from focalgradient.depth.equalise import estimate as equalise_estimate
-from focalgradient.depth.equalise.estimate import CONTINUED, joined
+from focalgradient.depth.equalise.coarse import CONTINUED, joined
 from focalgradient.depth.search import Estimate
 from focalgradient.depth.settings import RecoverySettings
 from focalgradient.errors import FocalGradientWarning

@@ -100,7 +100,7 @@ def test_a_window_averages_the_squared_residual_of_the_pixels_that_are_usable() 
     assert support[row, column] == pytest.approx(1, abs=0.01)
     down, across = ((np.arange(n) + 0.5 - (at + 0.5) * step) / 8 for n, at in ((64, row), (80, column)))
     under = np.exp(-(down[:, None] ** 2 + across**2) / 2)
-    for number, level in enumerate(equalised.candidates.levels):
+    for number, level in enumerate(equalised.summed):
         residual = np.asarray(equalised.residuals[0].by_level())[level]
         assert mean[number, row, column] == pytest.approx((under * residual**2).sum() / under.sum(), rel=0.03)
     weight[:, ::2] = 0

@@ -62,7 +62,9 @@ def test_noise_of_a_blank_frame_that_is_not_the_estimate_is_found(
     blocks = np.kron(even[:8, :8], np.ones((8, 8), np.float32))
     assert left_on_blank(nodes(30, misfit), informative, [blocks]) == left
     if misfit < 1:  # without blocks, what is left is less because noise is taken for more than it is
-        assert left_on_blank(nodes(30, misfit), informative, [even]) is None
+        squares = np.kron(even[:3, :3], np.ones((24, 24), np.float32))[:64, :64]  # steps at every third block
+        for image in (even, squares + even / 4):
+            assert left_on_blank(nodes(30, misfit), informative, [image]) is None
 
 
 @pytest.mark.slow

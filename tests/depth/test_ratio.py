@@ -10,9 +10,9 @@ from scipy import ndimage
 from focalgradient import View, recover_depth
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.covariance import ENERGY_ERROR
 from focalgradient.depth.ratio.disparity import _beyond_chance as beyond_chance
 from focalgradient.depth.ratio.disparity import focal_disparity, read_depth, table_for
+from focalgradient.depth.ratio.likelihood import ENERGY_ERROR
 from focalgradient.depth.ratio.table import BANDS, DisparityTable, band_transfer
 from focalgradient.depth.search import Search
 from focalgradient.photographs import srgb_to_linear

@@ -9,8 +9,8 @@ import numpy as np
 
 from focalgradient.calibration.camera import Field
 from focalgradient.calibration.robust import fit_terms
-from focalgradient.depth.dual_pixel.halves import half_asymmetry
-from focalgradient.depth.recover import halves_of
+from focalgradient.depth.dual_pixel.estimate import half_asymmetry
+from focalgradient.depth.settings import halves_of
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import DualPixel
 from focalgradient.view import View

@@ -24,7 +24,7 @@ from focalgradient.cli.program import (
     writable,
 )
 from focalgradient.depth.common_error import KnownPoint, checked_points
-from focalgradient.depth.recover import MethodName
+from focalgradient.depth.settings import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.options.shapes import AUTO_SHAPE, ShapeAsked

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.alternatives import likelier_slip
-from focalgradient.depth.equalise.signal import EXPLAINED
+from focalgradient.depth.equalise.signal import EXPLAINED, JPEG_BLOCK, steps_at_blocks
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
@@ -31,9 +31,6 @@ FINE, COARSE = 3.0, 9.0
 COARSER, WIDE_ENOUGH = 3.0, 8.0
 """Ratio of still coarser detail, which survives blur of 40 pixels, to the coarse one; and the side of a frame in the
 wider Gaussian's standard deviations from which it is compared. Chosen by hand."""
-
-BLOCK = 8
-"""Side in pixels of JPEG blocks, and of the blocks in which texture is measured."""
 
 # Where evidence counts as clear; each lies between the grid of frames of `tests/depth/test_causes.py` with that cause
 # and those with another.
@@ -63,7 +60,7 @@ CONCENTRATED = 0.2
 on blank paper, 0.65 to 0.8 for natural texture."""
 
 BLOCKY = 1.6
-"""Ratio of the mean step across block borders to that within blocks above which compression is visible: 5 and more in
+"""Ratio of the step across block borders to that within blocks above which compression is visible: 5 and more in
 JPEG of quality 50 and below, at most 1.05 without compression."""
 
 BLURRED = 8.0
@@ -307,7 +304,7 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
         contrast=float(np.sqrt(max(power.min() - energy.min(), 0.0))) / mean,
         noise=max(noise) / mean,
         textured=min(_textured(image, sd) for image, sd in zip(images, noise, strict=True)),
-        blocks=max(_blockiness(view.image) for view in problem.views),
+        blocks=max(min(steps_at_blocks(view.image, 3)) for view in problem.views),
         usable=float(usable.mean()),
         blur=float(np.median(blur)),
     )
@@ -342,21 +339,9 @@ def _agreement(images: Sequence[Image], usable: NDArray[np.bool_]) -> float:
 def _textured(image: Image, noise: float) -> float:
     """Return the share of the blocks that hold 90 % of the gradients' energy, less that of the noise."""
     down, right = np.gradient(ndimage.gaussian_filter(image, 1.0))
-    rows, columns = (n // BLOCK for n in image.shape)
-    energy = (down**2 + right**2)[: rows * BLOCK, : columns * BLOCK]
-    energy = energy.reshape(rows, BLOCK, columns, BLOCK).mean(axis=(1, 3)).ravel()
+    rows, columns = (n // JPEG_BLOCK for n in image.shape)
+    energy = (down**2 + right**2)[: rows * JPEG_BLOCK, : columns * JPEG_BLOCK]
+    energy = energy.reshape(rows, JPEG_BLOCK, columns, JPEG_BLOCK).mean(axis=(1, 3)).ravel()
     energy = np.sort(np.maximum(energy - noise**2 / (8 * np.pi) * 2, 0))[::-1]
     total = energy.sum()
     return float(np.searchsorted(np.cumsum(energy), 0.9 * total) / energy.size) if total > 0 else 1.0
-
-
-def _blockiness(image: NDArray[np.floating]) -> float:
-    """Return the step across JPEG block borders relative to steps within blocks, in the worse direction."""
-    found = []
-    for lines in (image, image.T):
-        second = np.abs(np.diff(lines, n=3, axis=0)).mean(axis=1)
-        by_place = second[: len(second) // BLOCK * BLOCK].reshape(-1, BLOCK)
-        place = by_place.mean(axis=0)
-        most = np.sort(place)[::-1]
-        found.append(float(most[0] / max(np.median(place), 1e-30)))
-    return min(found)

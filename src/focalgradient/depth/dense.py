@@ -25,7 +25,7 @@ from scipy.sparse import linalg
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.numerics import block_mean, block_sum, interpolate_nodes
 
-__all__ = ["Dense", "complete"]
+__all__ = ["complete"]
 
 MOST_NODES = 24_000
 """Maximum number of grid points: one solution takes about 0.3 s."""
@@ -85,23 +85,6 @@ MEASURED = 1e4
 """Conductance from a measured grid point to its own value, relative to that between neighbours; it fixes the value."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Dense:
-    """Vergence at every pixel (H x W), its standard deviation, and its evidence.
-
-    Parameters
-    ----------
-    vergence, vergence_sd
-        In dioptres.
-    evidence
-        2 where the views show depth, 1 near such pixels, 0 where depth is extrapolated.
-    """
-
-    vergence: NDArray[np.float32]
-    vergence_sd: NDArray[np.float32]
-    evidence: NDArray[np.uint8]
-
-
 def complete(
     vergence: NDArray[np.floating],
     vergence_sd: NDArray[np.floating],
@@ -111,7 +94,7 @@ def complete(
     *,
     searched: tuple[float, float] | None = None,
     seed: int = 0,
-) -> Dense:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.uint8]]:
     """Complete vergence where it is not `valid`.
 
     Parameters
@@ -128,6 +111,11 @@ def complete(
     seed
         Of the samples.
 
+    Returns
+    -------
+    vergence, vergence_sd, evidence
+        H x W each: in dioptres, and 2 where the views show depth, 1 near such pixels, 0 where depth is extrapolated.
+
     Examples
     --------
     Two measured stripes of a slant: half-way between them depth lies half-way, and is known less well.
@@ -135,8 +123,8 @@ def complete(
     >>> slant = np.tile(np.linspace(0.4, 0.6, 120), (60, 1))
     >>> valid = np.zeros(slant.shape, bool)
     >>> valid[:, 10:20] = valid[:, 100:110] = True
-    >>> dense = complete(slant, np.full(slant.shape, 0.005), valid, np.ones(slant.shape), window=8.0)
-    >>> bool(abs(dense.vergence[30, 60] - 0.5) < 0.02), bool(dense.vergence_sd[30, 60] > dense.vergence_sd[30, 25])
+    >>> vergence, sd, _ = complete(slant, np.full(slant.shape, 0.005), valid, np.ones(slant.shape), window=8.0)
+    >>> bool(abs(vergence[30, 60] - 0.5) < 0.02), bool(sd[30, 60] > sd[30, 25])
     (True, True)
     """
     shape = vergence.shape
@@ -169,7 +157,7 @@ def complete(
     variance = same * variance + (1 - same) * _of_others(level, middle, SPREAD * scale, searched)
     full, full_sd, full_same = (interpolate_nodes(one, None, step, shape) for one in (level, np.sqrt(variance), same))
     evidence = np.where(valid, 2, np.where(full_same >= NEAR, 1, 0)).astype(np.uint8)
-    return Dense(
+    return (
         np.where(valid, vergence, full).astype(np.float32),
         np.where(valid, vergence_sd, full_sd).astype(np.float32),
         evidence,

@@ -12,16 +12,15 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.filters import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE, FloatArray
 from focalgradient.depth.search import view_blur
-from focalgradient.depth.settings import blur_source
+from focalgradient.depth.settings import blur_source, noise_of_each
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import Optics
 from focalgradient.psf import Psf
 
 __all__ = ["Power", "comparison_bound", "edge_bound", "natural_power", "texture_bound", "window_area"]
 
-FloatArray = NDArray[np.float64]
 
 Power = Callable[[FloatArray], FloatArray]
 """Power spectral density of a texture at frequencies in cycles per pixel: its integral over the plane is variance."""
@@ -199,14 +198,12 @@ def _information(
     """Return the bracket of `comparison_bound`: ... x F, by vergence and frequency."""
     if len(optics) < 2:
         raise InputError(f"{len(optics)} optics given, but views are compared from two on: give one for each view.")
-    noises = np.asarray(noise, dtype=float)
-    if noises.ndim > 1 or noises.size not in (1, len(optics)) or not np.all((noises > 0) & np.isfinite(noises)):
-        raise InputError(f"noise is {noise!r}, but must be one positive number or one for each of the optics.")
+    noises = noise_of_each(noise, len(optics), "optics")
     _positive(pixel_angle=pixel_angle)
     source = blur_source(psf, k)
     level = check_finite("vergence", vergence, "dioptres")[..., None]
     transfers, slope = [], []
-    for one, sd in zip(optics, np.broadcast_to(noises, len(optics)), strict=True):
+    for one, sd in zip(optics, noises, strict=True):
         step = 1e-4 / max(one.aperture_diameter / 2 / pixel_angle, 1e-12)  # pixels of blur radius: a central difference
         blur, pixel = view_blur(one, source, pixel_angle)
         at = partial(blur.transfer, frequency / pixel)

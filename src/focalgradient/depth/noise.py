@@ -27,7 +27,6 @@ from focalgradient.depth.search import Blurs
 __all__ = [
     "LENIENCE",
     "NOISE_SIDE",
-    "BandPower",
     "NoiseLaw",
     "band_power",
     "noise_floor",
@@ -312,7 +311,8 @@ def noise_from_residuals(
         images = [image for image, _ in equalised.evaluate_images(nodes)[1]]
         # Noise of one camera comes after exposure, alike in all views, or before, in proportion to it.
         alike = [(shape / noise_sd) ** 2 for shape in (1 / gains, np.ones_like(gains))]
-        ratio = np.sqrt(band_power(equalised, nodes, images, taper).variances(alike, (white / noise_sd) ** 2))
+        powers = band_power(equalised, nodes, images, taper)
+        ratio = np.sqrt(_variances(*powers, alike, (white / noise_sd) ** 2))
         settled = np.ptp(np.log(ratio)) < NOISE_SETTLED
         if settled:
             ratio *= math.sqrt(equalised.noise_found(nodes) / float(np.mean(ratio**2)))
@@ -362,60 +362,59 @@ ITERATIONS, MIN_VARIANCE = 8, 1e-3
 """Number of reweighting iterations; and minimum estimated variance relative to the largest. Chosen by hand."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BandPower:
-    """The residual's power in N bands of groups of nodes, and what each view's noise of variance 1 puts into them."""
+def _variances(power: FloatArray, gains: FloatArray, alike: Sequence[FloatArray], most: FloatArray) -> FloatArray:
+    """Estimate each view's noise variance, relative to that assumed, by least squares robust to excess power.
 
-    power: FloatArray  # N: by the lower quartile over the group's nodes, corrected for chance
-    gains: FloatArray  # N x n, for noise of the variance assumed
+    `power` (N) and `gains` (N x n) are those of `band_power`. The variances are in the proportions of one of `alike`
+    (n each) where these explain the power about as well as the views' own do: the simpler model. Each is at most that
+    of `most` (n): more is not white noise.
 
-    def variances(self, alike: Sequence[FloatArray], most: FloatArray) -> FloatArray:
-        """Estimate each view's noise variance, relative to that assumed, by least squares robust to excess power.
-
-        The variances are in the proportions of one of `alike` (n each) where these explain the power about as well as
-        the views' own do: the simpler model. Each is at most that of `most` (n): more is not
-        white noise.
-
-        >>> gains = np.array([[0.9, 0.1], [0.5, 0.5], [0.1, 0.9]] * 8)
-        >>> BandPower(gains @ [1.0, 4.0], gains).variances([np.ones(2)], np.full(2, 9.0)).round(2).tolist()
-        [1.0, 4.0]
-        """
-        count = self.gains.shape[1]
-        if len(self.power) <= count:
-            return alike[0] / alike[0].mean()
-        fits = [self._fitted(shape[:, None], np.full(1, np.inf)) for shape in alike]
-        simple, more = min(fits, key=lambda fit: fit[1])
-        own, loss = self._fitted(np.diag(simple), most / simple)
-        worse = (more - loss) / (count - 1) / (loss / (len(self.power) - count) + 1e-12)
-        return own if worse > WORSE else simple
-
-    def _fitted(self, basis: FloatArray, most: FloatArray) -> tuple[FloatArray, float]:
-        """Fit variances as a non-negative combination of `basis` columns with similar factors; also return the loss.
-
-        The factors are `most` at most.
-        """
-        gains, count = self.gains @ basis, basis.shape[1]
-        prior = EQUAL_NOISE_PRIOR * (np.eye(count) - 1 / count)
-        factor = np.full(count, float(np.median(self.power / gains.sum(axis=1))))
-        for _ in range(ITERATIONS):
-            expected = gains @ factor
-            weight = 1 / (expected * (1 + np.maximum(self.power / expected - 1, 0) / EXCESS_SCALE))
-            rows, power = gains * weight[:, None], self.power * weight
-            rows = np.vstack([rows, prior / factor.mean()])
-            found = optimize.lsq_linear(rows, np.concatenate([power, np.zeros(count)]), (0, most))
-            factor = np.maximum(found.x, MIN_VARIANCE * found.x.max() + 1e-12)
-        excess = self.power / (gains @ factor) - 1
-        # The loss whose minimum this is: quadratic below, as the logarithm's above.
-        loss = np.where(
-            excess > 0,
-            EXCESS_SCALE**2 * 2 * (excess / EXCESS_SCALE - np.log1p(np.maximum(excess, 0) / EXCESS_SCALE)),
-            excess**2,
-        )
-        return basis @ factor, float(loss.sum())
+    >>> gains = np.array([[0.9, 0.1], [0.5, 0.5], [0.1, 0.9]] * 8)
+    >>> _variances(gains @ [1.0, 4.0], gains, [np.ones(2)], np.full(2, 9.0)).round(2).tolist()
+    [1.0, 4.0]
+    """
+    count = gains.shape[1]
+    if len(power) <= count:
+        return alike[0] / alike[0].mean()
+    fits = [_fitted(power, gains, shape[:, None], np.full(1, np.inf)) for shape in alike]
+    simple, more = min(fits, key=lambda fit: fit[1])
+    own, loss = _fitted(power, gains, np.diag(simple), most / simple)
+    worse = (more - loss) / (count - 1) / (loss / (len(power) - count) + 1e-12)
+    return own if worse > WORSE else simple
 
 
-def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weight: Image) -> BandPower:
-    """Power of the residual `images` (H x W) at the depth of `nodes`, by the pixels' `weight` (H x W, tapered)."""
+def _fitted(power: FloatArray, gains: FloatArray, basis: FloatArray, most: FloatArray) -> tuple[FloatArray, float]:
+    """Fit variances as a non-negative combination of `basis` columns with similar factors; also return the loss.
+
+    The factors are at most `most`.
+    """
+    gains, count = gains @ basis, basis.shape[1]
+    prior = EQUAL_NOISE_PRIOR * (np.eye(count) - 1 / count)
+    factor = np.full(count, float(np.median(power / gains.sum(axis=1))))
+    for _ in range(ITERATIONS):
+        expected = gains @ factor
+        weight = 1 / (expected * (1 + np.maximum(power / expected - 1, 0) / EXCESS_SCALE))
+        rows = np.vstack([gains * weight[:, None], prior / factor.mean()])
+        found = optimize.lsq_linear(rows, np.concatenate([power * weight, np.zeros(count)]), (0, most))
+        factor = np.maximum(found.x, MIN_VARIANCE * found.x.max() + 1e-12)
+    excess = power / (gains @ factor) - 1
+    # The loss whose minimum this is: quadratic below, as the logarithm's above.
+    loss = np.where(
+        excess > 0,
+        EXCESS_SCALE**2 * 2 * (excess / EXCESS_SCALE - np.log1p(np.maximum(excess, 0) / EXCESS_SCALE)),
+        excess**2,
+    )
+    return basis @ factor, float(loss.sum())
+
+
+def band_power(
+    equalised: Equalised, nodes: Nodes, images: Sequence[Image], weight: Image
+) -> tuple[FloatArray, FloatArray]:
+    """Power of the residual `images` (H x W) at the depth of `nodes`, by the pixels' `weight` (H x W, tapered).
+
+    Returns it in N bands of groups of nodes (by the lower quartile over the group's nodes, corrected for chance), and
+    what each view's noise of the variance assumed puts into them: N x n.
+    """
     window = equalised.window / equalised.step
     blocks = numerics.block_sum(weight**2, equalised.step).astype(np.float32)
     usable = numerics.gather(blocks[None], window)[0]
@@ -454,7 +453,7 @@ def band_power(equalised: Equalised, nodes: Nodes, images: Sequence[Image], weig
     total = gain.sum(axis=1) if len(power) else power
     kept = total > MIN_GAIN * total.max(initial=0.0)
     # Every band counts alike, whatever the filters let through of it.
-    return BandPower(power[kept] / total[kept], gain[kept] / total[kept, None])
+    return power[kept] / total[kept], gain[kept] / total[kept, None]
 
 
 def _by_band(image: Image, step: int, window: float) -> Iterator[tuple[NDArray[np.bool_], Image]]:

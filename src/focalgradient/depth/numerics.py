@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numba import njit
@@ -20,6 +20,15 @@ views takes the same time."""
 
 NODES = 1.6
 """Number of grid points of depth per standard deviation of the window: 5 pixels apart for 8. Chosen by hand."""
+
+
+NEIGHBOURS: tuple[tuple[Any, Any], ...] = ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:]))
+"""Slices of an image's pixels and of those below, and of its pixels and of those to the right."""
+
+
+def step_of(window: float) -> int:
+    """Return the spacing of nodes in pixels, for a window of `window` pixels."""
+    return max(1, round(window / NODES))
 
 
 def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:

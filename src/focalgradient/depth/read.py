@@ -24,7 +24,7 @@ from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.validity import SECONDARY_MINIMUM
 from focalgradient.parallel import share_rows
 
-__all__ = ["Candidates", "EvenCoordinate", "parabola_minimum", "read_minima"]
+__all__ = ["EvenCoordinate", "parabola_minimum", "read_minima", "summed_levels"]
 
 
 def parabola_minimum(
@@ -285,42 +285,27 @@ NEGLIGIBLE = 1e-8
 """Weight below which a candidate does not count for another: less than the rounding of single precision."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Candidates:
-    """The M of L candidate levels at which residuals are summed, and how the others follow from them."""
+def summed_levels(bend: FloatArray) -> tuple[NDArray[np.intp], Image]:
+    """Choose M of L levels to sum residuals at, by how far they depart from the mean of their neighbours' (L).
 
-    levels: NDArray[np.intp]  # M, rising
-    weights: Image  # L x M
+    Also returns the weights, L x M, with which the others follow from these.
 
-    @classmethod
-    def of(cls, bend: FloatArray) -> Candidates:
-        """Choose candidates by how far the residuals at each level (L) depart from the mean of their neighbours'.
-
-        >>> Candidates.of(np.repeat([0.4, 0.02], 14)).levels.tolist()[8:]
-        [8, 9, 10, 11, 12, 13, 14, 17, 19, 20, 21, 22, 23, 24, 25, 26, 27]
-        """
-        last = len(bend) - 1
-        chosen = [0]
-        while (first := chosen[-1]) < last:
-            end = first + 1
-            while first >= DENSE_ENDS and end < last - DENSE_ENDS and _is_straight(bend[first : end + 2]):
-                end += 1
-            chosen.append(end)
-        levels = np.array(chosen)
-        if len(levels) > last:
-            return cls.every(last + 1)
-        weights = make_interp_spline(levels, np.eye(len(levels)), DEGREE)(np.arange(last + 1))
-        # Splines reach over all candidates, ever less: numbers as small as 1e-38 would be slow.
-        return cls(levels, np.where(np.abs(weights) < NEGLIGIBLE, 0, weights).astype(np.float32))
-
-    @classmethod
-    def every(cls, levels: int) -> Candidates:
-        """Return all candidates, none of them interpolated.
-
-        >>> Candidates.every(3).levels.tolist()
-        [0, 1, 2]
-        """
-        return cls(np.arange(levels), np.eye(levels, dtype=np.float32))
+    >>> summed_levels(np.repeat([0.4, 0.02], 14))[0].tolist()[8:]
+    [8, 9, 10, 11, 12, 13, 14, 17, 19, 20, 21, 22, 23, 24, 25, 26, 27]
+    """
+    last = len(bend) - 1
+    chosen = [0]
+    while (first := chosen[-1]) < last:
+        end = first + 1
+        while first >= DENSE_ENDS and end < last - DENSE_ENDS and _is_straight(bend[first : end + 2]):
+            end += 1
+        chosen.append(end)
+    levels = np.array(chosen)
+    if len(levels) > last:
+        return levels, np.eye(last + 1, dtype=np.float32)
+    weights = make_interp_spline(levels, np.eye(len(levels)), DEGREE)(np.arange(last + 1))
+    # Splines reach over all candidates, ever less: numbers as small as 1e-38 would be slow.
+    return levels, np.where(np.abs(weights) < NEGLIGIBLE, 0, weights).astype(np.float32)
 
 
 def _is_straight(bend: FloatArray) -> bool:

@@ -5,28 +5,30 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass, replace
-from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from focalgradient.depth.common_error import KnownPoint, checked_points, common_modes, stated_parts, with_known_points
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.settings import (
-    LEAST_SIDE,
-    WINDOWS,
+    METHODS,
     BlurSource,
     MethodName,
     RecoverySettings,
     blur_source,
+    check_blur,
+    check_usable,
+    checked_views,
+    halves_of,
 )
 from focalgradient.depth.validity import NEARLY_NOTHING
-from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
-from focalgradient.optics import DualPixel, capabilities
+from focalgradient.errors import FocalGradientWarning, check_one_of
+from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
 from focalgradient.progress import Progress
-from focalgradient.psf import Capability, Psf, check_transfer
+from focalgradient.psf import Psf
 from focalgradient.quantities import FOCUS, LIMIT
 from focalgradient.view import View
 
@@ -34,80 +36,10 @@ if TYPE_CHECKING:
     from focalgradient.depth.causes import Cause
     from focalgradient.depth.search import Estimate, Problem
 
-__all__ = [
-    "METHODS",
-    "Method",
-    "MethodName",
-    "check_usable",
-    "checked_views",
-    "halves_of",
-    "methods_for",
-    "recover_depth",
-]
+__all__ = ["recover_depth"]
 
 CAUSES_NAMED, SECOND_CAUSE = 2, 0.7
 """Maximum number of likely causes named if nothing is valid, and minimum evidence for the second. Chosen by hand."""
-
-SATURATED = 0.5
-"""Maximum proportion of a view's pixels that are saturated or masked; beyond it the view is rejected."""
-
-
-@dataclass(frozen=True, slots=True)
-class Method:
-    """A method of depth: its folder, the number of views that it takes, and the capabilities of blur that it needs."""
-
-    folder: str
-    least: int = 2
-    most: int | None = None
-    needs: tuple[Capability, ...] | None = ()
-    """What the method builds on; none: it takes any blur. None: it has no model of the blur."""
-    of_halves: bool = False
-    """Whether it takes the halves of dual pixels, whose blur no shape describes, and no other views."""
-
-    def load(self) -> Any:
-        """Import the method's module when it is called, for `import focalgradient` to stay light.
-
-        It holds `estimate(problem)`, and may hold `check(views)`, which refuses views by their optics.
-        """
-        return import_module(f"focalgradient.depth.{self.folder}.estimate")
-
-
-METHODS: dict[MethodName, Method] = {
-    "equalise": Method("equalise"),
-    "spectra": Method("spectra", needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "ratio": Method("ratio", most=2, needs=(Capability.BY_RADIUS, Capability.ISOTROPIC)),
-    "edges": Method("edges", least=1, needs=(Capability.EDGE_RESPONSE,)),
-    "autofocus": Method("autofocus", least=3, needs=None),
-    "dual-pixels": Method("dual_pixel", of_halves=True),
-}
-
-
-def methods_for(psf: BlurSource | str) -> list[MethodName]:
-    """Return the methods that can use the blur `psf`, a shape or its name; "autofocus" has no model of the blur.
-
-    >>> methods_for("disc"), methods_for("polygon")
-    (['equalise', 'spectra', 'ratio', 'edges', 'autofocus'], ['equalise', 'autofocus'])
-    """
-    given = _provided(blur_source(psf))
-    return [name for name, method in METHODS.items() if not method.of_halves and set(method.needs or ()) <= given]
-
-
-def _provided(psf: BlurSource) -> frozenset[Capability]:
-    """Return what methods may build on: of the optics' own blur nothing."""
-    return frozenset() if isinstance(psf, str) else psf.provides
-
-
-def check_blur(method: MethodName, psf: BlurSource) -> None:
-    """Raise `InputError` where a method needs what a blur does not provide, naming both and what else can be done."""
-    if isinstance(psf, Psf):
-        check_transfer(psf)
-    blur = "the optics' own blur" if isinstance(psf, str) else psf.name
-    for need in METHODS[method].needs or ():
-        if need not in _provided(psf):
-            raise InputError(
-                f"method {method!r} needs {need.value}, which {blur} does not give: use method "
-                f"{' or '.join(repr(name) for name in methods_for(psf))}."
-            )
 
 
 def recover_depth(
@@ -288,8 +220,10 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
     sharpest = min(views, key=lambda view: view.optics.aperture_diameter)
     lowest, highest = found.details["searched_vergence_D"]
     searched = float(lowest), float(highest)
-    whole = complete(found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched)
-    return replace(found, vergence=whole.vergence, vergence_sd=whole.vergence_sd, evidence=whole.evidence)
+    vergence, sd, evidence = complete(
+        found.vergence, found.vergence_sd, found.valid, sharpest.image, window, searched=searched
+    )
+    return replace(found, vergence=vergence, vergence_sd=sd, evidence=evidence)
 
 
 def _misordered(problem: Problem, estimate: Estimate) -> str | None:
@@ -385,99 +319,3 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
         vergence = float(np.median(estimate.vergence[estimate.valid]))
         texts += filter(None, [too_near(1 / vergence if vergence > 0 else math.inf, foci)])
     return texts + list(estimate.warnings)
-
-
-def checked_views(views: Sequence[View]) -> list[View]:
-    """Return the views as a list; raise `InputError` unless all are views."""
-    if isinstance(views, View | str | bytes) or not isinstance(views, Iterable):
-        what = "one View" if isinstance(views, View) else f"a {type(views).__name__}"
-        raise InputError(f"views is {what}, but must be a list of View: give [first, second].")
-    views = list(views)
-    for number, view in enumerate(views, 1):
-        if not isinstance(view, View):
-            raise InputError(f"view {number} is a {type(view).__name__}, but must be a View: {_remedy(view)}.")
-    return views
-
-
-def _remedy(given: object) -> str:
-    if isinstance(getattr(given, "view", None), View):
-        return "give its attribute view"
-    if isinstance(given, np.ndarray):
-        return "give View(image, optics, pixel_angle)"
-    return "make one of its image and its optics"
-
-
-def halves_of(views: Sequence[View]) -> tuple[int, int] | None:
-    """Return the numbers of the left and the right half of one lens among views; None without such a pair.
-
-    A mean of the two beside them, as `DualPixel.mean`, shows nothing more.
-    """
-    optics = [view.optics for view in views]
-    if not optics or not all(isinstance(one, DualPixel) for one in optics):
-        return None
-    halves = [one for one in optics if isinstance(one, DualPixel)]
-    signs = [float(np.sign(one.asymmetry)) for one in halves]
-    alike = {(one.lens, abs(one.asymmetry), one.field) for one in halves if one.asymmetry}
-    if signs.count(1.0) != 1 or signs.count(-1.0) != 1 or len(alike) != 1:
-        return None
-    return signs.index(1.0), signs.index(-1.0)
-
-
-def check_usable(views: Sequence[View], method: MethodName, window: float) -> None:
-    """Raise `InputError` for views that the method cannot use in this window (pixels), or without depth information."""
-    least, most = METHODS[method].least, METHODS[method].most
-    if len(views) < least:
-        raise InputError(
-            f"{len(views)} view{'s' * (len(views) != 1)} given, but method {method!r} needs {least} or more: add a "
-            "view."
-        )
-    if METHODS[method].of_halves and halves_of(views) is None:
-        raise InputError("dual pixels need the left and the right view of one lens: give DualPixel.pair(lens).")
-    if most is not None and len(views) > most:
-        raise InputError(f"{len(views)} views given, but method {method!r} takes {most} at most: give fewer.")
-    for number, view in enumerate(views, 1):
-        if view.shape != views[0].shape:
-            sizes = [f"{v.shape[1]} x {v.shape[0]}" for v in (views[0], view)]
-            raise InputError(
-                f"view 1 is {sizes[0]} pixels but view {number} is {sizes[1]}, and all views must be of one size: "
-                "crop or scale them alike."
-            )
-        _check_light(number, view)
-    if min(views[0].shape) < LEAST_SIDE:
-        size = f"{views[0].shape[1]} x {views[0].shape[0]}"
-        raise InputError(f"the views are {size} pixels, but at least {LEAST_SIDE} are needed.")
-    optics = {(v.optics.aperture_diameter, v.optics.focus_vergence) for v in views}
-    stated = [capabilities(view.optics) for view in views]
-    for view, one in zip(views, stated, strict=True):
-        if not (one.uniform or METHODS[method].of_halves):
-            raise InputError(
-                f"the blur of {type(view.optics).__name__} varies over the field (uniform = False), which no method "
-                "can use: crop the views to a part of the field, and give the optics of that part."
-            )
-    alike = len(optics) == 1 and least > 1 and not any(one.tells_side for one in stated)
-    if alike or all(aperture == 0 for aperture, _ in optics):
-        raise InputError(
-            "all views are blurred alike (same aperture and focus, or pinholes all), which is uninformative about "
-            "depth: change the aperture or the focus of one."
-        )
-    if window > min(views[0].shape) / WINDOWS:
-        raise InputError(
-            f"window is {window:g} pixels, but may be a quarter of the views' smaller side at most, which is "
-            f"{min(views[0].shape)} pixels: give a smaller window."
-        )
-
-
-def _check_light(number: int, view: View) -> None:
-    """Raise `InputError` for a view that is black, constant, or mostly saturated or masked."""
-    image = view.image if view.mask is None else view.image[view.mask]
-    top = image.max()
-    unusable = (image == top).mean() if view.mask is None else 1 - view.mask.mean()
-    if not top > 0:
-        raise InputError(f"view {number} is black, but depth needs a lit scene: check its exposure.")
-    constant = image.min() == top
-    if constant or unusable > SATURATED:
-        trouble = "saturated" if view.mask is None else "saturated or bad, by its mask,"
-        raise InputError(
-            f"view {number} is {'constant' if constant else f'{trouble} over more than half its pixels'}, "
-            "so that it shows no texture to compare: expose it so that the scene keeps below the maximum."
-        )

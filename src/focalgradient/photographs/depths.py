@@ -18,8 +18,8 @@ import numpy as np
 from focalgradient.calibration import apply_calibration
 from focalgradient.depth.common_error import KnownPoint, checked_points, with_known_points
 from focalgradient.depth.depth_map import DepthMap
-from focalgradient.depth.recover import METHODS, recover_depth
-from focalgradient.depth.settings import AUTO, SOURCES, BlurSource, MethodName, blur_source, used_blur
+from focalgradient.depth.recover import recover_depth
+from focalgradient.depth.settings import AUTO, METHODS, SOURCES, BlurSource, MethodName, blur_source, used_blur
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import printable
 from focalgradient.memory import require

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_finite
-from focalgradient.psf.check import check_psf, check_transfer
-from focalgradient.psf.registry import GROUP, names, psf_from, psf_of, shape_class
+from focalgradient.psf.registry import GROUP, check_psf, check_transfer, names, psf_from, psf_of, shape_class
 from focalgradient.psf.shape import Capability, Geometric, Parameter, Psf, parameter
 from focalgradient.psf.shapes import (
     DISC_K,

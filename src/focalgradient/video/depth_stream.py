@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import detail, focal_disparity, read_depth, table_for
-from focalgradient.depth.recover import check_blur
 from focalgradient.depth.search import Search
+from focalgradient.depth.settings import check_blur
 from focalgradient.errors import FocalGradientWarning, InputError, check_number
 from focalgradient.optics import Lens
 from focalgradient.plausibility import check_frame, check_pixel_pitch

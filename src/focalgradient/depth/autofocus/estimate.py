@@ -23,11 +23,11 @@ from scipy import ndimage
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
-    NODES,
     block_sum,
     gather,
     interpolate_nodes,
     repeat_blocks,
+    step_of,
 )
 from focalgradient.depth.planes import SMOOTH, STEEP, grow_planes
 from focalgradient.depth.registration import filled
@@ -76,7 +76,7 @@ def estimate(problem: Problem) -> Estimate:
     settings.progress(0.3, "estimating noise")
     noise = _noise(problem)
     settings.progress(0.4, "measuring sharpness")
-    step = max(1, round(settings.window / NODES))
+    step = step_of(settings.window)
     usable, sharpness = _sharpness([registered.images[i] for i in order], registered.usable, step)
     power, alike = _noise_passed()
     own = power * noise[order, None, None] ** 2  # of sharpness, by noise alone

@@ -7,14 +7,15 @@ sharply.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace, maximum_filter
 
-__all__ = ["Contours", "find_contours"]
+from focalgradient.depth.filters import FloatArray
+
+__all__ = ["find_contours"]
+
 
 SCALES = (1.0, 2.0, 4.0, 8.0)
 """Standard deviations in pixels of the Gaussians, in octaves, the finest first. Chosen by hand."""
@@ -36,31 +37,18 @@ STRETCH = 1.5
 """Length of a stretch between two turns, in standard deviations of the blur. Chosen by hand."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Contours:
-    """Points about one pixel apart along contours.
+def find_contours(
+    image: NDArray[np.float32], noise: float, least: int
+) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, NDArray[np.intp]]:
+    """Find contours of at least `least` points in `image`, whose pixels' noise has the standard deviation `noise`.
 
-    Parameters
-    ----------
-    row, column
-        Position in pixels, the first pixel's centre at (0, 0).
-    angle
-        Direction of the steepest rise, in radians from +column towards +row.
-    blur
-        Rough standard deviation of the edge in pixels, the Gaussian of the search removed.
-    segment
-        Number of the contour that the point belongs to; a contour's points follow each other.
+    Returns
+    -------
+    row, column, angle, blur, segment
+        Of points about one pixel apart along contours: position in pixels, the first pixel's centre at (0, 0);
+        direction of the steepest rise, in radians from +column towards +row; rough standard deviation of the edge in
+        pixels, the Gaussian of the search removed; and number of the contour, whose points follow each other.
     """
-
-    row: NDArray[np.float64]
-    column: NDArray[np.float64]
-    angle: NDArray[np.float64]
-    blur: NDArray[np.float64]
-    segment: NDArray[np.intp]
-
-
-def find_contours(image: NDArray[np.float32], noise: float, least: int) -> Contours:
-    """Find contours of at least `least` points in `image`, whose pixels' noise has the standard deviation `noise`."""
     taken = np.zeros(image.shape, np.bool_)
     found: list[NDArray[np.float64]] = []
     counts: list[NDArray[np.intp]] = []
@@ -86,7 +74,7 @@ def find_contours(image: NDArray[np.float32], noise: float, least: int) -> Conto
     points, lengths = np.concatenate(found), np.concatenate(counts)
     segment = np.repeat(np.arange(len(lengths)), lengths)
     row, column, down, right, bend_at = points.T
-    return Contours(row, column, np.arctan2(down, right), bend_at, segment)
+    return row, column, np.arctan2(down, right), bend_at, segment
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
@@ -46,12 +44,12 @@ def estimate(problem: Problem) -> Estimate:
         points, valid_points = points + len(edges.valid), valid_points + int(edges.valid.sum())
         drawn.append(_measured(problem, number, edges, sides))
 
-    pixels = np.unique(np.concatenate([one.pixel for one in drawn]))
+    pixels = np.unique(np.concatenate([at for at, *_ in drawn]))
     measured = np.zeros((len(drawn), len(sides), len(pixels)))
     sd, error = np.full((len(drawn), len(pixels)), np.inf), np.zeros((len(drawn), len(pixels)))
-    for number, one in enumerate(drawn):
-        at = np.searchsorted(pixels, one.pixel)
-        measured[number][:, at], sd[number, at], error[number, at] = one.vergence, one.sd, one.error
+    for number, (pixel, *values) in enumerate(drawn):
+        at = np.searchsorted(pixels, pixel)
+        measured[number][:, at], sd[number, at], error[number, at] = values
     found, found_sd, unambiguous, agree = _combine(measured, sd, error, search, settings.false_alarm)
 
     shape = problem.registered.shape
@@ -77,40 +75,33 @@ defocus, so that depth is invalid: if that blur is known to one squared pixel (`
 calibration. With the latter, cards with a blur of 0.6 pixels are accurate to 5 % (`tests/test_cli_demo.py`)."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Measured:
-    """Depth along one view's edges, at P pixels of the first view's grid."""
+def _measured(
+    problem: Problem, number: int, edges: Edges, sides: FloatArray
+) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray]:
+    """Measure the vergences that edges of one view may have, on either of the `sides` of focus.
 
-    pixel: NDArray[np.intp]  # flat indices
-    vergence: FloatArray  # sides of focus x P, D
-    sd: FloatArray  # P
-    error: FloatArray  # P: of the blur's model
-
-
-def _measured(problem: Problem, number: int, edges: Edges, sides: FloatArray) -> _Measured:
-    """Measure the vergences that edges of one view may have, on either of the `sides` of focus."""
+    Returns the flat indices of P pixels of the first view, the vergences (sides x P, D), their sd, and the error of the
+    blur's model.
+    """
     view, settings = problem.views[number], problem.settings
     placement = Placement(problem.views[0].pixel_angle / view.pixel_angle)
     if settings.align:
         placement = placement.then(problem.registered.placements[number])
-    pixel, whole = _draw(average_segments(edges, 2 * settings.window), placement, view.shape)
+    averaged = average_segments(edges, 2 * settings.window)
+    pixel, point = _drawn(averaged, placement, view.shape)
+    whole, whole_sd = averaged.radius[point], averaged.radius_sd[point]
     per_pixel = 2 * view.pixel_angle / view.optics.aperture_diameter  # dioptres per pixel of radius
     per_sigma = settings.shape.sd_per_radius
     # The residual blur variance of a calibrated camera (negative where it sharpens); of an eye none is known.
     residual = capabilities(view.optics).residual_blur_variance / (view.pixel_angle * per_sigma) ** 2
-    radius = np.sqrt(np.maximum(whole.radius**2 - residual, 0.0))
+    radius = np.sqrt(np.maximum(whole**2 - residual, 0.0))
     stated = capabilities(view.optics)
     if stated.focus_tolerance or stated.aperture_tolerance or residual:  # a camera, whose own blur is not known exactly
         seen = radius * per_sigma > (CALIBRATED if residual else OWN_BLUR)
-        pixel, whole, radius = pixel[seen], _of(whole, seen), radius[seen]
-    steeper = whole.radius / np.maximum(radius, 0.1 * whole.radius + 1e-9) if residual else 1.0
-    defocus, sd = per_pixel * radius, per_pixel * whole.radius_sd * steeper
-    return _Measured(pixel, view.optics.focus_vergence + sides[:, None] * defocus, sd, BLUR_ERROR * defocus)
-
-
-def _of(edges: Edges, some: NDArray[np.bool_]) -> Edges:
-    """Select some of the edge points."""
-    return Edges(*(getattr(edges, field.name)[some] for field in fields(Edges)))
+        pixel, whole, whole_sd, radius = (values[seen] for values in (pixel, whole, whole_sd, radius))
+    steeper = whole / np.maximum(radius, 0.1 * whole + 1e-9) if residual else 1.0
+    defocus, sd = per_pixel * radius, per_pixel * whole_sd * steeper
+    return pixel, view.optics.focus_vergence + sides[:, None] * defocus, sd, BLUR_ERROR * defocus
 
 
 def _sides(search: Search) -> FloatArray:
@@ -121,8 +112,8 @@ def _sides(search: Search) -> FloatArray:
     return np.array([1.0 if nearer else -1.0])
 
 
-def _draw(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[NDArray[np.intp], Edges]:
-    """Return flat indices of the first view's pixels within one pixel of a valid point, and their edges."""
+def _drawn(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return flat indices of the first view's pixels within one pixel of a valid point, and the point of each."""
     middle_row, middle_column = (shape[0] - 1) / 2, (shape[1] - 1) / 2
     row = np.rint(middle_row + (edges.row - middle_row - placement.down) / placement.scale).astype(np.intp)
     column = np.rint(middle_column + (edges.column - middle_column - placement.right) / placement.scale).astype(np.intp)
@@ -134,8 +125,7 @@ def _draw(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[N
             inside = np.flatnonzero(edges.valid & (i >= 0) & (j >= 0) & (i < shape[0]) & (j < shape[1]))
             owner[i[inside], j[inside]] = inside
     pixel = np.flatnonzero(owner >= 0)
-    point = owner.ravel()[pixel]
-    return pixel, Edges(*(getattr(edges, field.name)[point] for field in fields(Edges)))
+    return pixel, owner.ravel()[pixel]
 
 
 def _combine(

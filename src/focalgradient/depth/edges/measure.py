@@ -19,6 +19,7 @@ from scipy.special import chdtrc, fdtrc
 from focalgradient.depth.edges.contours import find_contours
 from focalgradient.depth.edges.regression import regress_edges
 from focalgradient.depth.edges.steps import Profile, fit_steps
+from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
@@ -30,7 +31,6 @@ __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
 
 Fit = Literal["likelihood", "paper"]
 
-FloatArray = NDArray[np.float64]
 
 _PAPER_K = 1.0
 """The paper's sigma / radius: unless another k is given, edges are described by their sigma."""
@@ -143,11 +143,9 @@ def measure_edges(
     profile = Profile.of(shape)
     sd = noise_from_differences(whole, mask) if noise is None else float(noise)
     half = int(length / 2)
-    contours = find_contours(whole, sd, half)
-    where, back = np.unique(_band_middles(contours.segment, half, max(1, int(length / 4))), return_inverse=True)
-    row, column, angle, blur = (
-        values[where] for values in (contours.row, contours.column, contours.angle, contours.blur)
-    )
+    *contour, segment = find_contours(whole, sd, half)
+    where, back = np.unique(_band_middles(segment, half, max(1, int(length / 4))), return_inverse=True)
+    row, column, angle, blur = (values[where] for values in contour)
     steps = fit_steps(
         *(pixels if mask is None else np.where(mask, pixels, np.float32(np.nan)), row, column, angle, blur),
         profile=profile,
@@ -169,8 +167,8 @@ def measure_edges(
     # First order in the square; near zero, where the root is steep, the root of the square's own.
     radius_sd = square_sd / (2 * np.sqrt(np.maximum(square, 0.0) + square_sd / 4))
     return Edges(
-        row=contours.row,
-        column=contours.column,
+        row=contour[0],
+        column=contour[1],
         angle=np.where(np.isfinite(steps["angle"]), steps["angle"], angle)[back],
         low=steps["low"][back],
         high=steps["high"][back],
@@ -178,7 +176,7 @@ def measure_edges(
         radius_sd=radius_sd[back],
         misfit=(steps["misfit"] / freedom)[back],
         valid=valid[back],
-        segment=contours.segment,
+        segment=segment,
     )
 
 

@@ -19,11 +19,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace
 
 from focalgradient.depth.edges.steps import distance_from_arc
+from focalgradient.depth.filters import FloatArray
 from focalgradient.parallel import share_rows
 
 __all__ = ["regress_edges"]
 
-FloatArray = NDArray[np.float64]
 
 SMOOTHING = 1.0
 """Standard deviation in pixels of the smoothing Gaussian. Chosen by hand."""

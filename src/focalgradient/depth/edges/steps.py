@@ -14,12 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.depth.filters import FloatArray
 from focalgradient.parallel import share_rows
 from focalgradient.psf import Psf
 
 __all__ = ["FIELDS", "Profile", "distance_from_arc", "fit_steps"]
 
-FloatArray = NDArray[np.float64]
 
 EDGE_ERROR = 0.01
 """Deviation of real lenses' edges from the model, relative to contrast, that is tolerated. Chosen by hand."""

@@ -9,14 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import between_surfaces
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_jumps import (
+    ALL_WINDOWS,
+    SCATTER_WINDOWS,
+    between_surfaces,
+    variance_beside_jumps,
+)
 from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
-from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes, join_splits
+from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes
 from focalgradient.depth.equalise.residuals import BAND
-from focalgradient.depth.equalise.signal import AROUND, OwnTexture, Signal, informative_nodes
-from focalgradient.depth.equalise.split_band import SplitBand
+from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
+from focalgradient.depth.equalise.split_band import SplitBand, join_splits
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
 from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import NoiseLaw, uneven_noise
@@ -64,7 +69,8 @@ class Frame:
 
     is_consistent: NDArray[np.bool_]  # whether a pixel's views agree
     beyond: NDArray[np.int8]  # 1 nearer than the search, -1 farther
-    texture: OwnTexture
+    is_textured: NDArray[np.bool_]  # depth rests on texture at the pixel itself
+    other_surface: NDArray[np.float32]  # probability that a pixel belongs to a surface without texture
     outlines: Outlines | None = None
     tiles: list[tuple[Tile, Nodes]] = field(default_factory=list)
     splits: list[SplitBand] = field(default_factory=list)
@@ -72,8 +78,8 @@ class Frame:
     @classmethod
     def empty(cls, shape: tuple[int, int]) -> Frame:
         """Allocate a frame of `shape`, to be filled."""
-        texture = OwnTexture(np.empty(shape, np.bool_), np.empty(shape, np.float32))
-        return cls(np.empty(shape, np.bool_), np.empty(shape, np.int8), texture)
+        consistent, textured = np.empty((2, *shape), np.bool_)
+        return cls(consistent, np.empty(shape, np.int8), textured, np.empty(shape, np.float32))
 
     def fill(
         self,
@@ -84,10 +90,9 @@ class Frame:
         outlines: Outlines | None,
     ) -> None:
         """Store the results of one tile."""
-        self.is_consistent[tile.core] = refined.inliers.is_consistent[tile.within]
         self.beyond[tile.core] = beyond[tile.within]
-        self.texture.is_present[tile.core] = refined.texture.is_present[tile.within]
-        self.texture.other_surface[tile.core] = refined.texture.other_surface[tile.within]
+        for name in ("is_consistent", "is_textured", "other_surface"):
+            getattr(self, name)[tile.core] = getattr(refined, name)[tile.within]
         self.tiles.append((tile, refined.nodes))
         self.splits.append(split)
         if outlines is not None:
@@ -129,10 +134,13 @@ def depth_at_nodes(
             # An error of the model bends depth, too, and is part of the sd already.
             by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
-        return equalised.beside_jumps(nodes, SCATTER_WINDOWS, is_seen), split, variance
+        counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
+        beside = variance_beside_jumps(equalised, counted, SCATTER_WINDOWS)
+        return replace(nodes, sd=np.sqrt(nodes.sd**2 + beside)), split, variance
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
-    variance = equalised.farther_from_jumps(nodes, FILTER_REACH * float(np.median(given.blur(nodes.level))))
-    nodes = equalised.beside_jumps(nodes)
+    reach = FILTER_REACH * float(np.median(given.blur(nodes.level)))
+    beside, farther = (variance_beside_jumps(equalised, nodes, ALL_WINDOWS, pixels) for pixels in (0.0, reach))
+    variance, nodes = np.maximum(farther - beside, 0), replace(nodes, sd=np.sqrt(nodes.sd**2 + beside))
     is_between, added = between_surfaces(equalised, nodes, informative_nodes(nodes, one_waveband=False), given)
     frame.is_consistent &= ~equalised.to_blocks(is_between, shape)
     moved = np.interp(nodes.level, np.arange(equalised.levels), common_error(gains, blurs))
@@ -174,12 +182,12 @@ def depth_at_pixels(
         is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
     beside_sd = np.zeros(shape, np.float32)
     if signal.one_waveband:
-        is_valid &= frame.texture.is_present
+        is_valid &= frame.is_textured
         if is_valid.any():
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
-            other_sd = apart * np.sqrt(frame.texture.other_surface)
+            other_sd = apart * np.sqrt(frame.other_surface)
             sd = np.hypot(sd, other_sd)
-            beside_sd = np.where(frame.texture.other_surface > 0.5, other_sd, np.float32(0))
+            beside_sd = np.where(frame.other_surface > 0.5, other_sd, np.float32(0))
     mixture = capabilities(problem.views[0].optics).mixture
     if mixture is not None:
         sd = np.hypot(sd, mixture.focus_sd.astype(np.float32))

@@ -11,11 +11,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import integrate, ndimage, stats
+from scipy import integrate, stats
 
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.residuals import (
@@ -37,13 +37,11 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
-from focalgradient.depth.read import Candidates, EvenCoordinate, read_minima
+from focalgradient.depth.read import EvenCoordinate, read_minima, summed_levels
 from focalgradient.depth.search import Blurs
 from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
-    "ALL_WINDOWS",
-    "SCATTER_WINDOWS",
     "Equalised",
     "Filters",
     "Nodes",
@@ -53,7 +51,6 @@ __all__ = [
     "comparing_filters",
     "equalise",
     "scene_power",
-    "step_of",
     "view_spectra",
 ]
 
@@ -63,14 +60,6 @@ MIN_NOISE_VARIANCE = 1e-4
 SUPPORTED, FEW = 0.5, 0.02
 """Minimum proportion of a node's window that must be usable for it to count in statistics of the frame; and proportion
 of the nodes with texture up to which all count. Chosen by hand."""
-
-SCATTER_SHARE = 0.5
-"""Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
-
-SCATTER_WINDOWS, ALL_WINDOWS = 2.0, 4.0
-"""Distance in windows over which a jump scatters depth, and invalidates it, where boundaries are found: 95 % of a
-window's weight; and where none is looked for: all of it. Planes that grow farther leave out what lies on another
-surface."""
 
 RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
@@ -161,13 +150,14 @@ class Equalised:
     window: float
     change: FloatArray  # L: what the noise's own change by level would add to the residual's variance
     even: EvenCoordinate
-    candidates: Candidates
+    summed: NDArray[np.intp]  # M: the levels at which residuals are summed
+    weights: Image  # L x M: with which all levels follow from these
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
 
     @property
     def levels(self) -> int:
         """Number of candidate levels."""
-        return len(self.candidates.weights)
+        return len(self.weights)
 
     def window_size(self) -> float:
         """Return the effective number of pixels of the window: 1 / sum of its squared weights."""
@@ -183,7 +173,7 @@ class Equalised:
 
     def in_windows(self, window: float) -> Equalised:
         """Return the same residuals, averaged in windows of another size at their own nodes."""
-        return replace(self, window=window, step=step_of(window))
+        return replace(self, window=window, step=numerics.step_of(window))
 
     def divide(self, noise_sd: Image) -> None:
         """Divide the residuals, in place, by the noise of each pixel over the one assumed (H x W)."""
@@ -203,15 +193,15 @@ class Equalised:
 
     def energy(self, weight: Image) -> Image:
         """Return the squared residuals of the M `candidates`, summed over each node's block (M x h x w)."""
-        energy = self.residuals[0].energy(weight, self.step, self.candidates.levels)
+        energy = self.residuals[0].energy(weight, self.step, self.summed)
         for residual in self.residuals[1:]:
-            energy += residual.energy(weight, self.step, self.candidates.levels)
+            energy += residual.energy(weight, self.step, self.summed)
         return energy
 
     def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
         """Update `energy` in place to `weight`, which differs at the pixels of `changed` (H x W) only."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
-        levels = self.candidates.levels
+        levels = self.summed
         energy[:, blocks] = sum(r.energy_of_blocks(blocks, weight, self.step, levels) for r in self.residuals)
 
     def averages(self, energy: Image, weight: Image) -> tuple[Image, FloatArray]:
@@ -229,7 +219,7 @@ class Equalised:
         more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
         slope = np.sum([r.noise_slope for r in self.residuals], axis=0)
         size = np.maximum(self.window_size() * support.ravel(), 1e-3)
-        by_node, weights = mean.reshape(len(mean), -1).T, self.candidates.weights.T
+        by_node, weights = mean.reshape(len(mean), -1).T, self.weights.T
         values, flags = np.empty((4, size.size)), np.empty((2, size.size), np.bool_)
         each = max(1, BAND // self.levels)
         for first in range(0, size.size, each):  # some nodes at a time, for memory
@@ -316,42 +306,6 @@ class Equalised:
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
-
-    def beside_jumps(
-        self, nodes: Nodes, windows: float = ALL_WINDOWS, is_seen: NDArray[np.bool_] | Literal[True] = True
-    ) -> Nodes:
-        """Raise the standard deviation beside a jump of depth, where blur mixes what lies on either side.
-
-        Adds to it the scatter of depth about its local plane, in the window asked for, as far as enough of it reach.
-        Nodes that are not `is_seen` (h x w) do not scatter depth.
-        """
-        counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
-        return replace(nodes, sd=np.sqrt(nodes.sd**2 + SCATTER_SHARE * self.scatter(counted, windows)))
-
-    def farther_from_jumps(self, nodes: Nodes, reach: float) -> FloatArray:
-        """Variance beside a jump that `beside_jumps` leaves out, of filters that `reach` so far, in pixels (h x w)."""
-        return np.maximum(
-            SCATTER_SHARE * (self.scatter(nodes, ALL_WINDOWS, reach) - self.scatter(nodes, ALL_WINDOWS)), 0
-        )
-
-    def scatter(self, nodes: Nodes, windows: float, reach: float = 0.0) -> FloatArray:
-        """Return the variance of depth about its local plane in the requested window, in levels squared (h x w).
-
-        The window, wider by `reach` pixels, ends at `windows` standard deviations.
-        """
-        trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
-
-        def local(values: FloatArray) -> FloatArray:
-            margin = min(round(windows * sd) + 1, *(n - 1 for n in values.shape))
-            wide = np.pad(values, margin, mode="reflect")
-            return ndimage.gaussian_filter(wide, sd, truncate=windows)[margin:-margin, margin:-margin]
-
-        sd = (self.window + reach) / self.step
-        total = np.maximum(local(trust), 1e-9)
-        mean = local(trust * nodes.level) / total
-        spread = local(trust * nodes.level**2) / total - mean**2
-        down, right = np.gradient(mean)
-        return np.maximum(spread - sd**2 * (down**2 + right**2), 0)
 
     def agreement(
         self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray
@@ -442,21 +396,20 @@ def equalise(
         residuals = [mixed_residuals(same, shares) for same in zip(*(one.residuals for one in parts), strict=True)]
     change = np.sum([residual.change for residual in residuals], axis=0)
     bend = np.sqrt(np.sum([residual.bend for residual in residuals], axis=0))
+    levels, weights = np.arange(len(bend)), np.eye(len(bend), dtype=np.float32)
+    # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
+    if interpolate and shared is None:
+        levels, weights = summed_levels(bend)
     return Equalised(
         residuals,
-        step_of(window),
+        numerics.step_of(window),
         window,
         change,
         EvenCoordinate.of(blurs.radius, blurs.even),
-        # Filters for different wavebands assume more noise than there may be, over which their residuals hardly bend.
-        Candidates.of(bend) if interpolate and shared is None else Candidates.every(len(bend)),
+        levels,
+        weights,
         blurs.limited,
     )
-
-
-def step_of(window: float) -> int:
-    """Return the spacing of nodes in pixels, for a window of `window` pixels."""
-    return max(1, round(window / numerics.NODES))
 
 
 def assumed_sd(noise_sd: Sequence[float] | FloatArray, shared: SharedPower | None) -> FloatArray:

@@ -22,10 +22,11 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import APART, JUMP_SDS, LEAST_SD, NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows
 
-__all__ = ["between_surfaces", "find_small_jumps"]
+__all__ = ["ALL_WINDOWS", "SCATTER_WINDOWS", "between_surfaces", "find_small_jumps", "variance_beside_jumps"]
 
 DIRECTIONS = 8
 """Number of directions, 22.5 degrees apart, in which depth discontinuities are searched. Chosen by hand."""
@@ -78,6 +79,36 @@ SURFACE_SMOOTHING = 1.5
 `MADE_WITH`."""
 
 
+SCATTER_SHARE = 0.5
+"""Proportion of the local variance of depth about its plane that is added to the variance of depth. Chosen by hand."""
+
+SCATTER_WINDOWS, ALL_WINDOWS = 2.0, 4.0
+"""Distance in windows over which a jump scatters depth, and invalidates it, where boundaries are found: 95 % of a
+window's weight; and where none is looked for: all of it. Planes that grow farther leave out what lies on another
+surface."""
+
+
+def variance_beside_jumps(equalised: Equalised, nodes: Nodes, windows: float, reach: float = 0.0) -> FloatArray:
+    """Return the variance that a jump adds to depth beside it, where blur mixes what lies on either side (h x w).
+
+    It is half the variance of depth about its local plane, in levels squared. The window, wider by `reach` pixels, ends
+    at `windows` standard deviations; nodes of infinite sd do not count.
+    """
+    trust = 1 / (1 + nodes.sd**2)  # full where depth is known to a level or so
+
+    def local(values: FloatArray) -> FloatArray:
+        margin = min(round(windows * sd) + 1, *(n - 1 for n in values.shape))
+        wide = np.pad(values, margin, mode="reflect")
+        return ndimage.gaussian_filter(wide, sd, truncate=windows)[margin:-margin, margin:-margin]
+
+    sd = (equalised.window + reach) / equalised.step
+    total = np.maximum(local(trust), 1e-9)
+    mean = local(trust * nodes.level) / total
+    spread = local(trust * nodes.level**2) / total - mean**2
+    down, right = np.gradient(mean)
+    return SCATTER_SHARE * np.maximum(spread - sd**2 * (down**2 + right**2), 0)
+
+
 def find_small_jumps(
     equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions, images: Sequence[Image]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray, FloatArray, FloatArray] | None:
@@ -120,8 +151,7 @@ def find_small_jumps(
     )
     is_near = level > middle
     border = np.zeros(shape, np.bool_)
-    for axis in (0, 1):
-        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+    for first, second in NEIGHBOURS:
         changes = (is_near[first] != is_near[second]) & is_inside[first] & is_inside[second]
         border[first] |= changes
         border[second] |= changes

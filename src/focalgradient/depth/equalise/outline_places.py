@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import FloatArray, Image, smoothed
+from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import Zone, jump_pairs, nearest_surfaces, surface_planes
 from focalgradient.depth.validity import BLUR_ERROR
 
@@ -278,8 +279,7 @@ def _distance(
     """
     own, other = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.far, zone.near)
     beside = np.zeros(is_near.shape, np.bool_)
-    for axis in (0, 1):
-        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+    for first, second in NEIGHBOURS:
         border = (is_near[first] != is_near[second]) & zone.is_inside[first] & zone.is_inside[second]
         border &= ~(is_settled[first] & is_settled[second])
         for one, two in ((first, second), (second, first)):

@@ -22,10 +22,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
-from focalgradient.depth.equalise.likelihood import SCATTER_WINDOWS, Equalised, Nodes
-from focalgradient.depth.equalise.outline_jumps import between_surfaces, find_small_jumps
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes
+from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
+    OUTLINE_SD,
     Conditions,
     Located,
     few_large,
@@ -39,12 +40,11 @@ from focalgradient.depth.equalise.parts import (
     Tile,
     refine,
     refine_without,
-    reject_outliers,
     tiles_about,
 )
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.filters import FloatArray, Image
-from focalgradient.depth.numerics import block_mean, block_sum
+from focalgradient.depth.numerics import NEIGHBOURS, block_mean, block_sum
 from focalgradient.depth.planes import (
     HELD_APART,
     PLANE_SPAN,
@@ -83,7 +83,7 @@ MIN_CLEAR_NODES = 2
 """Minimum number of unoccluded grid points per side; with fewer, a side is extended from all of its points. Chosen on
 `MADE_WITH`."""
 
-SMALL_OUTLINE_SD = 4.0
+SMALL_OUTLINE_SD = 2 * OUTLINE_SD
 """Localisation standard deviation, in pixels, of boundaries that only depth reveals: twice `OUTLINE_SD`. Chosen on
 `MADE_WITH`."""
 
@@ -99,7 +99,7 @@ HALF = 0.5
 """Minimum proportion of the pixels next to a boundary that a surface must explain to be extended to it; and of a grid
 point's pixels that must be unoccluded, or consistent: a majority."""
 
-SLACK = 3.0
+SLACK = 1.5 * OUTLINE_SD
 """Distance in pixels beyond the reach of a boundary within which a contradiction may be caused by it: 1.5 `OUTLINE_SD`.
 Chosen on `MADE_WITH`."""
 
@@ -172,17 +172,17 @@ def find_outlines(
     model_error
         Error of the blur model as a share of the blur: what it explains is not a jump.
     """
-    given = Conditions(radii, part.search.levels_per_pixel, refined.inliers.likelihood.scale, model_error)
+    given = Conditions(radii, part.search.levels_per_pixel, refined.likelihood.scale, model_error)
     narrow = equalised.in_windows(max(LEAST_WINDOW, FINER * equalised.window))
-    is_consistent, found = refined.inliers.is_consistent, None
+    is_consistent, found = refined.is_consistent, None
     shape = is_consistent.shape
     may_jump = _may_jump(equalised, refined.nodes, is_consistent, given)
     may_jump = block_sum(equalised.to_blocks(may_jump, shape).astype(np.float32), narrow.step) > 0
     for tile in tiles_about(may_jump, narrow.step, shape, given.zone_reach(equalised.window), _overlap(narrow)):
         finer, here = narrow.part(*tile.outer), part.of(tile)
-        is_used = here.usable(finer) & refined.inliers.likelihood.is_summed[tile.outer]
+        is_used = here.usable(finer) & refined.likelihood.is_summed[tile.outer]
         likelihood = Likelihood.of(finer, is_used, given.noise)
-        fine = refine(finer, here, *reject_outliers(finer, here, likelihood), HELD_APART)
+        fine = refine(finer, here, likelihood, HELD_APART)
         outlines = _outlines_of_tile(finer, fine, here.views.images, given, equalised.window)
         if outlines is not None:
             found = found or Outlines.none(shape)
@@ -198,14 +198,14 @@ def _outlines_of_tile(
     `images` are the views themselves, H x W each. `wider` are the windows, in pixels, in which depth is estimated away
     from outlines: as far as these reach over an outline, depth from narrow ones replaces it, too.
     """
-    nodes, inliers = refined.nodes, refined.inliers
-    shape, step, is_informative = inliers.is_consistent.shape, equalised.step, informative_nodes(nodes)
+    nodes, is_consistent = refined.nodes, refined.is_consistent
+    shape, step, is_informative = is_consistent.shape, equalised.step, informative_nodes(nodes)
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
-    is_explained = few_large(squared_residual(equalised, level, sd, given)) & inliers.is_consistent
+    is_explained = few_large(squared_residual(equalised, level, sd, given)) & is_consistent
     is_reliable = is_informative & blur_is_known(nodes.sd / given.levels_per_pixel, 0.0)
     is_reliable &= block_mean(is_explained, step) >= MIN_EXPLAINED
     jump_sd = _jump_sd(nodes, given)
-    is_valid = inliers.is_consistent & equalised.to_blocks(is_informative, shape)
+    is_valid = is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, given, images)
     planes = surface_planes(nodes.level, nodes.sd, is_reliable, given.gap)
     jumps = jump_pairs(planes, jump_sd, is_reliable, given.gap)
@@ -216,7 +216,7 @@ def _outlines_of_tile(
         large = _find_large(
             here,
             nodes.part(*within),
-            partial(refine_without, inliers.likelihood, here, tile),
+            partial(refine_without, refined.likelihood, here, tile),
             np.ascontiguousarray(is_reliable[within]),
             np.ascontiguousarray(is_explained[tile.outer]),
             given,
@@ -434,8 +434,7 @@ def curves(side: NDArray[np.int8]) -> list[list[list[float]]]:
     """
     # Borders between pixels, from corner to corner; corner (i, j) is the upper left one of pixel (i, j).
     follows: dict[Point, list[Point]] = {}
-    for axis in (0, 1):
-        first, second = ((slice(None),) * axis + (part,) for part in (slice(-1), slice(1, None)))
+    for axis, (first, second) in enumerate(NEIGHBOURS):
         for i, j in np.argwhere(side[first] * side[second] < 0).tolist():
             start, end = ((i + 1, j), (i + 1, j + 1)) if axis == 0 else ((i + 1, j + 1), (i, j + 1))
             if side[i, j] > 0:

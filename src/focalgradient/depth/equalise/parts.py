@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
-from focalgradient.depth.equalise.signal import OwnTexture, informative_nodes, own_texture, rests_on_texture
-from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
+from focalgradient.depth.equalise.signal import informative_nodes, own_texture, rests_on_texture
+from focalgradient.depth.equalise.split_band import DetailHalves
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.planes import HELD_APART, SMOOTH, Growth
@@ -31,17 +31,14 @@ from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = [
     "ERRS",
-    "Inliers",
     "Likelihood",
     "Part",
     "Refined",
     "Tile",
     "detail_halves",
     "join_nodes",
-    "join_splits",
     "refine",
     "refine_without",
-    "reject_outliers",
     "tiles",
 ]
 
@@ -173,30 +170,6 @@ def join_nodes(parts: Sequence[tuple[Tile, Nodes]], shape: tuple[int, int], step
     return Nodes(**whole)
 
 
-def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
-    """Return the model error of a whole frame from those of its tiles, each with the weight of its nodes."""
-    some = [split for split in splits if split.taus]
-    if len(some) < 2:
-        return some[0] if some else splits[0]
-    weight = np.array([split.nodes for split in some], float)
-
-    def mean(values: list[tuple[float, ...]]) -> tuple[float, ...]:
-        return tuple(float(value) for value in weight @ np.array(values) / weight.sum())
-
-    def root_mean_square(values: list[tuple[float, ...]]) -> tuple[float, ...]:
-        return tuple(float(np.sqrt(v)) for v in mean([tuple(one**2 for one in some) for some in values]))
-
-    taus, directions = (root_mean_square([getattr(split, name) for split in some]) for name in ("taus", "directions"))
-    return SplitBand(
-        max(*taus, *directions),
-        mean([split.cuts for split in some]),
-        taus,
-        mean([split.differences for split in some]),
-        directions,
-        int(weight.sum()),
-    )
-
-
 CHECK_SIDE = 5
 """Side in pixels of the squares in which agreement of the views is tested: much smaller than windows. Chosen by hand.
 """
@@ -270,33 +243,25 @@ class Likelihood:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Inliers:
-    """Pixels whose views agree at some depth, and the likelihood of windows over these alone."""
+class Refined:
+    """Depth of a part of the frame by local planes through the pixels whose views agree."""
 
+    nodes: Nodes
     likelihood: Likelihood  # over the inliers, but for a share `REJECTION_SETTLED` at most
     is_consistent: NDArray[np.bool_]  # H x W: whether a pixel's views agree
     is_within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
-
-    @property
-    def is_inlier(self) -> NDArray[np.bool_]:
-        """H x W: consistent, and out of reach of light from beyond the frame."""
-        return self.is_consistent & self.is_within
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Refined:
-    """Depth of a part of the frame by local planes through its inliers."""
-
-    nodes: Nodes
-    inliers: Inliers
-    texture: OwnTexture
+    is_textured: NDArray[np.bool_]  # H x W: depth rests on texture at the pixel itself
+    other_surface: Image  # H x W: probability that a pixel belongs to a surface without texture beside that seen
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
-def reject_outliers(equalised: Equalised, part: Part, found: Likelihood) -> tuple[Inliers, ResidualStatistics]:
+def _inliers(
+    equalised: Equalised, part: Part, found: Likelihood
+) -> tuple[Likelihood, NDArray[np.bool_], NDArray[np.bool_], ResidualStatistics]:
     """Reject pixels whose views contradict each other at the depth found, and find depth without them, in turn.
 
-    Also returns what each pixel leaves at the depth by which it was judged. `found` is changed.
+    Returns the likelihood, `Refined.is_consistent`, `Refined.is_within`, and what each pixel leaves at the depth by
+    which it was judged. `found` is changed.
     """
     blur = part.search.radius(part.search.vergences)  # L
     tolerance = BLUR_ERROR * blur * part.search.levels_per_pixel
@@ -313,38 +278,29 @@ def reject_outliers(equalised: Equalised, part: Part, found: Likelihood) -> tupl
         if (found.is_summed ^ (is_consistent & is_within)).mean() < REJECTION_SETTLED:
             break
         found = found.over(equalised, is_consistent & is_within)
-    return Inliers(found, is_consistent, is_within), local
+    return found, is_consistent, is_within, local
 
 
-def refine(
-    equalised: Equalised, part: Part, inliers: Inliers, local: ResidualStatistics, growth: Growth = SMOOTH
-) -> Refined:
-    """Refine depth by local planes in windows of `growth`, and find where it rests on texture.
-
-    `local` is what `reject_outliers` returns beside the inliers.
-    """
-    nodes, scale, weight = inliers.likelihood.nodes, inliers.likelihood.scale, inliers.is_inlier.astype(np.float32)
+def refine(equalised: Equalised, part: Part, found: Likelihood, growth: Growth = SMOOTH) -> Refined:
+    """Reject outliers, refine depth by local planes in windows of `growth`, and find where it rests on texture."""
+    likelihood, is_consistent, is_within, local = _inliers(equalised, part, found)
+    nodes, scale, weight = likelihood.nodes, likelihood.scale, (is_consistent & is_within).astype(np.float32)
     local = equalised.evaluate_to_refine(nodes, local)
     first = replace(equalised.refine(nodes, local, weight, scale, growth.first), sd=nodes.sd)
     local, images = equalised.evaluate_images(first)
     nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, scale, growth)
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
-    return Refined(nodes, inliers, own_texture(equalised, local, weight, scale, part.compressed), images)
+    texture = own_texture(equalised, local, weight, scale, part.compressed)
+    return Refined(nodes, likelihood, is_consistent, is_within, *texture, images)
 
 
 def detail_halves(equalised: Equalised, part: Part, refined: Refined, one_waveband: bool) -> DetailHalves:
-    """Return depth from either half of the detail, for the split-band test of a part of the frame.
-
-    The test's filters would carry what is saturated, contradicts, or comes from beyond the frame. Where all are left
-    out, a residual that is a multiple of its derivative stays so, and with it the depth that it gives. Textures of
-    different wavebands contradict by nature.
-    """
-    inliers, nodes = refined.inliers, refined.nodes
-    weight = inliers.is_inlier.astype(np.float32)
-    kept = weight if one_waveband else inliers.is_within.astype(np.float32)
+    """Return depth from either half of the detail, for the split-band test of a part of the frame."""
+    weight = (refined.is_consistent & refined.is_within).astype(np.float32)
+    kept = weight if one_waveband else refined.is_within.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in refined.images]
-    scale, is_informative = inliers.likelihood.scale, informative_nodes(nodes)
-    return DetailHalves.of(equalised, nodes, images, weight, part.search, scale, is_informative)
+    scale, is_informative = refined.likelihood.scale, informative_nodes(refined.nodes)
+    return DetailHalves.of(equalised, refined.nodes, images, weight, part.search, scale, is_informative)
 
 
 def refine_without(

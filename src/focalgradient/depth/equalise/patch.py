@@ -16,17 +16,15 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.filters import FINEST, LOW
+from focalgradient.depth.filters import FINEST, LOW, FloatArray
 from focalgradient.depth.search import view_blur
-from focalgradient.depth.settings import AUTO
+from focalgradient.depth.settings import AUTO, noise_of_each
 from focalgradient.errors import InputError, check_finite
 from focalgradient.optics import capabilities
 from focalgradient.psf import pixel_transfer
 from focalgradient.view import View
 
 __all__ = ["likelihood_of_transfers", "ring_transfer", "vergence_likelihood"]
-
-FloatArray = NDArray[np.float64]
 
 RINGS = 2
 """Number of rings of frequency per step of the spectrum in which the views' powers are summed."""
@@ -261,11 +259,9 @@ def _checked(views: Sequence[View], noise: float | Sequence[float], correlation:
         raise InputError(f"views holds {len(views)} views, but must hold one or more of one size and pixel angle.")
     if any(view.mask is not None and not view.mask.all() for view in views):
         raise InputError("a view has masked pixels, but all of a patch is compared: crop it to where none is masked.")
-    noises = np.asarray(noise, dtype=float)
-    if noises.ndim > 1 or noises.size not in (1, len(views)) or not np.all((noises > 0) & np.isfinite(noises)):
-        raise InputError(f"noise is {noise!r}, but must be one positive number, or one for each of the views.")
+    noises = noise_of_each(noise, len(views))
     if not (0 < correlation <= 1 and gain > 0):
         raise InputError(
             f"correlation is {correlation!r} and gain {gain!r}, but must be above 0, the correlation at most 1."
         )
-    return np.broadcast_to(noises, len(views)).copy()
+    return noises

@@ -23,7 +23,7 @@ __all__ = [
     "AROUND",
     "BY_CHANCE",
     "EXPLAINED",
-    "OwnTexture",
+    "JPEG_BLOCK",
     "Signal",
     "among_outside",
     "beyond_ends",
@@ -34,7 +34,7 @@ __all__ = [
     "outside_range",
     "own_texture",
     "rests_on_texture",
-    "show_blocks",
+    "steps_at_blocks",
     "why_rejected",
 ]
 
@@ -114,18 +114,12 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class OwnTexture:
-    """Where depth rests on texture at the pixel itself, H x W each."""
-
-    is_present: NDArray[np.bool_]
-    other_surface: Image  # probability that a pixel belongs to a surface without texture, beside that which is seen
-
-
 def own_texture(
     equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
-) -> OwnTexture:
-    """Test whether information about depth lies at each pixel, and not only beside it in its window.
+) -> tuple[NDArray[np.bool_], Image]:
+    """Test whether information about depth lies at each pixel, and not only beside it in its window (H x W).
+
+    Also returns the probability that a pixel belongs to a surface without texture, beside that which is seen.
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
     with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
@@ -142,7 +136,7 @@ def own_texture(
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
     lacks = weight * ~(shows if compressed else _without_gaps(shows))
     share = smoothed(lacks, LACK_SD) / (smoothed(weight, LACK_SD) + 1e-6)
-    return OwnTexture(_without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32))
+    return _without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32)
 
 
 def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -183,9 +177,8 @@ LESS_THAN_NOISE = 0.5
 quality 60 to 80, whose compression leaves some blocks flat; 0.9 and more on texture."""
 
 JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
-"""Side in pixels of a JPEG block (its standard); and ratio of the mean step between blocks to that within them above
-which blocks are visible: 1.9 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored
-scenes."""
+"""Side in pixels of a JPEG block (its standard); and ratio of the step between blocks to that within them above which
+blocks are visible: 2.05 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored scenes."""
 
 LINES = 256
 """Maximum number of rows or columns in which JPEG blocks are searched in large frames: sufficient for their mean."""
@@ -326,23 +319,29 @@ def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
     return np.asarray(outside > OUTSIDE * np.maximum(all_of_them, 1e-6))
 
 
-def show_blocks(images: Sequence[Image]) -> bool:
-    """Return whether JPEG blocks are visible in any of the views (H x W each).
+def steps_at_blocks(image: NDArray[np.floating], order: int = 1) -> list[float]:
+    """Return the step between JPEG blocks over that within them, down and across an image (H x W): 1 without blocks.
 
-    >>> paper = np.random.default_rng(0).standard_normal((64, 64)).astype(np.float32)
-    >>> blocks = np.kron(paper[:8, :8], np.ones((8, 8), np.float32))
-    >>> show_blocks([paper]), show_blocks([paper, paper / 4 + blocks])
-    (False, True)
+    Steps are differences of an `order`. A place of a block stands out if it does so in the mean over all blocks and in
+    the lower quartile: a pattern of a multiple of their side has steps at some of them only.
+
+    >>> paper = np.random.default_rng(0).standard_normal((96, 96))
+    >>> blocks, squares = (np.kron(paper[: 96 // n, : 96 // n], np.ones((n, n))) for n in (8, 24))
+    >>> [max(steps_at_blocks(paper / 4 + pattern)) > STEP_AT_BLOCKS for pattern in (0, blocks, squares)]
+    [False, True, False]
     """
-    for image in images:
-        for lines in (image, image.T):
-            some = lines[:, :: max(1, lines.shape[1] // LINES)]
-            step = np.abs(np.diff(some, axis=0)).mean(axis=1)
-            by_place = step[: len(step) // JPEG_BLOCK * JPEG_BLOCK].reshape(-1, JPEG_BLOCK).mean(axis=0)
-            edge, *within = np.sort(by_place)[::-1]
-            if edge > STEP_AT_BLOCKS * np.median(within):
-                return True
-    return False
+    found = []
+    for lines in (image, image.T):
+        some = lines[:, :: max(1, lines.shape[1] // LINES)]
+        step = np.abs(np.diff(some, order, axis=0)).mean(axis=1)
+        blocks = step[: len(step) // JPEG_BLOCK * JPEG_BLOCK].reshape(-1, JPEG_BLOCK)
+        if not blocks.any():
+            found.append(1.0)
+            continue
+        some = blocks[blocks.any(axis=1)]
+        places = np.sort([some.mean(axis=0), np.quantile(some, 0.25, axis=0)])
+        found.append(float((places[:, -1] / np.maximum(np.median(places[:, :-1], axis=1), 1e-30)).min()))
+    return found
 
 
 def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
@@ -355,7 +354,7 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     if not (seen & informative).any():
         return None
     there, all_over = (float(np.median(nodes.misfit[some])) for some in (seen & informative, seen))
-    if there < LESS_THAN_NOISE and show_blocks(images):
+    if there < LESS_THAN_NOISE and max(max(steps_at_blocks(image)) for image in images) > STEP_AT_BLOCKS:
         return there
     return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
 

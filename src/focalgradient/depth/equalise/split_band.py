@@ -24,7 +24,7 @@ from focalgradient.depth.planes import SMOOTH
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, random_effects
 
-__all__ = ["UNLIKE", "DetailHalves", "SplitBand"]
+__all__ = ["UNLIKE", "DetailHalves", "SplitBand", "join_splits"]
 
 CUTS = (0.25, 0.35)
 """Frequencies at which the band is split, in cycles per blur radius; a single one misses some errors. Chosen on 70
@@ -87,6 +87,30 @@ class SplitBand:
             "tau_by_direction": list(self.directions),
             "nodes": self.nodes,
         }
+
+
+def join_splits(splits: Sequence[SplitBand]) -> SplitBand:
+    """Return the model error of a whole frame from those of its tiles, each with the weight of its nodes."""
+    some = [split for split in splits if split.taus]
+    if len(some) < 2:
+        return some[0] if some else splits[0]
+    weight = np.array([split.nodes for split in some], float)
+
+    def mean(values: list[tuple[float, ...]]) -> tuple[float, ...]:
+        return tuple(float(value) for value in weight @ np.array(values) / weight.sum())
+
+    def root_mean_square(values: list[tuple[float, ...]]) -> tuple[float, ...]:
+        return tuple(float(np.sqrt(v)) for v in mean([tuple(one**2 for one in some) for some in values]))
+
+    taus, directions = (root_mean_square([getattr(split, name) for split in some]) for name in ("taus", "directions"))
+    return SplitBand(
+        max(*taus, *directions),
+        mean([split.cuts for split in some]),
+        taus,
+        mean([split.differences for split in some]),
+        directions,
+        int(weight.sum()),
+    )
 
 
 @dataclass(frozen=True, slots=True, eq=False)

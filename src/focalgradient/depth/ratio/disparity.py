@@ -10,7 +10,7 @@ average of sizes (``absolute=True`` gives the paper's). The Gaussian that gives 
 of 4 x 4 pixels, not over pixels: a box and a Gaussian are a Gaussian wider by 1.25 square pixels. And the second
 difference may be taken between means over 2 x 2, 4 x 4 or 8 x 8 pixels: the finest detail is the first that blur takes,
 and a band is best where the larger aperture has taken part of it and not all. And depth comes from all bands at once,
-whose energies scatter together (`focalgradient.depth.ratio.covariance`), so that the others account
+whose energies scatter together (`focalgradient.depth.ratio.likelihood`), so that the others account
 for much of what is chance in one ratio.
 """
 
@@ -26,9 +26,8 @@ from scipy.ndimage import minimum_filter
 from scipy.special import gammaincinv
 
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.covariance import energy_covariance
 from focalgradient.depth.ratio.energies import BLOCK, Picture, Plane
-from focalgradient.depth.ratio.likelihood import likeliest_defocus
+from focalgradient.depth.ratio.likelihood import energy_covariance, likeliest_defocus
 from focalgradient.depth.ratio.table import BANDS, DisparityTable
 from focalgradient.depth.search import Search
 from focalgradient.depth.validity import blur_is_known

@@ -11,14 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import SCENE_SLOPE
+from focalgradient.depth.filters import SCENE_SLOPE, FloatArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import Psf, pixel_transfer, psf_of
 
 __all__ = ["BANDS", "DisparityTable", "band_transfer", "two_apertures"]
 
-FloatArray = NDArray[np.float64]
 
 BANDS = (1, 2, 4, 8)
 """Scales in pixels of the second differences: each responds to half the frequencies of the previous one."""

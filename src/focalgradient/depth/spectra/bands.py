@@ -1,4 +1,4 @@
-"""Local spectra: windowed patches as the paper has them, and bands of whole images, equalised first.
+"""Local spectra: bands of whole images, each equalised with the blur assumed of the other first.
 
 A windowed patch of a blurred image is not the blurred windowed patch: power leaks across its edges and into the
 neighbouring frequencies, so that the ratio of two patches' spectra gives too small a difference of blur, by more the
@@ -35,7 +35,7 @@ from focalgradient.depth.filters import (
     natural_power,
 )
 
-__all__ = ["Bands", "Compared", "Hypothesis", "Patches", "compare", "scene_level"]
+__all__ = ["Bands", "Compared", "Hypothesis", "compare", "scene_level", "spacing"]
 
 MEASURE: FloatArray = 2 * np.pi * RADII * RADII[1]
 """Proportion of all frequencies at each of `RADII`: the area of its ring relative to the plane."""
@@ -55,79 +55,6 @@ NOTHING = 1e12
 
 FILTER_ERROR = 1e-3
 """Maximum amplitude error of the low-rank filters, relative to an equaliser's amplitude. Chosen by hand."""
-
-CHUNK = 1_000_000
-"""Number of pixels of patches transformed at a time; limits memory. Chosen by hand."""
-
-
-@dataclass(frozen=True)
-class Patches:
-    """Gaussian-windowed patches of `side` pixels, one in the middle of each block of `step` pixels.
-
-    The power that a patch gathers is weighted by a Gaussian of sd `window`: the window itself is sqrt(2) wider.
-    Spectra are summed over orientation, in rings one frequency of the patch wide.
-
-    Examples
-    --------
-    >>> patches = Patches.of(8.0)
-    >>> patches.side, patches.step, patches.frequency[:3].round(3).tolist()
-    (64, 8, [0.019, 0.034, 0.048])
-    """
-
-    window: float
-    step: int
-    side: int
-
-    @classmethod
-    def of(cls, window: float) -> Patches:
-        """Return the patches about as far apart as the window is wide."""
-        return cls(window, _spacing(window), 8 * int(np.ceil(window)))
-
-    @cached_property
-    def _taper(self) -> FloatArray:
-        """The window along one axis; its squares sum to 1."""
-        edge = np.exp(-((np.arange(self.side) + 0.5 - self.side / 2) ** 2) / (4 * self.window**2))
-        return edge / np.linalg.norm(edge)
-
-    @cached_property
-    def _squared(self) -> FloatArray:
-        """Squared frequency of each element of a patch's half spectrum."""
-        return fft.fftfreq(self.side)[:, None] ** 2 + fft.rfftfreq(self.side) ** 2
-
-    @cached_property
-    def _rings(self) -> Image:
-        """The sum over each ring, as a matrix: elements of a half spectrum x R."""
-        ring = np.rint(self.side * np.sqrt(self._squared)).reshape(-1, 1)
-        twice = np.full(self._squared.shape, 2.0)
-        twice[:, [0, -1]] = 1.0  # a real image's spectrum is stored by half
-        rings = np.arange(1, int(FINEST * self.side) + 1)
-        return np.asarray((ring == rings) * twice.reshape(-1, 1), np.float32)
-
-    @cached_property
-    def frequency(self) -> FloatArray:
-        """Root mean square frequency of each ring (R), in cycles per pixel."""
-        return np.sqrt(self._squared.ravel() @ self._rings / self.frequencies)
-
-    @cached_property
-    def frequencies(self) -> FloatArray:
-        """Number of a patch's frequencies in each ring (R)."""
-        return self._rings.sum(axis=0, dtype=float)
-
-    def amplitudes(self, image: Image) -> FloatArray:
-        """Return the ring sums of |F| for every patch of `image` (H x W): h x w x R. Beyond the frame is dark."""
-        rows, columns = (-(-n // self.step) for n in image.shape)
-        # Of patches at the blocks' middles, as many pixels lie before the first block as behind it.
-        margin = (self.side - self.step) // 2
-        around = [(margin, margin + m * self.step - n) for m, n in zip((rows, columns), image.shape, strict=True)]
-        every = np.lib.stride_tricks.sliding_window_view(np.pad(image, around), (self.side, self.side))
-        every = every[:: self.step, :: self.step]
-        taper = np.outer(self._taper, self._taper).astype(np.float32)
-        sums = np.empty((rows, columns, self._rings.shape[1]))
-        band = max(1, CHUNK // (columns * self.side**2))
-        for row in range(0, rows, band):
-            spectrum = fft.rfft2(every[row : row + band] * taper, workers=-1)
-            sums[row : row + band] = np.abs(spectrum).reshape(*spectrum.shape[:2], -1) @ self._rings
-        return sums
 
 
 @dataclass(frozen=True)
@@ -150,7 +77,7 @@ class Bands:
     @classmethod
     def of(cls, window: float) -> Bands:
         """Return the bands for a window, with nodes about as far apart as it is wide."""
-        return cls(window, _spacing(window))
+        return cls(window, spacing(window))
 
     @cached_property
     def shapes(self) -> FloatArray:
@@ -358,7 +285,10 @@ def compare(
     )
     used = scene > FAINT * noise  # hypotheses x K
     used[~used.any(axis=1), 0] = True
-    whole = _Whole.of(images, reach)
+    around = min(reach, *usable.shape) // 4 * 4
+    # Multiples of 4, so that bands can be sampled at every second or fourth pixel.
+    rows, columns = (4 * fft.next_fast_len(-(-(n + 2 * around) // 4), real=True) for n in usable.shape)
+    spectra = mirrored_spectra(images, around, (rows, columns))
     nodes = [-(-n // bands.step) for n in usable.shape]
     power = np.zeros((len(hypotheses), 2, len(bands.shapes), *nodes), np.float32)
     shares = np.zeros((len(bands.shapes), *nodes), np.float32)
@@ -372,8 +302,10 @@ def compare(
         shares[band] = bands.gather(numerics.block_sum(mask, bands.step // skip)[None])[0] * skip**2
         first, second = np.tril_indices(len(filters))
         squares = coefficients[..., first] * coefficients[..., second] * np.where(first == second, 1.0, 2.0)
-        for view in range(len(images)):
-            products = numerics.block_products(whole.filtered(view, filters, skip), mask, bands.step // skip)
+        top, left = (slice(around // skip, around // skip - (-n // skip)) for n in usable.shape)
+        for view, spectrum in enumerate(spectra):
+            filtered = _filtered(spectrum, (rows, columns), (top, left), filters, skip)
+            products = numerics.block_products(filtered, mask, bands.step // skip)
             gathered = bands.gather(products) * skip**2 / np.maximum(shares[band], 1e-4)
             for side in (0, 1):
                 mine = np.array([hypotheses[m].pair[side] == view for m in those])
@@ -402,37 +334,27 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (left.T @ rows) * fall, (size * left).reshape(*gains.shape[:-1], -1)
 
 
-@dataclass(frozen=True)
-class _Whole:
-    """Whole images as spectra, mirrored all around so that no filter wraps."""
+def _filtered(
+    spectrum: NDArray[np.complex64],
+    size: tuple[int, int],
+    within: tuple[slice, slice],
+    filters: FloatArray,
+    skip: int,
+) -> Image:
+    """Filter a view by each of `filters` (r x RADIAL), at the centre of each block of `skip` pixels: r x h x w.
 
-    values: NDArray[np.complex64]  # n x rows x columns
-    shape: tuple[int, int]
-    size: tuple[int, int]
-    reach: int
-
-    @classmethod
-    def of(cls, images: Sequence[Image], reach: int) -> _Whole:
-        height, width = images[0].shape
-        reach = min(reach, height, width) // 4 * 4
-        # Multiples of 4, so that bands can be sampled at every second or fourth pixel.
-        rows, columns = (4 * fft.next_fast_len(-(-(n + 2 * reach) // 4), real=True) for n in (height, width))
-        values = mirrored_spectra(images, reach, (rows, columns))
-        return cls(values, (height, width), (rows, columns), reach)
-
-    def filtered(self, view: int, filters: FloatArray, skip: int) -> Image:
-        """Filter a view by each of `filters` (r x RADIAL), at the centre of each block of `skip` pixels: r x h x w."""
-        rows, columns = (n // skip for n in self.size)
-        down, right = fft.fftfreq(rows, skip)[:, None], fft.rfftfreq(columns, skip)
-        part = self.values[view][np.rint(down[:, 0] * self.size[0]).astype(int), : len(right)]
-        part = part * np.exp(1j * np.pi * (skip - 1) * (down + right)).astype(np.complex64) / np.float32(skip**2)
-        frequency = np.hypot(down, right)
-        first, *last = (slice(self.reach // skip, self.reach // skip - (-n // skip)) for n in self.shape)
-        images = np.empty((len(filters), first.stop - first.start, last[0].stop - last[0].start), np.float32)
-        for image, row in zip(images, filters, strict=True):
-            gain = np.interp(frequency, RADII, row).astype(np.float32)
-            image[:] = fft.irfft2(part * gain, (rows, columns), workers=-1, overwrite_x=True)[first, last[0]]
-        return images
+    Its `spectrum` is that of the view mirrored to `size`; blocks `within` that are returned.
+    """
+    rows, columns = (n // skip for n in size)
+    down, right = fft.fftfreq(rows, skip)[:, None], fft.rfftfreq(columns, skip)
+    part = spectrum[np.rint(down[:, 0] * size[0]).astype(int), : len(right)]
+    part = part * np.exp(1j * np.pi * (skip - 1) * (down + right)).astype(np.complex64) / np.float32(skip**2)
+    frequency = np.hypot(down, right)
+    images = np.empty((len(filters), *(place.stop - place.start for place in within)), np.float32)
+    for image, row in zip(images, filters, strict=True):
+        gain = np.interp(frequency, RADII, row).astype(np.float32)
+        image[:] = fft.irfft2(part * gain, (rows, columns), workers=-1, overwrite_x=True)[within]
+    return images
 
 
 def scene_level(images: Sequence[Image]) -> float:
@@ -446,6 +368,6 @@ def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:
     return np.pad(usable, around)[skip // 2 :: skip, skip // 2 :: skip].astype(np.float32)
 
 
-def _spacing(window: float) -> int:
+def spacing(window: float) -> int:
     """Return the spacing of nodes in pixels."""
     return 2 ** max(0, round(np.log2(window)))

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.depth.noise import noise_from_residuals
-from focalgradient.depth.recover import checked_views, problem_of
-from focalgradient.depth.settings import RecoverySettings, blur_source
+from focalgradient.depth.recover import problem_of
+from focalgradient.depth.settings import RecoverySettings, blur_source, checked_views
 from focalgradient.depth.spectra.pairs import Differences, Pair
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.psf import Psf

@@ -10,12 +10,16 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import fft
 
-from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.spectra.bands import Patches
+from focalgradient.depth.filters import FINEST, FloatArray, Image
+from focalgradient.depth.spectra.bands import spacing
 from focalgradient.errors import InputError, check_finite
 
 __all__ = ["spectral_difference"]
+
+CHUNK = 1_000_000
+"""Number of pixels of patches transformed at a time; limits memory. Chosen by hand."""
 
 
 def spectral_difference(
@@ -46,7 +50,7 @@ def spectral_difference(
     Returns
     -------
     difference, sd
-        One for each patch, h x w: patches lie in the middles of blocks of `Patches.of(window).step` pixels. The sd is
+        One for each patch, h x w: patches lie in the middles of blocks of `spacing(window)` pixels. The sd is
         ``inf`` where fewer than three rings stand out of the noise.
 
     Raises
@@ -78,20 +82,53 @@ def spectral_difference(
         raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
     if not (np.ndim(noise) == 0 and 0 <= noise < np.inf):
         raise InputError(f"noise is {noise!r}, but must be a standard deviation of 0 or more.")
-    patches, mean = Patches.of(window), first.mean()
-    one, other = (patches.amplitudes(image - mean) for image in (first, second))
-    floor = np.sqrt(np.pi / 4) * noise * patches.frequencies  # of white noise, whose |F| is Rayleigh distributed
+    side = 8 * int(np.ceil(window))
+    squares, rings = _rings(side)
+    count, mean = rings.sum(axis=0, dtype=float), first.mean()
+    one, other = (_amplitudes(image - mean, window, side, rings) for image in (first, second))
+    floor = np.sqrt(np.pi / 4) * noise * count  # of white noise, whose |F| is Rayleigh distributed
     clear = np.minimum(one, other) > 2 * floor
     tiny = np.finfo(np.float32).tiny
     ratio = np.log((one + tiny) / (other + tiny))
-    rings = clear.sum(axis=-1)
-    count = np.maximum(rings, 1)
-    squared = np.where(clear, patches.frequency**2, 0)
-    lever = np.where(clear, squared - squared.sum(axis=-1, keepdims=True) / count[..., None], 0)
+    used = clear.sum(axis=-1)
+    some = np.maximum(used, 1)
+    squared = np.where(clear, np.sqrt(squares @ rings / count) ** 2, 0)
+    lever = np.where(clear, squared - squared.sum(axis=-1, keepdims=True) / some[..., None], 0)
     spread = np.maximum((lever**2).sum(axis=-1), 1e-12)
     slope = (lever * ratio).sum(axis=-1) / spread
-    height = np.where(clear, ratio, 0).sum(axis=-1) / count
+    height = np.where(clear, ratio, 0).sum(axis=-1) / some
     left = np.where(clear, ratio - height[..., None] - slope[..., None] * lever, 0)
-    variance = (left**2).sum(axis=-1) / np.maximum(count - 2, 1) / spread
+    variance = (left**2).sum(axis=-1) / np.maximum(some - 2, 1) / spread
     # Two points lie on a line whatever they are.
-    return slope / (2 * np.pi**2), np.where(rings < 3, np.inf, np.sqrt(variance) / (2 * np.pi**2))
+    return slope / (2 * np.pi**2), np.where(used < 3, np.inf, np.sqrt(variance) / (2 * np.pi**2))
+
+
+def _rings(side: int) -> tuple[FloatArray, Image]:
+    """Return the squared frequency of each element of a patch's half spectrum, and the sum over each ring (N x R)."""
+    squared = (fft.fftfreq(side)[:, None] ** 2 + fft.rfftfreq(side) ** 2).reshape(-1, 1)
+    twice = np.full((side, side // 2 + 1), 2.0)
+    twice[:, [0, -1]] = 1.0  # a real image's spectrum is stored by half
+    ring = np.rint(side * np.sqrt(squared)) == np.arange(1, int(FINEST * side) + 1)
+    return squared.ravel(), np.asarray(ring * twice.reshape(-1, 1), np.float32)
+
+
+def _amplitudes(image: Image, window: float, side: int, rings: Image) -> FloatArray:
+    """Return the sums of |F| over `rings` for every patch of `image` (H x W): h x w x R. Beyond the frame is dark.
+
+    Patches have `side` pixels and a Gaussian of sd `window`, one in the middle of each block about as wide as that.
+    """
+    step = spacing(window)
+    rows, columns = (-(-n // step) for n in image.shape)
+    # Of patches at the blocks' middles, as many pixels lie before the first block as behind it.
+    margin = (side - step) // 2
+    around = [(margin, margin + m * step - n) for m, n in zip((rows, columns), image.shape, strict=True)]
+    every = np.lib.stride_tricks.sliding_window_view(np.pad(image, around), (side, side))[::step, ::step]
+    edge = np.exp(-((np.arange(side) + 0.5 - side / 2) ** 2) / (4 * window**2))
+    edge /= np.linalg.norm(edge)  # whose squares sum to 1
+    taper = np.outer(edge, edge).astype(np.float32)
+    sums = np.empty((rows, columns, rings.shape[1]))
+    band = max(1, CHUNK // (columns * side**2))
+    for row in range(0, rows, band):
+        spectrum = fft.rfft2(every[row : row + band] * taper, workers=-1)
+        sums[row : row + band] = np.abs(spectrum).reshape(*spectrum.shape[:2], -1) @ rings
+    return sums
