@@ -46,6 +46,8 @@ def test_codes_follow_name_and_condition(tmp_path: Path) -> None:
     assert Codes.recorded(json.loads(json.dumps(found.entry()))).of("picture", {"aperture": "pinhole"}) == 111
     with pytest.raises(InputError, match="'never' has no code: add it"):
         found.of("never")
+    least = read_codes(codes(tmp_path, CODES.replace("[codes]", "[codes]\nsitting = 65").replace("111", "1")))
+    assert least.of("picture", {"aperture": "pinhole"}) == 1
 
 
 @pytest.mark.parametrize(

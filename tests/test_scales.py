@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import zlib
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 import pytest
@@ -13,8 +14,11 @@ from damaging import forged, put
 from focalgradient.dataset import Apparatus, Rated, Session, read_dataset, validate, withdraw
 from focalgradient.design import DepthRatingDesign, DepthTrial, check_design
 from focalgradient.errors import InputError
+from focalgradient.experiments.depth_rating import DepthRating
+from focalgradient.power import study_of
 from focalgradient.report import analyse_ratings, make_report
 from focalgradient.statistics import Effect
+from focalgradient.tasks import register
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -157,3 +161,25 @@ def test_answers_that_a_participant_wants_removed_are_a_problem_until_they_are(t
     assert any("asked for removal of the answers" in problem for problem in validate(root).problems)
     withdraw(root, "sub-03")
     assert validate(root).problems == ()
+
+
+class OtherRatings(DepthRatingDesign):
+    task: Literal["otherratings"] = "otherratings"
+
+
+@register
+class OtherRating(DepthRating):
+    """Depth ratings of a laboratory."""
+
+    name = "otherratings"
+    title = "Depth as another laboratory asks for it"
+    command = settings_file = ""
+    design = OtherRatings
+
+
+def test_a_task_derived_from_ratings_has_their_report_and_power(tmp_path):
+    design = OtherRatings(**design_of(scenes=("a", "b"), repetitions=1).model_dump() | {"task": "otherratings"})
+    report = make_report(record(tmp_path / "data", design, 3))
+    assert b"depth effect,nearest,primary" in report.files["results.csv"]
+    study = study_of(OtherRating(), design, {"effect": 9.0, "between": 0.1})
+    assert study.experiment(6, 1)["near_rise"] == 1

@@ -268,6 +268,17 @@ def _points_are_the_numbers_written(table: TextTable) -> None:
         assert not any("." in cell and cell.replace(".", "", 1).isdigit() for row in table.rows for cell in row)
 
 
+def test_names_of_the_first_columns_may_stand_in_the_second_row(tmp_path: Path) -> None:
+    """As in a spreadsheet whose spanning names stand over the conditions alone; each row is of another scene."""
+    names, ratings = ",,near,,far,\nsubject,scene,pinhole,f/5.6,pinhole,f/5.6\n", "1.0,1.4,0.9,1.2\n"
+    own = read_ratings(saved(tmp_path, f"{names}A,yard,{ratings}A,road,{ratings}"))
+    assert own.table["rating"].tolist() == [1.0, 1.4, 0.9, 1.2] * 2
+    assert set(own.table["scene"]) == {"yard", "road"}
+    assert not any("repetitions" in notice for notice in own.notices)
+    own = read_ratings(saved(tmp_path, f"{names}A,yard,{ratings}A,yard,1.1,1.2,1.3,1.0\n"))
+    assert any("repetitions by one person: A" in notice for notice in own.notices)
+
+
 def test_names_in_two_rows_are_joined(tmp_path: Path) -> None:
     spanning = "id,near,,far,\n,pinhole,f/5.6,pinhole,f/5.6\nA,1.0,1.4,0.9,1.2\nB,1.1,1.5,1.0,1.3\n"
     own = read_ratings(saved(tmp_path, spanning))

@@ -37,7 +37,7 @@ blank_s = 0.05
 pause_s = 0.05
 ask = []
 """
-CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n'
+CHOICE = DEPTH + 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\nsmallest_screen = [600, 280]\n'
 TELLING = {
     *("scene", "aperture", "fixation", "catch", "interval", "right", "condition", "level", "focus", "share", "rounds"),
     *("shape", "gradient", "strength", "direction", "cube", "correct", "answer"),

@@ -19,7 +19,7 @@ from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
 from PIL import Image
 from starlette.testclient import TestClient
 
-from focalgradient.dataset import read_journal, validate
+from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.web import Consent, Study
 from focalgradient.web import store as stores
 from focalgradient.web import study as studies
@@ -71,6 +71,27 @@ def test_a_session_from_link_to_completion_is_a_valid_data_set(tmp_path: Path, d
     assert [*rows] == [(trial.phase, trial.trial) for trial in planned]
     condition = "fixation" if design == DEPTH else "shape"
     assert judged[condition].tolist() == [getattr(trial, condition) for trial in planned]
+
+
+def test_onsets_are_those_of_the_judged_picture_after_its_reference(tmp_path: Path) -> None:
+    made = study(tmp_path, DEPTH + 'reference = "same-scene"\nreference_s = 0.3\n')
+    events = ("mark", "picture", "mark", "picture", "question")
+    shown = [{"event": event, "stamps": [100.0 * place, 100.0 * place + 16.7]} for place, event in enumerate(events)]
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        for number, trial in enumerate(someone.trials):
+            message = someone.message(trial, number)
+            if len(someone.entry(number)["intervals"]) == 2:
+                message["answer"]["frames"] = {"shown": shown}
+            assert someone.ask("answer", **message).status_code == 200
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    table = read_dataset(tmp_path / "data").depth_rating
+    assert (table["onset"] - table["mark_onset"]).tolist() == pytest.approx([0.1] * len(table))
+    assert (table["question_onset"] - table["onset"]).tolist() == pytest.approx([0.1] * len(table))
+    practice = len(someone.trials) - len(table)
+    place = [10.0 * (practice + number) + 1.2 for number in range(len(table))]
+    assert table["onset"].tolist() == pytest.approx(place), "1 s, and 0.2 s after the reference"
 
 
 def test_an_answer_that_comes_again_is_recorded_once(client: TestClient, tmp_path: Path) -> None:

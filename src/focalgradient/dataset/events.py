@@ -184,6 +184,7 @@ class _DisplayInterval(_Model):
 
 class _Frames(_Model):
     shown: list[_DisplayInterval] = Field([], description="a list, each an event with its time stamps")
+    judged: int = Field(0, ge=0, description="a whole number of 0 or more")
     condition: dict[str, Any] = Field({}, description="a table")
 
 

@@ -45,10 +45,14 @@ def _onsets(onset: float, note: Mapping[str, Any]) -> dict[str, float]:
 
 
 def times_of_events(onset: float, note: Mapping[str, Any]) -> Iterator[tuple[str, float]]:
-    """Yield name and time (s of the sitting) of each event, converting time stamps of a browser's clock."""
+    """Yield name and time (s of the sitting) of each event, converting time stamps of a browser's clock.
+
+    The trial's onset is that of its first stimulus or, if a reference precedes it, of the one with the number `judged`.
+    """
     for name, seconds, _ in note.get("events", ()):
         yield name, seconds
     shown = note.get("shown", ())
-    judged = next((one["stamps"][0] for one in shown if one["event"] not in BESIDE), None)
+    stimuli = [one["stamps"][0] for one in shown if one["event"] not in BESIDE]
+    judged = next(iter(stimuli[note.get("judged", 0) :]), None)
     for one in shown if judged is not None else ():
         yield one["event"], onset + (one["stamps"][0] - judged) / 1e3

@@ -44,6 +44,7 @@ def misordered_apertures(registered: RegisteredViews, search: Search) -> str | N
     if not comparable or len(set(apertures)) == 1:
         return None
     part = registered.most_textured_crop(SIDE)
+    inside = ndimage.binary_erosion(part.usable, iterations=MARGIN, border_value=0)
     images = [part.images[0], *(_placed(part.images[0], i, part.usable) for i in part.images[1:])]
     for pair in combinations(range(len(apertures)), 2):
         small, large = sorted(pair, key=lambda number: apertures[number])
@@ -53,7 +54,7 @@ def misordered_apertures(registered: RegisteredViews, search: Search) -> str | N
             continue
         softened = in_focus[0] / in_focus[1]
         for scale in SCALES:
-            less, more = _gains(images[small], images[large], part.usable, scale)
+            less, more = _gains(images[small], images[large], inside, scale)
             if more > SHARPER / softened and less < SOFTER * softened:
                 return (
                     f"view {large + 1} shows finer detail than view {small + 1} ({more:.2f} times its contrast), but "
@@ -71,10 +72,9 @@ def _placed(
 
 
 def _gains(
-    small: NDArray[np.float32], large: NDArray[np.float32], usable: NDArray[np.bool_], scale: float
+    small: NDArray[np.float32], large: NDArray[np.float32], inside: NDArray[np.bool_], scale: float
 ) -> tuple[float, float]:
     """Return the detail of `small` relative to `large`, and that of `large` relative to `small`, at least."""
-    inside = ndimage.binary_erosion(usable, iterations=MARGIN, border_value=0)
     one, other = (
         (ndimage.gaussian_filter(i, scale) - ndimage.gaussian_filter(i, 2 * scale))[inside] for i in (small, large)
     )

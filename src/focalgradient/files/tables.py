@@ -361,7 +361,7 @@ def _second_header(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
     ):
         return [f"{name} ({unit})" if unit not in ("", "-") else name for name, unit in zip(names, units, strict=True)]
     gaps = [at for at in range(1, width) if not names[at] or names[at] == names[at - 1]]
-    if not names[0] or not gaps or not all(second[at] for at in gaps):
+    if not (names[0] or second[0]) or not gaps or not all(second[at] for at in gaps):
         return []
     joined: list[str] = []
     top = ""

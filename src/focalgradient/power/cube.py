@@ -157,7 +157,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         shift = rng.normal(math.log(model.effect), model.between)
         dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
         rows: list[tuple[object, ...]] = []
-        for trial in main_trials(NeckerDesign, text, f"{number:02}"):
+        for trial in main_trials(type(design), text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
                 odds = CATCH_LOG_ODDS

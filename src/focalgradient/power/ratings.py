@@ -166,14 +166,14 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         for fixation in ("nearest", "farthest")
     }
     for number in range(1, subjects + 1):
-        trials = main_trials(DepthRatingDesign, text, f"{number:02}")
+        trials = main_trials(type(design), text, f"{number:02}")
         own = {
             fixation: rng.normal(math.log(mean), model.between)
             for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
         }
         of_scene = {scene: rng.normal(0, model.scenes) for scene in design.scenes}
         largest = max(trial.aperture_mm for trial in trials) or 1.0
-        table = _columns(text, f"{number:02}")
+        table = _columns(type(design), text, f"{number:02}")
         level = np.array(
             [
                 EXAMPLES.get(trial.scene, 0.0)
@@ -192,12 +192,9 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
 
 
 @cache
-def _columns(design_json: str, participant: str) -> pd.DataFrame:
+def _columns(kind: type[DepthRatingDesign], design_json: str, participant: str) -> pd.DataFrame:
     names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
-    rows = [
-        tuple(getattr(trial, name) for name in names)
-        for trial in main_trials(DepthRatingDesign, design_json, participant)
-    ]
+    rows = [tuple(getattr(trial, name) for name in names) for trial in main_trials(kind, design_json, participant)]
     return pd.DataFrame(rows, columns=list(names)).assign(
         participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
     )

@@ -66,7 +66,7 @@ class ThresholdModel(People):
     def simulated(
         self, design: BlurThresholdDesign, subjects: int, rng: np.random.Generator, seed: int
     ) -> dict[str, ThresholdResult]:
-        pool = _people(self, design.model_dump_json(), seed)
+        pool = _people(self, type(design), design.model_dump_json(), seed)
         chosen = [pool[number] for number in rng.choice(len(pool), subjects)]
         people = (replace(person, participant=f"{number:03}") for number, person in enumerate(chosen))
         return {"": ThresholdResult(design.unit, tuple(people))}
@@ -85,12 +85,14 @@ class ThresholdModel(People):
 
 
 @lru_cache(maxsize=4)
-def _people(model: ThresholdModel, design_json: str, seed: int) -> tuple[SubjectThreshold, ...]:
+def _people(
+    model: ThresholdModel, kind: type[BlurThresholdDesign], design_json: str, seed: int
+) -> tuple[SubjectThreshold, ...]:
     """Return the pool."""
     from focalgradient.observers import observer_named
     from focalgradient.observers.thresholds import THRESHOLDS, choose
 
-    design = BlurThresholdDesign.model_validate_json(design_json)
+    design = kind.model_validate_json(design_json)
     observer = replace(observer_named("default"), lapses=model.lapses)
     # Quantiles instead of draws, so that the pool's mean and standard deviation equal the model's.
     normal = np.random.default_rng(seed).permutation(_quantiles(POOL_SIZE))

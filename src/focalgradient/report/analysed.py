@@ -63,6 +63,12 @@ def design_in(data: DataSet) -> Any:
     return check_design(files.task, sidecar["Design"])
 
 
+def asked_in(data: DataSet, options: AnalysisOptions, table: pd.DataFrame) -> Questions:
+    """Return the analysis of the task of a data set, of the conditions in a table."""
+    design = design_in(data)
+    return task_named(design.task).analysis(design, options, table)
+
+
 def scale_of_sessions(data: DataSet) -> ResponseScale:
     """Return the response scale of a data set's designs.
 
@@ -207,14 +213,8 @@ def analyse_ratings(
     InputError
         If there are none, or they are invalid; the message states file and row.
     """
-    options = AnalysisOptions(bound=bound, rules=rules or Rules(), scale=scale)
-    return ratings_in(read_task(root, task_named("depthrating")), options, progress)
-
-
-def ratings_in(data: DataSet, options: AnalysisOptions, progress: Progress | None = None) -> Ratings:
-    """Analyse the ratings of a data set of one task: see `analyse_ratings`."""
-    given: Any = {"bound": options.bound, "scale": options.scale, "rules": options.rules}
-    return analyse_table(trials_in(data), data=data, progress=progress, **given)
+    data = read_task(root, task_named("depthrating"))
+    return analyse_table(trials_in(data), bound=bound, scale=scale, rules=rules, data=data, progress=progress)
 
 
 def analyse_table(
@@ -248,8 +248,7 @@ def analyse_table(
 def asked_of_ratings(table: pd.DataFrame, options: AnalysisOptions, data: DataSet | None) -> Questions:
     """Return the analysis of a table of ratings: that of the task, or of the user's own table, with a scale."""
     if data is not None:
-        design = design_in(data)
-        return task_named(design.task).analysis(design, options, table)
+        return asked_in(data, options, table)
     assert options.scale is not None
     settings = {"confidence": has_confidence(table)}
     shown = {*table["fixation"]}, table["scene"].nunique()
@@ -265,11 +264,7 @@ def analyse_necker(root: str | os.PathLike[str], *, rules: Rules | None = None) 
 def analyse_report_table(table: pd.DataFrame, *, rules: Rules | None = None, data: DataSet | None = None) -> Reports:
     """Analyse a table of reports on the cube: see `analyse_ratings`, and `focalgradient.statistics.necker`."""
     used = rules or Rules()
-    if data is None:
-        questions = cube_questions_of(table, used)
-    else:
-        design = design_in(data)
-        questions = task_named(design.task).analysis(design, AnalysisOptions(rules=used), table)
+    questions = cube_questions_of(table, used) if data is None else asked_in(data, AnalysisOptions(rules=used), table)
     found = _analysed(table, questions, lambda rows: necker(rows, shortest_both=used.shortest_both))
     return Reports(data=data, questions=questions, **found)
 

@@ -89,7 +89,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     plan = task_plan(questions, settings, called(task, "factors", task.factors, design))
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
-    shown = names, plan, table, kept, tests, Answers(tuple(answers))
+    shown = names, plan, table, kept, tests, Answers(tuple(answers)), len(rows) - len(kept)
     part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
     by, traces = tests[0].factor if tests else None, []
     for level in task.adapted_fields:

@@ -233,7 +233,7 @@ def preregister_ratings(task: Task, design: DepthRatingDesign, asked: Asked) -> 
     unjudged = _unjudged(design, asked.stated)
     plan = rating_plan(
         *(task.analysis(design, asked.options), analysis, settings),
-        shown=shown_ratings(settings, scale.reported or scale.answered),
+        shown=shown_ratings(settings),
         rules=asked.rules,
         unjudged=unjudged,
     )

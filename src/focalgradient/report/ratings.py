@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
-from focalgradient.report.analysed import Ratings, asked_of_ratings, ratings_in
+from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratings, trials_in
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
@@ -106,8 +106,8 @@ def rating_plan(
     return Plan(questions, shown, criteria(rules, unjudged, catch), [ROBUSTNESS, *further])
 
 
-def shown_ratings(design: Mapping[str, Any], answers: str) -> str:
-    """Describe the design of depth ratings, of which `answers` describes the answers."""
+def shown_ratings(design: Mapping[str, Any]) -> str:
+    """Describe the design of depth ratings."""
     names = tuple(design.get("fixations", FIXATIONS))
     focused = f"each with {in_words([f'“{name}”' for name in names])}"
     if names == FIXATIONS:
@@ -119,7 +119,7 @@ def shown_ratings(design: Mapping[str, Any], answers: str) -> str:
         f"{in_words(design.get('apertures', ()))} ({setting(design, 'focal_length_mm')} mm lens), {focused} in focus "
         f"and fixated, {times(design)}. Every subject judged every scene, in random order "
         f"({design.get('fixation_order', 'mixed')} fixation) from the seed that the data set records.",
-        answers,
+        scale_of(design).answered,
         f"Pictures were shown for {setting(design, 'picture_s')} s each.",
         catches(design),
     ]
@@ -130,7 +130,7 @@ def _shown(part: Ratings) -> str:
     """Describe the design that a data set recorded, or the user's own table, for which none is known."""
     if part.data is not None:
         designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
-        return shown_ratings(designs[0], scale_of(designs[0]).reported) + differing(designs)
+        return shown_ratings(designs[0]) + differing(designs)
     main = part.table[~part.table["catch"]]
     apertures = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
     return (
@@ -141,7 +141,8 @@ def _shown(part: Ratings) -> str:
 
 def ratings_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     """Analyse the ratings of a task."""
-    return rating_part(ratings_in(data, asked.options, asked.progress), asked)
+    options: Any = {"bound": asked.used_bound, "scale": asked.scale, "rules": asked.rules}
+    return rating_part(analyse_table(trials_in(data), data=data, progress=asked.progress, **options), asked)
 
 
 def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = None) -> Part:

@@ -152,12 +152,7 @@ class ResponseScale(ABC):
     @property
     @abstractmethod
     def answered(self) -> str:
-        """Sentence of a preregistration that describes the answers."""
-
-    @property
-    def reported(self) -> str:
-        """Sentence of the report's methods that describes the answers; empty if the analysis states it."""
-        return ""
+        """Sentence that describes the answers in preregistration and report."""
 
     @property
     def compares(self) -> bool:

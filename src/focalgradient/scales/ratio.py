@@ -67,10 +67,6 @@ class Ratio(ResponseScale):
 
     @property
     def answered(self) -> str:
-        return "Answers are ratios to a standard that counts as 1."
-
-    @property
-    def reported(self) -> str:
         if self.reference == "same-scene":
             return "Ratings were ratios to the pinhole picture of the same scene, shown just before, as in the paper."
         return (

@@ -67,7 +67,7 @@ class SignedComparison(ResponseScale):
 
     @property
     def answered(self) -> str:
-        return f"Answers are one of {self.steps} steps from much flatter to much deeper."
+        return f"Answers were one of {self.steps} steps from much flatter to much deeper."
 
     @property
     def example(self) -> float:

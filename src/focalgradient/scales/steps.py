@@ -73,10 +73,6 @@ class OrdinalScale(ResponseScale):
 
     @property
     def answered(self) -> str:
-        return f"Answers are one of {self.steps} steps."
-
-    @property
-    def reported(self) -> str:
         return f"Answers were steps from 1 to {self.steps}."
 
     @property

@@ -49,7 +49,7 @@ class TwoIntervals(ResponseScale):
 
     @property
     def answered(self) -> str:
-        return "The answer is which of two pictures looks deeper."
+        return "The answer was which of two pictures looked deeper."
 
     def is_answer(self, value: float) -> bool:
         return super().is_answer(value) and value % 1 == 0

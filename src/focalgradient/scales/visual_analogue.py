@@ -79,10 +79,6 @@ class VisualAnalogue(ResponseScale):
 
     @property
     def answered(self) -> str:
-        return "Answers are places on a line from flat (0) to very deep (100)."
-
-    @property
-    def reported(self) -> str:
         return "Answers were places on a line from flat (0) to very deep (100)."
 
     @property

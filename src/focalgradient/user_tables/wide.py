@@ -100,12 +100,10 @@ def long_form(source: Source, conditions: Mapping[str, str], measure: str | None
     if scenes:
         source.notices.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
     whole = pd.concat(parts).drop(columns="trial", errors="ignore")
-    people = source.cells.get(source.columns.get("participant_id", ""), pd.Series(dtype=str))
-    if (again := people.duplicated()).any() and "session" not in source.columns:
-        source.notices.append(
-            f"{few([*people[again]])} has several rows of this wide table, which are taken for repetitions by one "
-            "person."
-        )
+    keys = [source.cells[source.columns[name]] for name in ("participant_id", "scene") if name in source.columns]
+    if keys and (again := pd.concat(keys, axis=1).duplicated()).any() and "session" not in source.columns:
+        repeated = few([*keys[0][again].unique()])
+        source.notices.append(f"Several rows of this wide table are taken for repetitions by one person: {repeated}.")
     return whole.sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
 
 

@@ -112,11 +112,13 @@ def read_answer(session: Session, pictures: StimulusSet | None, trial: Trial, an
     seen = drawn(Described.of(task, design, shown, seed, words, display, pictures))
     least = max(seen.seconds, least)
     check_frames(frames["shown"], least)
-    _name_pictures(frames, seen.events)
+    late = _name_pictures(frames, seen.events, seen.judged)
+    times["onset"] += late
     value: Any
     if isinstance(control, Held):
         check_presses(read, control.keys, seen.seconds)
-        value, times["response_time"] = sorted(Press(*press) for press in read.presses), read.trial_duration
+        value = sorted(Press(time - late, key, down) for time, key, down in read.presses)
+        times["response_time"] = read.trial_duration - late
         seconds = read.trial_duration
     else:
         value, times["response_time"] = _value(read), read.response_time
@@ -136,12 +138,16 @@ def _value(read: messages.Rating) -> float:
     return float(value)
 
 
-def _name_pictures(frames: Mapping[str, Any], names: Sequence[str]) -> None:
-    """Name a trial's pictures, which the page calls alike."""
+def _name_pictures(frames: dict[str, Any], names: Sequence[str], judged: int) -> float:
+    """Name a trial's pictures, which the page calls alike; return the time in s from the first to the judged one."""
     pictures = [event for event in frames["shown"] if event["event"] == "picture"]
-    if len(pictures) == len(names):
-        for event, name in zip(pictures, names, strict=True):
-            event["event"] = name
+    if len(pictures) != len(names):
+        return 0.0
+    for event, name in zip(pictures, names, strict=True):
+        event["event"] = name
+    if judged:
+        frames["judged"] = judged
+    return float(pictures[judged]["stamps"][0] - pictures[0]["stamps"][0]) / 1e3
 
 
 def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Manifest, check_stimuli
-from focalgradient.design import DepthRatingDesign, DepthTrial, Design, NeckerTrial, Trial
+from focalgradient.design import DepthTrial, Design, NeckerTrial, Trial
 from focalgradient.design.consent import Consent
 from focalgradient.design.given_list import PARTICIPANT
 from focalgradient.design.pages import pages_of
@@ -90,11 +90,6 @@ class Lists:
             self.pictures.check(needed, getattr(design, "picture_factors", ()))
         if getattr(design, "practice_required", False):
             raise InputError("practice_required is for the laboratory, but a browser goes on: leave it out.")
-        if design.smallest_screen and isinstance(design, DepthRatingDesign):
-            raise InputError(
-                f"smallest_screen is given, but {design.task} needs a keyboard and a screen of 640 x 480 pixels: leave "
-                "it out."
-            )
         self._display = self.pictures.display if self.pictures else Display()
         self._own = lru_cache(16)(
             lambda trial, seed: own_trial(
@@ -136,12 +131,11 @@ class Lists:
         """Return the content that all trials of a participant share: first and last pages, scale, sizes."""
         design: Any = self.design
         content = own_session(design, self._display)
-        if isinstance(design, DepthRatingDesign):  # of the page with an example
-            content["scale"] = form_of(design.response_scale.control(self.words), self.words)
         pages = self._pages(participant)
-        again = pages.again()
-        opening = [self._step(page) for page in pages.opening()]
-        return content | {"opening": opening, "again": again and self._step(again)}
+        again, opening = pages.again(), pages.opening()
+        if any(isinstance(page, Page) and page.at is not None for page in opening):  # an example of an answer
+            content["scale"] = form_of(design.response_scale.control(self.words), self.words)
+        return content | {"opening": [self._step(page) for page in opening], "again": again and self._step(again)}
 
     def closing(self, participant: str) -> list[dict[str, Any]]:
         """Return the pages of the debriefing."""

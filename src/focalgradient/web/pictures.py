@@ -114,11 +114,15 @@ class Described:
 
 
 class Drawn(NamedTuple):
-    """SHA-256 of each picture that no file holds, separated by spaces; duration in s; names of the pictures."""
+    """What a trial shows: SHA-256 of each picture that no file holds, separated by spaces; and its times.
+
+    `seconds` is its duration, `events` are the names of its pictures, and `judged` is the place of the first judged.
+    """
 
     sha256: str
     seconds: float
     events: tuple[str, ...]
+    judged: int
 
 
 def _made(shown: Described) -> list[Step]:
@@ -188,7 +192,8 @@ def drawn(shown: Described) -> Drawn:
     arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
     digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels in arrays]
     seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
-    return Drawn(" ".join(dict.fromkeys(digests)), seconds, events)
+    judged = [step.judged for step in steps].index(True)
+    return Drawn(" ".join(dict.fromkeys(digests)), seconds, events, judged)
 
 
 def own_trial(shown: Described) -> dict[str, Any]:
