@@ -181,9 +181,9 @@ JPEG_BLOCK, STEP_AT_BLOCKS = 8, 1.5
 """Side in pixels of a JPEG block (its standard); and ratio of the step between blocks to that within them above which
 blocks are visible: 2.05 and more on blank paper in JPEG of quality 50 to 95, below 1.12 in losslessly stored scenes."""
 
-FAINT_STEP_AT_BLOCKS = 1.18
-"""`STEP_AT_BLOCKS` for steps of second order, above which views are taken for compressed: 1.25 and more in 20 rooms of
-quality 75 and on sheets of quality 75 to 95, below 1.12 in losslessly stored scenes."""
+FAINT_STEP_AT_BLOCKS = 1.15
+"""`STEP_AT_BLOCKS` above which views are taken for compressed: 1.18 and more in 20 rooms of quality 75 and on sheets of
+quality 75 to 95, at most 1.12 in losslessly stored scenes."""
 
 LINES = 256
 """Maximum number of rows or columns in which JPEG blocks are searched in large frames: sufficient for their mean."""
@@ -351,7 +351,7 @@ def steps_at_blocks(image: NDArray[np.floating], order: int = 1) -> list[float]:
 
 def are_compressed(images: Sequence[Image]) -> bool:
     """Return whether any of the views (H x W each) shows blocks of JPEG, be they faint."""
-    return max(max(steps_at_blocks(image, 2)) for image in images) > FAINT_STEP_AT_BLOCKS
+    return max(max(steps_at_blocks(image)) for image in images) > FAINT_STEP_AT_BLOCKS
 
 
 def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
