@@ -30,7 +30,7 @@ def by_quadrature(along, across, length, sigma):
     width = max(sigma(min(max(along, 0.0), length)), 1e-3)
     cuts = sorted({min(max(along + k * width, 0.0), length) for k in (-12, -3, -1, 0, 1, 3, 12)} | {0.0, length})
     # What lies between cuts that coincide is less than 1e-11.
-    return sum(quad(light, a, b, epsabs=1e-14, epsrel=1e-11)[0] for a, b in pairwise(cuts) if b - a > 1e-12)
+    return sum(quad(light, a, b, epsabs=1e-12, epsrel=1e-11)[0] for a, b in pairwise(cuts) if b - a > 1e-12)
 
 
 def same(one: np.ndarray, other: np.ndarray) -> bool:
