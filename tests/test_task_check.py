@@ -118,6 +118,10 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
     ),
     "floats": ({"shown": picture(BLACK / 255)}, r"picture of shown is float64 of shape \(8, 16, 3\), but must be an"),
     "no duration": ({"shown": picture(BLACK, 0)}, "the duration of shown is 0, but must be a number of seconds above"),
+    "nothing judged": (
+        {"shown": lambda *_, **known: Step(BLACK, 0.5, judged=False)},
+        "shown has no step that is judged: leave judged at True for the step that is answered",
+    ),
     "an exit": ({"shown": ending}, r"fails: shown raises SystemExit\(0\)"),
     "an unseeded picture": ({"shown": unseeded}, "draws another picture the second time: draw from the parameter seed"),
     "no observer": ({"simulated": raising}, r"fails: simulated raises KeyError\('side'\)"),

@@ -185,14 +185,16 @@ class DepthMap:
         return f"median {float(np.median(self.distance[self.valid])):.3g} m, {share}"
 
     def blurred_alike_in_words(self) -> str:
-        """Return the distances, on the other side of focus, with the blur of those searched; empty if views tell them.
+        """Return the distances, on the other side of focus, with the blur of those searched.
+
+        Empty if the views show the side, or no pixel is valid.
 
         >>> one = np.ones((1, 1))
         >>> details = {"blurred_alike_D": [0.625, 1.25], "searched_vergence_D": [0.1, 0.625]}
         >>> DepthMap(one, one, one > 0, one > 0, details).blurred_alike_in_words()
         'or 0.8 to 1.6 m for points nearer than the focus'
         """
-        if not (alike := self.details.get("blurred_alike_D")):
+        if not (alike := self.details.get("blurred_alike_D")) or not self.valid.any():
             return ""
         far, near = alike
         side = "nearer" if far >= self.details["searched_vergence_D"][1] else "farther"

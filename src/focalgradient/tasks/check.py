@@ -208,6 +208,8 @@ class _Checked:
             for _ in range(2)
         )
         self.need(intervals, "shown has no interval")
+        judged = any(not isinstance(interval, Step) or interval.judged for interval in intervals)
+        self.need(judged, "shown has no step that is judged: leave judged at True for the step that is answered")
         for interval in intervals:
             self.interval(interval, room)
         drawn = [[one.picture if isinstance(one, Step) else one[0] for one in shown] for shown in (intervals, again)]
