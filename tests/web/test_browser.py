@@ -282,7 +282,7 @@ smallest_screen = [800, 400]
 """
 
 TOUCHED = """() => [
-    "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled",
+    "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled:not(.held)",
 ].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
 """What a finger touches next."""
 
@@ -444,4 +444,7 @@ def go_on(page: Page, by: str) -> None:
     found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
     if (box := found.bounding_box()) is not None:
         page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
-    time.sleep(0.1)
+    with suppress(Error):  # or another touch falls on what comes next
+        found.wait_for_element_state(
+            "hidden", timeout=1000 if found.evaluate("(one) => one.tagName") == "BUTTON" else 100
+        )

@@ -146,7 +146,8 @@ def test_another_server_goes_on_where_the_first_was_killed(tmp_path: Path) -> No
         assert same.ask("state").json()["status"] == "begun"
         same.begin()
         assert len(same.trials) == len(someone.trials) - 2
-        events = [event["event"] for event in read_journal(journal(tmp_path)).events if event["event"] != "note"]
+        log = read_journal(next(made.data.rglob("sub-*.jsonl")))
+        events = [event["event"] for event in log.events if event["event"] != "note"]
         assert events[:3] == ["begun", "trial", "trial"]
 
 
