@@ -382,7 +382,8 @@ SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').len
 """Number of trials that have begun."""
 
 
-@pytest.mark.parametrize("by", ["keys", pytest.param("touch", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("by", ["keys", "touch"])
 def test_keys_of_a_task_of_ones_own_are_held_during_its_film(
     browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: str
 ) -> None:
