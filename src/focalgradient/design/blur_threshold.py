@@ -114,6 +114,11 @@ class BlurThresholdDesign(Plan):
         return "D" if self.judged == "blur" else "mm"
 
     @property
+    def thresholds_of(self) -> str:
+        """What the thresholds are of, in words."""
+        return "blur" if self.judged == "blur" else "depth from blur"
+
+    @property
     def levels(self) -> tuple[float, ...]:
         """Levels available to the procedure, in equal logarithmic steps.
 

@@ -106,7 +106,7 @@ class BlurThreshold(Task[BlurThresholdDesign, Any, Chosen]):
     ) -> Analysis:
         from focalgradient.statistics.threshold_questions import threshold_questions  # with pandas and SciPy
 
-        return threshold_questions(design.unit, of="of blur" if design.judged == "blur" else "of depth from blur")
+        return threshold_questions(design.unit, of=f"of {design.thresholds_of}")
 
     def right(self, design: BlurThresholdDesign, trial: BlurTrial, answer: Chosen) -> bool:
         return answer.correct

@@ -381,7 +381,7 @@ def preregister_thresholds(task: Task, design: BlurThresholdDesign, asked: Asked
     if asked.effects:
         raise InputError(f"effect is for hypothesis tests, but {design.task} has none: leave it out.")
     return Preregistered(
-        about=f"thresholds {'of blur' if design.judged == 'blur' else 'of depth from blur'}",
+        about=f"thresholds of {design.thresholds_of}",
         plan=threshold_plan(task.analysis(design, asked.options), design.model_dump()),
         subjects="State the number of participants and its reason: no test is made, but focalgradient power "
         "blur-threshold gives how precisely a number of them determines the mean.",
