@@ -8,7 +8,7 @@ import os
 import zlib
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -70,9 +70,8 @@ def standard(
 ) -> dict[str, Any]:
     """Return the interval that shows the standard."""
     assert task.standard is not None
-    step = task.standard(design, form, display.pixels_per_degree, stimuli, words)
-    again = lambda: _film(task.standard(design, form, display.pixels_per_degree, stimuli, words).picture)  # noqa: E731
-    return _intervals(step, stimuli, "standard", again)[0]
+    made = partial(task.standard, design, form, display.pixels_per_degree, stimuli, words)
+    return _intervals(made(), stimuli, "standard", lambda: _film(made().picture))[0]
 
 
 REFOCUSING = "focus.js"
