@@ -13,7 +13,9 @@ import pandas as pd
 import pytest
 from matplotlib.text import Text
 from recorded import rating_file, record_necker, record_ratings
+from test_scales import design_of, record
 
+from focalgradient.dataset import Noted
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
@@ -274,3 +276,22 @@ def test_normal_quantiles_and_residuals_are_drawn(ratings):
         assert one.residual.mean() == pytest.approx(0, abs=1e-9)
     quantiles = residual_figure(found, simulated=True).axes[0]
     np.testing.assert_array_equal(quantiles.lines[-1].get_ydata(), np.sort(found[0].subjects))
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_exported_trials_have_every_column_of_the_data_set_with_its_description(tmp_path: Path) -> None:
+    light = {"light": {"levels": ["dim", "bright"]}}
+    root = record(
+        tmp_path / "data",
+        design_of(factors=light, confidence=True),
+        3,
+        confidence=0.5,
+        extra={"effort": Noted(2.0, unit="points", description="How hard it was.")},
+    )
+    files = make_report(root).files
+    table = pd.read_csv(io.BytesIO(files["depth_rating_trials.csv"]), dtype={"participant_id": str})
+    assert {"light", "confidence", "effort", "start", "standard_before", "included"} <= set(table)
+    assert set(table["light"]) == {"dim", "bright"}
+    about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
+    assert list(about.index) == list(table)
+    assert about["effort"] == "How hard it was (points)."

@@ -11,9 +11,9 @@ import pytest
 import test_report_own_detection
 from r_process import has_package, needs_r, run_r
 from recorded import APPARATUS
-from test_scales import design_of, honest, record
+from test_scales import design_of, honest
 
-from focalgradient.dataset import Noted, Rated, Session
+from focalgradient.dataset import Rated, Session
 from focalgradient.report import make_report
 from focalgradient.report.conditions import condition_part, conditions_of_table
 from focalgradient.report.detection import detection_part
@@ -456,24 +456,6 @@ def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tupl
         wanted = [test.estimate, test.low, test.high, test.standard_error]
         wanted += [test.statistic, test.df, test.p]
         assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
-
-
-def test_exported_trials_have_every_column_of_the_data_set_with_its_description(tmp_path: Path) -> None:
-    light = {"light": {"levels": ["dim", "bright"]}}
-    root = record(
-        tmp_path / "data",
-        design_of(factors=light, confidence=True),
-        3,
-        confidence=0.5,
-        extra={"effort": Noted(2.0, unit="points", description="How hard it was.")},
-    )
-    files = make_report(root).files
-    table = pd.read_csv(io.BytesIO(files["depth_rating_trials.csv"]), dtype={"participant_id": str})
-    assert {"light", "confidence", "effort", "start", "standard_before", "included"} <= set(table)
-    assert set(table["light"]) == {"dim", "bright"}
-    about = pd.read_csv(io.BytesIO(files["depth_rating_trials_dictionary.csv"])).set_index("column")["meaning"]
-    assert list(about.index) == list(table)
-    assert about["effort"] == "How hard it was (points)."
 
 
 @pytest.mark.fast_cases(1)

@@ -435,7 +435,7 @@ def test_keys_of_a_task_of_ones_own_are_held_during_its_film(
 
 
 def go_on(page: Page, by: str) -> None:
-    """Go on from a page that is no trial, by keys or by touch."""
+    """Go on from a page that is not a trial, by keys or by touch."""
     if by == "keys":
         step(page, [], "", "button.held")
         return

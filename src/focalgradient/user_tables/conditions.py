@@ -28,7 +28,7 @@ KEPT = (
 """Roles that are read besides the conditions."""
 
 NO_CONDITIONS = ("participant_id", "rating", "catch", "kind")
-"""Roles whose columns are no conditions."""
+"""Roles whose columns are not conditions."""
 
 CONDITION = Column(shown=True, answer="condition", absent=frozenset({"", "na", "n/a", "nan", "null"}))
 """Column of a condition whose levels are names."""
