@@ -117,7 +117,7 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is stated of a task before data exist, in the words of a paper: its preregistration, and its methods.
+    """Preregistration and methods of a task, in the words of a paper.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ class Part:
     usual
         Prefix in the names of files given here, where it is not `name`: see `of_task`.
     plan
-        What was stated before the data.
+        Statements made before the data.
     answers
         All effects, the rows of results.csv.
     simulated
