@@ -34,10 +34,9 @@ from focalgradient.statistics import (
     planned_tests,
     read_detection,
 )
-from focalgradient.statistics.cells import cells
+from focalgradient.statistics.cells import cells, slopes
 from focalgradient.statistics.conditions import condition_questions
 from focalgradient.statistics.questions import Answers
-from focalgradient.statistics.slope_questions import own_slopes
 from focalgradient.user_tables.conditions import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -226,7 +225,7 @@ def test_a_subject_without_answers_at_an_aperture_has_no_slope_of_means_over_sce
     table = eight_scenes("bipolar")
     table = table.drop(table.query(OF_ONE_SCENE).index).assign(rating=lambda rows: 3 - (rows["aperture_mm"] > 4))
     lacking = table.drop(table.query("participant_id == '00' and aperture == 'f/11'").index)
-    whole, less = (own_slopes(cells(_nearest(each))) for each in (table, lacking))
+    whole, less = (slopes(cells(_nearest(each))).to_numpy() for each in (table, lacking))
     assert np.isnan(less[0]).all()
     assert less[1:] == pytest.approx(whole[1:])
 

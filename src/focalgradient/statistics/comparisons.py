@@ -14,10 +14,11 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
+from focalgradient.statistics.cells import cells_of
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
 from focalgradient.statistics.questions import Answers, less, stated
 from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, cells_of, slope_questions
+from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, slope_questions
 from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
