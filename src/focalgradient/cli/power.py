@@ -136,6 +136,7 @@ def power(
     from focalgradient.power import power as sum_up
     from focalgradient.power import run
     from focalgradient.power import sensitivity as power_by_assumption
+    from focalgradient.power.running import drawn
     from focalgradient.statistics import as_table
 
     study = _study(task, design, seed, model.given())
@@ -150,7 +151,7 @@ def power(
         few = max(experiments // 5, 1)
         varied = power_by_assumption(study, subjects, few, executor=executor) if sensitivity else None
     found = sum_up(table, logs=study.model.logs)
-    files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
+    files = {f"power.{kind}": content for kind, content in as_files(power_figure(**drawn(found, study))).items()}
     files["power.csv"] = _csv(as_table(found))
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)

@@ -19,10 +19,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.cells import cells_of, differences, less, rises
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior

@@ -231,10 +231,11 @@ def _model(cells: FloatArray) -> reml.Fit:
         return reml.fit(cells)
     found, (subjects, scenes) = moments(cells), cells.shape
     residual = float(found.residual)
-    squares = (max(float(found.subjects) - residual, 0.0) / scenes, max(float(found.scenes) - residual, 0.0) / subjects)
+    of_subjects = math.sqrt(max(float(found.subjects) - residual, 0.0) / scenes)
+    of_scenes = math.sqrt(max(float(found.scenes) - residual, 0.0) / subjects)
     left = cells - cells.mean(axis=1, keepdims=True) - cells.mean(axis=0, keepdims=True) + cells.mean()
-    test = float(found.mean), float(found.standard_error), float(found.df)
-    return reml.Fit(*test, *map(math.sqrt, (*squares, residual)), left)
+    mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
+    return reml.Fit(mean, error, df, of_subjects, of_scenes, math.sqrt(residual), left)
 
 
 def random_scenes(effect: Effect) -> bool:

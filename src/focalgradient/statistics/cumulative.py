@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -124,11 +125,12 @@ def cumulative_fit(
     exact = nodes > 1  # the gradient is exact for quadrature, but not for Laplace's approximation
     slope = (lambda at: cost(at)[1]) if exact else None
     tolerance = max(1e-4, 3e-6 * len(category))  # the gradient scales with the number of trials
-    minimised, derivative = (cost, True) if exact else (height, "3-point")
+    search: dict[str, Any] = {"method": "BFGS", "callback": watched, "options": {"gtol": tolerance}}
     with np.errstate(all="ignore"):
-        found = optimize.minimize(
-            minimised, free, jac=derivative, method="BFGS", callback=watched, options={"gtol": tolerance}
-        )
+        if exact:
+            found = optimize.minimize(cost, free, jac=True, **search)
+        else:
+            found = optimize.minimize(height, free, jac="3-point", **search)
         free = found.x if np.abs(found.x).max() > SEPARATED else polished(height, found.x, gradient=slope)
         if free is None or np.abs(free).max() > SEPARATED:
             return None

@@ -17,8 +17,8 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, Answers, Outcome, less
-from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
+from focalgradient.statistics.questions import HERE, Answers, Outcome
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, summed
 from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_outcomes, step_questions
 from focalgradient.user_tables.tidy import fixations_of
 
@@ -138,10 +138,12 @@ class OrdinalResult:
 
     def summary(self) -> str:
         """Return the effects in log odds and their differences as text, one per line."""
-        rises = zip(self.fixations, self.rises, strict=True)
-        pairs = [(f"difference, {less(*pair)}", test) for pair, test in self.differences.items()]
-        tests = [(f"log odds, {name} in focus", rise) for name, rise in rises]
-        return "\n".join(line(*one) for one in [*tests, *(pairs or [("difference", self.interaction)])])
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """Return the lines of `summary`."""
+        names = (f"log odds, {name} in focus" for name in self.fixations)
+        return summed(zip(names, self.rises, strict=True), self.differences, self.interaction)
 
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:

@@ -16,9 +16,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.cells import Cells, cells_of, less, rises
 from focalgradient.statistics.crossed import Components, components
@@ -35,7 +35,7 @@ from focalgradient.statistics.rating_questions import (
     SLOPE,
     rating_questions,
 )
-from focalgradient.statistics.records import Effect, Interval, NotComputed, line
+from focalgradient.statistics.records import Effect, Interval, NotComputed, summed
 from focalgradient.user_tables.tidy import FIXATIONS, fixations_of, main_trials
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
@@ -219,17 +219,11 @@ class DepthRatingResult:
     def summary(self) -> str:
         """Return the depth effects and their difference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
+        if isinstance(self.ordinal, OrdinalResult):
+            return "\n".join([*lines, *self.ordinal.lines()])
         tests = [(f"log depth effect, {each.fixation} in focus", each.rise) for each in self.fixations]
         differences = {pair: test for pair, (test, _) in self.differences.items()}
-        interaction = self.interaction
-        if isinstance(self.ordinal, OrdinalResult):
-            names = (f"log odds, {name} in focus" for name in self.ordinal.fixations)
-            tests = list(zip(names, self.ordinal.rises, strict=True))
-            differences, interaction = dict(self.ordinal.differences), self.ordinal.interaction
-        pairs = [(f"difference, {less(*pair)}", test) for pair, test in differences.items()]
-        for name, test in [*tests, *(pairs or [("difference", interaction)])]:
-            lines.append(line(name, test))
-        return "\n".join(lines)
+        return "\n".join([*lines, *summed(tests, differences, self.interaction)])
 
 
 def depth_rating(

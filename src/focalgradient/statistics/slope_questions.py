@@ -7,7 +7,7 @@ from itertools import combinations
 
 import pandas as pd
 
-from focalgradient.scales.analyses import Choices, Slopes
+from focalgradient.analyses import Choices, Slopes
 from focalgradient.statistics.cells import Cells, Values, cells_of, differences, less, slopes
 from focalgradient.statistics.crossed import FEWEST_SCENES, random_scenes
 from focalgradient.statistics.crossed_questions import OVER_SCENES, OVER_SUBJECTS, in_two_ways

@@ -47,9 +47,7 @@ def _interval_probability(low: float, high: float) -> tuple[float, float, float]
 @_compiled
 def _height(low: FloatArray, high: FloatArray, random: FloatArray, start: int, end: int, effects: FloatArray) -> float:
     """Return the log density of one subject's answers and effects, up to a constant."""
-    height = 0.0
-    for j in range(len(effects)):
-        height -= effects[j] ** 2 / 2
+    height = -(effects**2).sum() / 2
     for t in range(start, end):
         eta = 0.0
         for j in range(len(effects)):
@@ -70,10 +68,8 @@ def _rise(
 ) -> None:
     """Compute the gradient of that density and its curvature (negative second derivatives) in place."""
     q = len(effects)
-    for j in range(q):
-        gradient[j] = -effects[j]
-        for k in range(q):
-            curvature[j, k] = 1.0 if j == k else 0.0
+    gradient[:] = -effects
+    curvature[:] = np.eye(q)
     for t in range(bounds[0], bounds[1]):
         eta = 0.0
         for j in range(q):
