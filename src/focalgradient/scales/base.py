@@ -93,8 +93,6 @@ class ResponseScale(ABC):
     """Texts specific to the scale, by language ("en"), then by entry."""
     again: ClassVar[str] = "depth.practice_again"
     """Text entry of the page shown before practice is repeated."""
-    whole: ClassVar[bool] = False
-    """True if all answers are whole numbers."""
     off: ClassVar[str] = "has no such answer"
     """Property of the scale that an invalid number between its ends violates, completing "the scale"."""
 
@@ -153,8 +151,7 @@ class ResponseScale(ABC):
     def is_answer(self, value: float) -> bool:
         """Return whether a number is a valid answer."""
         least, most = self.bounds
-        inside = math.isfinite(value) and least - ROUNDING <= value <= most + ROUNDING
-        return inside and not (self.whole and value % 1)
+        return math.isfinite(value) and least - ROUNDING <= value <= most + ROUNDING
 
     @abstractmethod
     def control(self, texts: Words) -> Control:

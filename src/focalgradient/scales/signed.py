@@ -42,7 +42,6 @@ class SignedComparison(ResponseScale):
 
     name: ClassVar[str] = "bipolar"
     standard: ClassVar[float | None] = 0.0
-    whole: ClassVar[bool] = True
     off: ClassVar[str] = "has whole steps"
     middle = 0.0
     example = 1.0
@@ -62,6 +61,9 @@ class SignedComparison(ResponseScale):
     @property
     def answered(self) -> str:
         return f"Answers were one of {self.steps} steps from much flatter to much deeper."
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Steps:
         labels = self.labels or tuple(texts(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))

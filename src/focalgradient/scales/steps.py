@@ -49,7 +49,6 @@ class OrdinalScale(ResponseScale):
     labels: tuple[str, ...] = ()
 
     name: ClassVar[str] = "steps"
-    whole: ClassVar[bool] = True
     off: ClassVar[str] = "has whole steps"
     column = AnswerColumn("How three-dimensional it looked, in steps of the scale of the design.", least=1.0)
 
@@ -77,6 +76,9 @@ class OrdinalScale(ResponseScale):
     @property
     def example(self) -> float:
         return float((self.steps + 1) // 2 + 1)
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Steps:
         labels = self.labels or (texts("depth.flat"), texts("depth.very_deep"))

@@ -28,7 +28,6 @@ class TwoIntervals(ResponseScale):
     name: ClassVar[str] = "choice"
     intervals: ClassVar[int] = 2
     again: ClassVar[str] = "depth.practice_again_choice"
-    whole: ClassVar[bool] = True
     off: ClassVar[str] = "has whole steps"
     bounds = (0.0, 1.0)
     middle = 0.5
@@ -37,6 +36,9 @@ class TwoIntervals(ResponseScale):
         "1 where the picture was judged deeper than the reference, 0 where the reference was.", least=0.0
     )
     answered = "The answer was which of two pictures looked deeper."
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Ways:
         return Ways(texts("depth.question_choice"), (texts("depth.first"), texts("depth.second")))
