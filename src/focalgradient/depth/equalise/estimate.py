@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
@@ -33,6 +32,7 @@ from focalgradient.depth.equalise.parts import (
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.filters import FloatArray, Image, Spectra
+from focalgradient.depth.hypotheses import check_model, error_with, judge_blur
 from focalgradient.depth.noise import (
     LENIENCE,
     NOISE_SIDE,
@@ -283,7 +283,7 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     nodes, split, jump_variance = depth_at_nodes(
         frame, grid, blurs, search.levels_per_pixel, gains, settings.outlines, compressed
     )
-    alternative = judge_alternatives(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
+    alternative = judge_blur(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
     tau = error_with(split, alternative)
     signal = Signal.of(problem, nodes, gains, grid.step)
     vergence, sd, is_valid, beside_sd = depth_at_pixels(
