@@ -16,14 +16,13 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.signal import EXPLAINED, JPEG_BLOCK, steps_at_blocks
+from focalgradient.depth.filters import Image
 from focalgradient.depth.hypotheses import likelier_slip
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
 
 __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes"]
-
-Image = NDArray[np.float32]
 
 FINE, COARSE = 3.0, 9.0
 """Standard deviations in pixels of the two Gaussians whose difference is coarse detail, which survives small blur."""

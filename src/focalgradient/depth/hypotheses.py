@@ -113,7 +113,7 @@ def judge_shape(
     for equalised, nodes in refit(map(search.blurs, shapes), part, noise_sd, problem.settings.window):
         nodes = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes)), weight)
         images = equalised.evaluate_images(nodes)[1]
-        halves = DetailHalves.of(equalised, nodes, images, weight, search, 1.0, nodes.is_textured)
+        halves = DetailHalves.of(equalised, nodes, images, weight, nodes.is_textured)
         refined.append(nodes)
         taus.append(halves.test().tau)
     left = misfits(refined)
@@ -344,8 +344,7 @@ def judge_blur(
     use, stated = nodes.has_texture & nodes.inside, cost(equalised, nodes)
     if use.sum() < LEAST_NODES:
         return None
-    radius = np.interp(nodes.level, np.arange(equalised.levels), blurs.radius.max(axis=0))
-    pixels = np.abs(np.gradient(blurs.radius, axis=1)).max()  # of blur to a level
+    radius = equalised.blur(nodes.level)
     windows = use.sum() * equalised.step**2 / equalised.window_size()
     likelier: list[tuple[float, Alternative]] = []
     for cause, models in _changed(blurs, isinstance(problem.settings.psf, Disc)):
@@ -359,7 +358,11 @@ def judge_blur(
             if clarity < CLEARLY_SDS or mean <= max(before, WORTHWHILE):
                 break
             before = mean
-            change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
+            change = (
+                np.abs(other.level - nodes.level)[use]
+                / equalised.levels_per_pixel
+                / np.maximum(LEAST_BLUR, radius[use])
+            )
             surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of what is gained
             if accepted is None or surely > accepted[0]:
                 accepted = surely, Alternative(cause, clarity, float(np.quantile(change, SHARE)))

@@ -20,7 +20,7 @@ from scipy import fft, ndimage, optimize
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
 from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile, quartile_by_chance
-from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Image, Spectra, smoothed
+from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, Image, Spectra, smoothed
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
@@ -36,8 +36,6 @@ __all__ = [
     "noise_law",
     "storage",
 ]
-
-Picture = NDArray[np.floating]
 
 STORAGE = 2e-4
 """Minimum noise due to storage and rounding, relative to an image's standard deviation (our choice)."""
@@ -129,18 +127,18 @@ class NoiseLaw:
     brightness: float
     by_contrast: float = 0.0
 
-    def variance(self, image: Picture, contrast: Picture | float = 0.0) -> Picture:
+    def variance(self, image: Floats, contrast: Floats | float = 0.0) -> Floats:
         """Return the noise variance at a brightness and local variation, relative to that at `brightness`."""
         even = 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
         return even + self.by_contrast * contrast
 
 
-def storage(image: Picture) -> float:
+def storage(image: Floats) -> float:
     """Return the minimum standard deviation of noise in `image` due to storage and rounding."""
     return STORAGE * float(image.std())
 
 
-def noise_from_differences(image: Picture, mask: NDArray[np.bool_] | None = None) -> float:
+def noise_from_differences(image: Floats, mask: NDArray[np.bool_] | None = None) -> float:
     """Standard deviation of the image's white noise, from the median size of its finest detail.
 
     Second differences along rows and columns in turn, which leave nothing of a plane or of an edge along either; where
@@ -158,14 +156,14 @@ def noise_from_differences(image: Picture, mask: NDArray[np.bool_] | None = None
     return float(max(np.median(fine) / (6 * 0.6745), QUANTUM * np.ptp(image)))
 
 
-def noise_from_spectrum(image: Picture) -> float:
+def noise_from_spectrum(image: Floats) -> float:
     """Standard deviation of noise that would explain the finest detail (beyond 0.45 cycles per pixel) of `image`."""
     share, power = Spectra.of([np.asarray(image, np.float32)], 0).measure_and_power()
     fine = np.flatnonzero(share)  # a small image has no frequency at some samples
     return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
 
 
-def noise_floor(image: Picture, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
+def noise_floor(image: Floats, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
     """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
 
     The difference of differences along and across sees least of any texture and all of the noise; blur and plain

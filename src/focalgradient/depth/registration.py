@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
-from focalgradient.depth.filters import mean_in_squares
+from focalgradient.depth.filters import Image, mean_in_squares
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens, capabilities
@@ -28,8 +28,6 @@ __all__ = [
     "resample",
     "shrunk",
 ]
-
-Image = NDArray[np.float32]
 
 SHIFT_WARNING = 0.25
 """Displacement between views in pixels above which a warning is issued. Chosen by hand."""
@@ -287,6 +285,10 @@ class RegisteredViews:
     warnings: tuple[str, ...] = ()
     shares: NDArray[np.floating] | None = None
     """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""
+    start: tuple[int, int] = (0, 0)
+    """Row and column of the first pixel in the whole frame, of which these views may be a part."""
+    whole: tuple[int, int] | None = None
+    """Shape of the whole frame; None: it is this."""
     crops: dict[int, RegisteredViews] = field(init=False, default_factory=dict, compare=False, repr=False)
     """Crops already made by `most_textured_crop`, by side."""
 
@@ -295,6 +297,13 @@ class RegisteredViews:
         """Height and width in pixels."""
         height, width = self.usable.shape
         return height, width
+
+    @property
+    def inward(self) -> NDArray[np.intp]:
+        """Distance of each pixel from the border of the whole frame, in pixels (H x W)."""
+        ways = zip(self.start, self.shape, self.whole or self.shape, strict=True)
+        places = ((first + np.arange(count), whole) for first, count, whole in ways)
+        return np.minimum.outer(*(np.minimum(place, whole - 1 - place) for place, whole in places))
 
     @classmethod
     def of(cls, views: Sequence[View], align: bool) -> RegisteredViews:
@@ -354,7 +363,16 @@ class RegisteredViews:
         """Return these rows and columns of the views."""
         images = [np.ascontiguousarray(image[rows, columns]) for image in self.images]
         shares = None if self.shares is None else self.shares[:, rows, columns]
-        return RegisteredViews(images, self.usable[rows, columns], self.gains, self.placements, shares=shares)
+        start = self.start[0] + rows.start, self.start[1] + columns.start
+        return RegisteredViews(
+            images,
+            self.usable[rows, columns],
+            self.gains,
+            self.placements,
+            shares=shares,
+            start=start,
+            whole=self.whole or self.shape,
+        )
 
 
 def _placement_warnings(

@@ -75,7 +75,7 @@ lenses, 5th to 95th percentile)."""
 
 
 def rests_on_texture(
-    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float
+    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Test whether each node's depth rests on texture near it, and whether depth curves its cost.
 
@@ -91,18 +91,14 @@ def rests_on_texture(
         Residual statistics of each pixel at that depth.
     weight
         H x W, 0 or 1: the pixels that are used.
-    noise
-        Noise variance in units of the one assumed.
 
     Returns
     -------
     near, curved_by_depth
         Both h x w.
     """
-    by_noise, unit = (
-        numerics.at_levels(noise * sum(getattr(r, name) for r in equalised.residuals), local.level)
-        for name in ("noise_derivative", "noise_slope")
-    )
+    by_noise = numerics.at_levels(equalised.noise_derivative, local.level)
+    unit = numerics.at_levels(equalised.scale * equalised.noise_slope, local.level)
     power, unit = (
         numerics.block_sum(weight * image, equalised.step).astype(np.float32)[None]
         for image in (local.slope - by_noise, unit)
@@ -115,19 +111,16 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-def own_texture(
-    equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
-) -> tuple[NDArray[np.bool_], Image]:
+def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image) -> tuple[NDArray[np.bool_], Image]:
     """Test whether information about depth lies at each pixel, and not only beside it in its window (H x W).
 
     Also returns the probability that a pixel belongs to a surface without texture, beside that which is seen.
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
-    with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
+    with texture ends, blur leaves open to a few pixels. In compressed views small gaps in texture count as such, too:
     compression takes away what is weak, and leaves lone edges. The other arguments are those of `rests_on_texture`.
     """
-    derivative = np.sum([r.noise_derivative for r in equalised.residuals], axis=0)
-    by_noise = numerics.at_levels(noise * derivative, local.level)
+    by_noise = numerics.at_levels(equalised.noise_derivative, local.level)
     power = weight * (local.slope - by_noise)
     count, own_count = (smoothed(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
     around = smoothed(power, equalised.window) / count
@@ -135,7 +128,7 @@ def own_texture(
     at_focus = equalised.even.rate_at_pixels(local.level) < CHANGING
     has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
-    lacks = weight * ~(shows if compressed else _without_gaps(shows))
+    lacks = weight * ~(shows if equalised.compressed else _without_gaps(shows))
     share = smoothed(lacks, LACK_SD) / (smoothed(weight, LACK_SD) + 1e-6)
     return _without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32)
 
