@@ -84,7 +84,7 @@ def sample(
 
 
 def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: float, sign: int) -> NDArray[np.bool_]:
-    """Return True where one eye sees what is occluded from the other eye or outside its frame.
+    """Return True where one eye sees a place that is occluded from the other eye or outside its frame.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ __all__ = ["DRAWN"]
 ABOUT = """\
 DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur
 (fractions of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions;
-stimulus.json has all parameters, what was controlled, and the source. Takes about a second; for a picture that fills a
+stimulus.json has all parameters, the controls, and the source. Takes about a second; for a picture that fills a
 screen, up to 20 s. 'focalgradient stimuli set' combines such folders into a set for judging depth.
 """
 

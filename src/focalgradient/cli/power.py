@@ -49,7 +49,7 @@ class Model:
         the odds ratio of a higher answer; cube: odds ratio of the nonrigid percept with its gradient to without.
         [default: 1.3; odds ratios 3; cube 1.5]
     far_effect
-        Ratings: far depth effect; 1 is no effect.  [default: 1]
+        Ratings: far depth effect; 1 means none.  [default: 1]
     between
         SD over subjects of the log of each effect (thresholds: of the log threshold).  [default: 0.15; steps,
         visual-analogue scales and choices 1; cube 0.3; thresholds 0.4]

@@ -189,7 +189,7 @@ def report(
         With --preregister: effect to be detected, for the number of subjects; a ratio of ratings; for steps, choices
         and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]
     far_effect
-        With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]
+        With --preregister: effect with the farthest object in focus; 1 means none.  [default: 1]
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.report import Stated, load_rules, make_report
     from focalgradient.statistics import Rules

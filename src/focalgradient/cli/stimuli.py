@@ -80,8 +80,8 @@ def depth_rating(
 
     Each scene is shown through a pinhole and through each of the --apertures, with its nearest and its farthest object
     in focus: as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json has every parameter,
-    what was controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. After an interruption
-    the same command continues; a finished set is verified.
+    the measured controls, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. After an
+    interruption the same command continues; a finished set is verified.
 
     With --picture and --depth the scenes are photographs, named after their files: their nearest and farthest objects
     are found in the depth, and the blur of the lens is added. --field gives the visual angle of their pixels at the
@@ -227,7 +227,7 @@ def set_(folders: Annotated[tuple[Path, ...], "FOLDER..."], /, *, out: Folder) -
     by the f-number of its pupil at 50 mm; its only fixation, "focus", is the centre of the region in focus. All must
     have the same size, pupil and display. A stimulus that is anywhere sharper than its blur allows is rejected.
 
-    DIR/manifest.json has every stimulus's parameters, what was controlled, and every file's SHA-256. After an
+    DIR/manifest.json has every stimulus's parameters, the measured controls, and every file's SHA-256. After an
     interruption the same command continues; a finished set is verified. Takes about a second per picture.
 
     \b

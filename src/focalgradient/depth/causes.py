@@ -82,7 +82,7 @@ class Cause:
     evidence
         1 where the evidence is as strong as the cause needs; causes are ranked by it.
     text
-        What was measured and the remedy, a clause.
+        Measured value and remedy, a clause.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What is measured in the views."""
+    """Quantities measured in the views."""
 
     displacement: float
     """Largest displacement of a view against the first, in pixels, that is left in."""
@@ -175,7 +175,7 @@ BESIDE_EDGES = 0.99
 def rank_causes(
     found: Evidence, method: str = "equalise", slip: str | None = None, outside: str | None = None
 ) -> list[Cause]:
-    """Rank causes by what was measured, for the method that is used.
+    """Rank causes by the measured quantities, for the method that is used.
 
     `slip` names optics with which the views fit better, `outside` states that depth lies outside the range searched.
 
@@ -230,7 +230,7 @@ def rank_causes(
             "range",
             1.0 if outside else faint * one_is_sharp,
             outside
-            or "a view shows next to nothing of what another shows, as where its blur exceeds what is searched: close "
+            or "a view shows next to nothing of what another shows, as where its blur exceeds the search: close "
             "the aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, "
             "far)",
         ),

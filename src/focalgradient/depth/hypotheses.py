@@ -363,7 +363,7 @@ def judge_blur(
                 / equalised.levels_per_pixel
                 / np.maximum(LEAST_BLUR, radius[use])
             )
-            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of what is gained
+            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of the gain
             if accepted is None or surely > accepted[0]:
                 accepted = surely, Alternative(cause, clarity, float(np.quantile(change, SHARE)))
         if accepted is not None:

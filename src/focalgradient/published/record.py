@@ -214,7 +214,7 @@ class Published:
         if not self.conditions or len(set(quantities)) < len(quantities):
             raise InputError(f"{self.key} needs conditions, and findings of different names.")
         if bool(self.settings) == bool(self.needs.strip()):
-            raise InputError(f"{self.key} needs the settings of a design, or what is missing to ask people: give one.")
+            raise InputError(f"{self.key} needs the settings of a design, or the missing conditions: give one.")
 
     def design_text(self) -> str:
         """Return the design for people or simulated observers as the text of a design file (TOML).

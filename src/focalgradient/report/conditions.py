@@ -117,7 +117,7 @@ def condition_part(
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
 ) -> Part:
-    """Return the section on tests and all `answers`; `names` are heading, prefix of files, and what is answered."""
+    """Return the section on tests and all `answers`; `names` are heading, prefix of files, and answers."""
     title, name, noun = names
     table = table.assign(included=table.index.isin(rows.index))
     script = r_script("conditions", answers).replace(b"TRIALS", f"{name}_trials".encode())

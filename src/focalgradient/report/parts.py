@@ -105,7 +105,7 @@ class Output:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is stated of a task before data exist, in the words of a paper: its preregistration, and its methods.
+    """Preregistration and methods of a task, in the words of a paper.
 
     Parameters
     ----------
@@ -147,7 +147,7 @@ class Part:
     title, name
         Heading, and prefix of the files.
     plan
-        What was stated before the data.
+        Statements made before the data.
     answers
         All effects, the rows of results.csv.
     simulated

@@ -75,7 +75,7 @@ class Preregistered:
     Parameters
     ----------
     about
-        What is preregistered: the title after "Preregistration:".
+        Subject of the preregistration: the title after "Preregistration:".
     plan
         Hypotheses, primary outcome, design, exclusions and analysis.
     subjects

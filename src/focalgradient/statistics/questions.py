@@ -145,7 +145,7 @@ class Question:
 
 
 class Caution(str):
-    """Sentence of a check that changes the reading of the findings, and stands beside them."""
+    """Sentence of a check that changes the reading of the findings, and is shown with them."""
 
     __slots__ = ()
 
@@ -385,7 +385,7 @@ class Analysis:
     choices
         Methodological choices to be explained: keys of `focalgradient.report.choices`.
     estimates
-        What is estimated where no hypothesis is tested.
+        Quantity estimated where no hypothesis is tested.
     also
         Further analyses of the same table, with preparations and families of their own.
 
