@@ -7,14 +7,13 @@ estimate would not absorb. So a crop of the views is fitted again (`refit`) by e
 - *Shapes* are compared by what they leave, for the same noise: on 18 rendered pairs the likelier one was the true one
   in 17, but on one of two photographed sheets it was not, so that a shape whose coarse and fine detail disagree more is
   not recommended.
-- *Optics*: apertures or foci of the wrong views leave a larger residual than noise does, wherever views are blurred.
-  Wrong optics inflate the noise estimate, so that noise is estimated for each slip that leaves less than the stated
-  optics, and the least serves all. A slip that leaves clearly less is named, unless another shape of blur explains the
-  views as well. A common factor of all apertures leaves nothing more with one focus, and a common shift of all foci
-  never does: only a calibration finds those. Nor does the order of two foci, whose depths are each other's mirror
-  image; their magnification may (`focalgradient.depth.registration`).
-- *Blur*: a changed blur that is clearly more likely (Vuong 1989), each window with its own noise, is named, and what
-  depth would change by is added to the model error. Depth stays that of the model asked for.
+- *Optics*: apertures or foci of the wrong views leave a larger residual than noise does, and inflate its estimate:
+  noise is estimated for each slip that leaves less than the stated optics, and the least serves all. A slip that leaves
+  clearly less is named, unless another shape of blur explains the views as well. Only a calibration finds a common
+  factor of all apertures at one focus, and a common shift of all foci. Nor do residuals show the order of two foci;
+  their magnification may (`focalgradient.depth.registration`).
+- *Blur*: a changed blur that is clearly more likely (Vuong 1989), each window with its own noise, is named, and the
+  change of depth is added to the model error. Depth stays that of the model asked for.
 - *Order of apertures*, without a fit: of two views with one focus, the larger aperture never shows finer detail.
 """
 
@@ -33,9 +32,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import j0
 
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power, view_spectra
+from focalgradient.depth.equalise.signal import UNEXPLAINED
 from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
-from focalgradient.depth.filters import RADII, FloatArray, Image, smoothed
+from focalgradient.depth.filters import RADII, FloatArray, Image, Spectra, smoothed
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.registration import RegisteredViews, measure_placement, resample
 from focalgradient.depth.search import Blurs, Problem, Search, one_focus
@@ -45,33 +45,23 @@ from focalgradient.optics import Aperture, Optics
 from focalgradient.psf import Annulus, Blend, Disc, Gaussian, Psf
 from focalgradient.psf.shapes import disc_transfer
 
-__all__ = [
-    "Alternative",
-    "check_model",
-    "error_with",
-    "judge_blur",
-    "judge_optics",
-    "judge_shape",
-    "likelier_slip",
-    "misordered_apertures",
-    "refit",
-]
+__all__ = ["Alternative", "check_model", "error_with", "judge_blur", "likelier_slip", "misordered_apertures"]
 
 
 def refit(
     models: Iterable[Blurs],
-    part: RegisteredViews,
+    views: Sequence[Image] | Spectra,
+    weight: Image,
     noise_sd: Sequence[float],
     window: float,
-    weight: Image | None = None,
+    power: FloatArray | None = None,
 ) -> Iterator[tuple[Equalised, Nodes]]:
-    """Fit a part of the views by each of the `models` in turn; yield the views compared by it, and the depth.
+    """Fit a crop of the `views`, over the pixels of `weight` (H x W, 0 or 1), by each of the `models` in turn.
 
-    Over the usable pixels, or those of `weight` (H x W, 0 or 1).
+    Yield the views compared by each, and the depth. `power` is that of the sharp scene, where it is known.
     """
-    weight = part.usable.astype(np.float32) if weight is None else weight
     for blurs in models:
-        equalised = equalise(part.images, blurs, noise_sd, window=window)
+        equalised = equalise(views, blurs, noise_sd, window=window, power=power)
         yield equalised, equalised.read(weight)
 
 
@@ -110,7 +100,7 @@ def judge_shape(
     search, part = problem.search, problem.registered.most_textured_crop(SHAPE_SIDE)
     weight, shapes = part.usable.astype(np.float32), _with_others(shape)
     refined, taus = [], []
-    for equalised, nodes in refit(map(search.blurs, shapes), part, noise_sd, problem.settings.window):
+    for equalised, nodes in refit(map(search.blurs, shapes), part.images, weight, noise_sd, problem.settings.window):
         nodes = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes)), weight)
         images = equalised.evaluate_images(nodes)[1]
         halves = DetailHalves.of(equalised, nodes, images, weight, nodes.is_textured)
@@ -179,10 +169,11 @@ def judge_optics(
     `noise_sd` is the noise that the stated optics leave; `misfit`, `explained` and `tau` are the frame's median misfit,
     its share of texture that the stated optics explain, and the model error by the split-band test.
     """
-    if misfit < SUSPECT and explained > 0.8 and tau < DOUBTFUL:
+    if misfit < SUSPECT and explained > UNEXPLAINED and tau < DOUBTFUL:
         return {}, []
     search, settings, registered = problem.search, problem.settings, problem.registered
     given, part = settings.given_noise(len(problem.views)), registered.most_textured_crop(NOISE_SIDE)
+    weight = part.usable.astype(np.float32)
     models = {STATED: [search.blurs(one) for one in _with_others(shape)]}
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
@@ -192,8 +183,8 @@ def judge_optics(
     def compared(names: Sequence[str], noise_sd: Sequence[float]) -> dict[str, float]:
         """Return what each hypothesis leaves, by the best of its models."""
         whose = [name for name in names for _ in models[name]]
-        fits = refit((blurs for name in names for blurs in models[name]), part, noise_sd, settings.window)
-        left = misfits([nodes for _, nodes in fits])
+        every = (blurs for name in names for blurs in models[name])
+        left = misfits([nodes for _, nodes in refit(every, part.images, weight, noise_sd, settings.window)])
         return {name: min(m for m, owner in zip(left, whose, strict=True) if owner == name) for name in names}
 
     left = compared(list(models), noise_sd)
@@ -332,9 +323,11 @@ def judge_blur(
     part = replace(registered, usable=registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
     inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
-    again = partial(
-        refit, part=part, noise_sd=noise_sd, window=problem.settings.window, weight=(part.usable & inner).astype("f4")
-    )
+    weight, spectra = (part.usable & inner).astype(np.float32), view_spectra(part.images, blurs)
+    power = scene_power(spectra.over(noise_sd), noise_sd, blurs.frequencies)
+
+    def again(models: Iterable[Blurs]) -> Iterator[tuple[Equalised, Nodes]]:
+        return refit(models, spectra, weight, noise_sd, problem.settings.window, power)
 
     def cost(equalised: Equalised, nodes: Nodes) -> FloatArray:
         # Noise is not known well where the model is wrong: each window's likelihood is that with its own.

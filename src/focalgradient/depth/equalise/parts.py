@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,15 @@ class Tile:
     core: tuple[slice, slice]
     outer: tuple[slice, slice]
 
+    @classmethod
+    def about(cls, core: tuple[slice, slice], overlap: int, step: int, shape: tuple[int, int]) -> Tile:
+        """Return the tile of a `core` in a frame of `shape`, with `overlap` pixels in whole blocks of `step` pixels."""
+        beyond = step * -(-overlap // step)
+        rows, columns = (
+            slice(max(0, part.start - beyond), min(n, part.stop + beyond)) for part, n in zip(core, shape, strict=True)
+        )
+        return cls(core, (rows, columns))
+
     def inner(self, step: int) -> tuple[slice, slice]:
         """Return the core's blocks of `step` pixels among those of the tile with its overlap."""
         return tuple(  # type: ignore[return-value]
@@ -100,16 +110,9 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
     for n in shape:
         count = max(1, round(n / side))
         size = step * -(-n // (count * step))
-        edges.append([(start, min(n, start + size)) for start in range(0, n, size)])
-    overlap = step * -(-OVERLAP // step)
-    for top, bottom in edges[0]:
-        for left, right in edges[1]:
-            core = (slice(top, bottom), slice(left, right))
-            outer = tuple(
-                slice(max(0, part.start - overlap), min(n, part.stop + overlap))
-                for part, n in zip(core, shape, strict=True)
-            )
-            yield Tile(core, (outer[0], outer[1]))
+        edges.append([slice(start, min(n, start + size)) for start in range(0, n, size)])
+    for rows, columns in product(*edges):
+        yield Tile.about((rows, columns), OVERLAP, step, shape)
 
 
 def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
@@ -132,14 +135,10 @@ def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reac
             cores = [core for core in cores if core not in meeting]
             box = [[min(b[a][0] for b in [box, *meeting]), max(b[a][1] for b in [box, *meeting])] for a in (0, 1)]
         cores.append(box)
-    beyond = step * -(-overlap // step)
     found = []
     for core in cores:
-        inner = tuple(slice(first * step, min(n, last * step)) for (first, last), n in zip(core, shape, strict=True))
-        outer = tuple(
-            slice(max(0, p.start - beyond), min(n, p.stop + beyond)) for p, n in zip(inner, shape, strict=True)
-        )
-        found.append(Tile((inner[0], inner[1]), (outer[0], outer[1])))
+        rows, columns = (slice(step * first, min(n, step * last)) for (first, last), n in zip(core, shape, strict=True))
+        found.append(Tile.about((rows, columns), overlap, step, shape))
     area = sum(math.prod(part.stop - part.start for part in tile.outer) for tile in found)
     whole = (slice(0, shape[0]), slice(0, shape[1]))
     return found if area <= MUCH * math.prod(shape) else [Tile(whole, whole)]
