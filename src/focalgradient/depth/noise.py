@@ -26,6 +26,7 @@ from focalgradient.depth.search import Blurs
 
 __all__ = [
     "LENIENCE",
+    "LOG_SETTLED",
     "NOISE_SIDE",
     "NoiseLaw",
     "band_power",
@@ -54,9 +55,9 @@ RIM = 12
 """Width in pixels of the rim that is excluded from the noise estimate, and over which weights then increase. Chosen by
 hand."""
 
-NOISE_ROUNDS, NOISE_SETTLED = 6, 0.05
-"""Maximum number of alternations between equalisation and noise estimation; and change of the logarithm of standard
-deviations below which they end. Chosen by hand."""
+NOISE_ROUNDS, LOG_SETTLED = 6, 0.05
+"""Maximum number of alternations between equalisation and noise estimation; and change of the logarithm of a standard
+deviation, or of a waveband's gain, below which its estimate has converged. Chosen by hand."""
 
 LEAST_PLACES = 128
 """Minimum number of places from which the noise law is fitted; with fewer, chance could produce one. Chosen by hand."""
@@ -325,12 +326,12 @@ def noise_from_residuals(
         alike = [(shape / noise_sd) ** 2 for shape in (1 / gains, np.ones_like(gains))]
         powers = band_power(equalised, nodes, images, taper)
         ratio = np.sqrt(_variances(*powers, alike, (white / noise_sd) ** 2))
-        settled = np.ptp(np.log(ratio)) < NOISE_SETTLED
+        settled = np.ptp(np.log(ratio)) < LOG_SETTLED
         if settled:
             ratio *= math.sqrt(equalised.noise_found(nodes) / float(np.mean(ratio**2)))
         before, found = noise_sd, noise_sd * ratio
         noise_sd = np.maximum(floor, found * min(1.0, float(np.min(most / found))))
-        if settled and np.abs(np.log(noise_sd / before)).max() < NOISE_SETTLED:
+        if settled and np.abs(np.log(noise_sd / before)).max() < LOG_SETTLED:
             break
     return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 

@@ -39,6 +39,7 @@ from focalgradient.depth.filters import (
 from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
 from focalgradient.depth.read import EvenCoordinate, read_minima, summed_levels
 from focalgradient.depth.search import Blurs
+from focalgradient.depth.validity import MIN_SUPPORT
 from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
@@ -123,8 +124,8 @@ class Nodes:
 
     @property
     def is_textured(self) -> NDArray[np.bool_]:
-        """Return the nodes with more texture than noise whose depth is unambiguous and within the searched range."""
-        return self.unambiguous & self.inside & (self.texture >= 1)
+        """Return the usable nodes with more texture than noise whose depth is unambiguous and in the searched range."""
+        return self.unambiguous & self.inside & (self.texture >= 1) & (self.support >= MIN_SUPPORT)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
         """Return the nodes of these rows and columns."""

@@ -149,7 +149,7 @@ class DetailHalves:
         blurs = equalised.blur(nodes.level)
         use = is_trusted & nodes.is_supported
         if use.sum() < LEAST_NODES:  # views contradict the model all over: the rest does not prove it right
-            use = nodes.is_textured & (nodes.support > 0.1)
+            use = nodes.is_textured
         share = np.maximum(LEAST_BLUR, blurs) * equalised.levels_per_pixel
         if use.sum() < LEAST_NODES:
             return cls(LEAST_RADIUS, share, use, [], [])
