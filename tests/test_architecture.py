@@ -125,7 +125,7 @@ def room_of(file: Path) -> str:
 
 
 def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
-    """Dotted names of everything a source imports, at its top or inside a function; `package` resolves the relative."""
+    """Dotted names of what a source imports anywhere, or uses of `fg`, the package; `package` resolves the relative."""
     for node in ast.walk(ast.parse(source) if isinstance(source, str) else source):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -133,6 +133,8 @@ def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
             above = package.split(".")[: 1 - node.level or None] if node.level else []
             origin = ".".join([*above, node.module] if node.module else above)
             yield from (f"{origin}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "fg":
+            yield f"focalgradient.{node.attr}"
 
 
 @functools.cache
@@ -153,8 +155,8 @@ def imported(file: Path) -> list[tuple[str, str]]:
 
 
 def test_imports_are_found_wherever_they_stand() -> None:
-    source = "import a.b\nfrom c import d\ndef f():\n    from . import e\n    from ..g.h import i\n"
-    assert sorted(imports(source, "p.q")) == ["a.b", "c.d", "p.g.h.i", "p.q.e"]
+    source = "import a.b\nfrom c import d\ndef f():\n    from . import e\n    from ..g.h import i\n    fg.j.k()\n"
+    assert sorted(imports(source, "p.q")) == ["a.b", "c.d", "focalgradient.j", "p.g.h.i", "p.q.e"]
 
 
 def test_every_room_has_a_rule_and_every_rule_a_room() -> None:

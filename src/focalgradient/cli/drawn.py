@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Command, Folder, Given, command, options_named, sentences
 from focalgradient.cli.groups import Screen
 from focalgradient.cli.program import (
@@ -144,9 +145,7 @@ def replica(paper: str, /, *, condition: Annotated[str | None, "NAME"] = None, o
     """  # noqa: D301  click's mark against rewrapping is a real backspace
 
     def draw() -> "Stimulus":
-        from focalgradient import stimuli
-
-        return stimuli.replica(paper, condition, pixels_per_degree=display.pixels_per_degree)
+        return fg.stimuli.replica(paper, condition, pixels_per_degree=display.pixels_per_degree)
 
     _write(out, display, {}, draw)
 

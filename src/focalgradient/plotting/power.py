@@ -18,19 +18,19 @@ BESIDE = 0.012
 """Distance of the tests' points at one number of subjects, as a share of the range of subjects."""
 
 
-def power_figure(found: Sequence[Power], study: Study) -> Figure:
+def power_figure(powers: Sequence[Power], study: Study) -> Figure:
     """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects."""
     with laid_out(150, 75) as figure:
         left, right = figure.subplots(1, 2)
-        subjects = [each.subjects for each in found]
+        subjects = [power.subjects for power in powers]
         handles = []
-        drawn = {meaning: [one.found[name] for one in found] for name, meaning in study.tests.items()}
+        drawn = {meaning: [power.found[name] for power in powers] for name, meaning in study.tests.items()}
         if len(study.tests) > 1:
-            drawn["all tests"] = [one.joint for one in found]
+            drawn["all tests"] = [power.joint for power in powers]
         for number, (meaning, shares) in enumerate(drawn.items()):
             whole = meaning == "all tests"
             look = {"color": "black" if whole else COLOURS[number % len(COLOURS)], "linestyle": ":" if whole else "-"}
-            ends = [share_interval(share, one.experiments) for share, one in zip(shares, found, strict=True)]
+            ends = [share_interval(share, power.experiments) for share, power in zip(shares, powers, strict=True)]
             bars = [
                 (max(share - low, 0), max(high - share, 0)) for share, (low, high) in zip(shares, ends, strict=True)
             ]
@@ -51,7 +51,7 @@ def power_figure(found: Sequence[Power], study: Study) -> Figure:
         for name, colour, marker, label in zip(
             ("width", "far_width"), (BLUE, ORANGE), ("o", "s"), study.widths, strict=True
         ):
-            widths = [getattr(each, name) for each in found]
+            widths = [getattr(power, name) for power in powers]
             if not all(map(math.isnan, widths)):
                 right.plot(subjects, widths, marker + "-", color=colour, markersize=4, label=_folded(label))
         right.set(ylabel=_folded(study.model.width_label, 30))

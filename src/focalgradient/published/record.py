@@ -268,4 +268,4 @@ def simulate(experiment: Published, observer: Observer) -> Mapping[str, Predicti
     for name, given, kind in (("experiment", experiment, Published), ("observer", observer, Observer)):
         if not isinstance(given, kind):
             raise InputError(f"{name} is of the class {type(given).__name__}, but must be of {kind.__name__}.")
-    return {one.quantity: None if one.ask is None else one.ask(observer) for one in experiment.findings}
+    return {finding.quantity: None if finding.ask is None else finding.ask(observer) for finding in experiment.findings}

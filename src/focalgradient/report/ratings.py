@@ -209,7 +209,7 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         * default,
         files={
             **trial_files(trials, ratings.kept, computed, data),
-            SCENE_EFFECTS: scene_effects_file(ratings),
+            f"depth_rating{SCENE_EFFECTS}": scene_effects_file(ratings),
             **({"further_tests.R": r_script("further_tests", further)} if further else {}),
         },
         observed=(ratings.kept, analysis),
