@@ -32,10 +32,10 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import j0
 
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power, view_spectra
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
 from focalgradient.depth.equalise.signal import UNEXPLAINED
 from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
-from focalgradient.depth.filters import RADII, FloatArray, Image, Spectra, smoothed
+from focalgradient.depth.filters import RADII, FloatArray, Image, smoothed
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.registration import RegisteredViews, measure_placement, resample
 from focalgradient.depth.search import Blurs, Problem, Search, one_focus
@@ -50,18 +50,18 @@ __all__ = ["Alternative", "check_model", "error_with", "judge_blur", "likelier_s
 
 def refit(
     models: Iterable[Blurs],
-    views: Sequence[Image] | Spectra,
+    part: RegisteredViews,
     weight: Image,
     noise_sd: Sequence[float],
     window: float,
     power: FloatArray | None = None,
 ) -> Iterator[tuple[Equalised, Nodes]]:
-    """Fit a crop of the `views`, over the pixels of `weight` (H x W, 0 or 1), by each of the `models` in turn.
+    """Fit a part of the views, over the pixels of `weight` (H x W, 0 or 1), by each of the `models` in turn.
 
     Yield the views compared by each, and the depth. `power` is that of the sharp scene, where it is known.
     """
     for blurs in models:
-        equalised = equalise(views, blurs, noise_sd, window=window, power=power)
+        equalised = equalise(part.spectra(blurs.reach), blurs, noise_sd, window=window, power=power)
         yield equalised, equalised.read(weight)
 
 
@@ -100,7 +100,7 @@ def judge_shape(
     search, part = problem.search, problem.registered.most_textured_crop(SHAPE_SIDE)
     weight, shapes = part.usable.astype(np.float32), _with_others(shape)
     refined, taus = [], []
-    for equalised, nodes in refit(map(search.blurs, shapes), part.images, weight, noise_sd, problem.settings.window):
+    for equalised, nodes in refit(map(search.blurs, shapes), part, weight, noise_sd, problem.settings.window):
         nodes = equalised.refine(nodes, equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes)), weight)
         images = equalised.evaluate_images(nodes)[1]
         halves = DetailHalves.of(equalised, nodes, images, weight, nodes.is_textured)
@@ -184,7 +184,7 @@ def judge_optics(
         """Return what each hypothesis leaves, by the best of its models."""
         whose = [name for name in names for _ in models[name]]
         every = (blurs for name in names for blurs in models[name])
-        left = misfits([nodes for _, nodes in refit(every, part.images, weight, noise_sd, settings.window)])
+        left = misfits([nodes for _, nodes in refit(every, part, weight, noise_sd, settings.window)])
         return {name: min(m for m, owner in zip(left, whose, strict=True) if owner == name) for name in names}
 
     left = compared(list(models), noise_sd)
@@ -323,11 +323,11 @@ def judge_blur(
     part = replace(registered, usable=registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
     rim = min(NOISE_SIDE, *part.shape) // 12
     inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
-    weight, spectra = (part.usable & inner).astype(np.float32), view_spectra(part.images, blurs)
-    power = scene_power(spectra.over(noise_sd), noise_sd, blurs.frequencies)
+    weight = (part.usable & inner).astype(np.float32)
+    power = scene_power(part.spectra(blurs.reach).over(noise_sd), noise_sd, blurs.frequencies)
 
     def again(models: Iterable[Blurs]) -> Iterator[tuple[Equalised, Nodes]]:
-        return refit(models, spectra, weight, noise_sd, problem.settings.window, power)
+        return refit(models, part, weight, noise_sd, problem.settings.window, power)
 
     def cost(equalised: Equalised, nodes: Nodes) -> FloatArray:
         # Noise is not known well where the model is wrong: each window's likelihood is that with its own.

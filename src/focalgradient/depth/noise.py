@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage, optimize
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
 from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile, quartile_by_chance
 from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, Image, Spectra, smoothed
 from focalgradient.depth.registration import RegisteredViews
@@ -317,7 +317,7 @@ def noise_from_residuals(
     noise_sd = np.maximum(floor, np.minimum(finest, emptiest))
     usable = part.usable.astype(np.float32)
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
-    gains, spectra = np.array(registered.gains), view_spectra(part.images, blurs)
+    gains, spectra = np.array(registered.gains), part.spectra(blurs.reach)
     for _ in range(NOISE_ROUNDS):
         equalised = equalise(spectra, blurs, noise_sd.tolist(), window=window, shares=part.shares, interpolate=False)
         nodes = equalised.read(usable)

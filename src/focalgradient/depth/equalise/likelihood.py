@@ -52,7 +52,6 @@ __all__ = [
     "comparing_filters",
     "equalise",
     "scene_power",
-    "view_spectra",
 ]
 
 MIN_NOISE_VARIANCE = 1e-4
@@ -358,11 +357,6 @@ class Equalised:
         return numerics.repeat_blocks(values, self.step, shape)
 
 
-def view_spectra(images: Sequence[Image], blurs: Blurs) -> Spectra:
-    """Return the spectra of the views (H x W each), with as much mirrored surround as their blurs reach."""
-    return Spectra.of(images, int(np.clip(2 * blurs.radius.max(), 16, 64)))
-
-
 def equalise(
     images: Sequence[Image] | Spectra,
     blurs: Blurs,
@@ -380,7 +374,7 @@ def equalise(
     Parameters
     ----------
     images
-        The views on one grid and at one exposure, each H x W; or their spectra (`view_spectra`).
+        The views on one grid and at one exposure, each H x W; or their spectra, mirrored as far as `Blurs.reach`.
     blurs
         Each view's blur at each candidate level.
     noise_sd
@@ -401,7 +395,7 @@ def equalise(
         noise.
     """
     assumed = assumed_sd(noise_sd, shared)
-    spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
+    spectra = (images if isinstance(images, Spectra) else Spectra.of(images, blurs.reach)).over(assumed)
     frequencies = blurs.frequencies
     if filters is None:
         power = scene_power(spectra, assumed, frequencies) if power is None else power

@@ -179,6 +179,13 @@ REJECTION_SETTLED = 2e-3
 """Proportion of pixels that change in an iteration, below which outlier rejection ends. Chosen by hand."""
 
 
+def _inward(views: RegisteredViews) -> NDArray[np.intp]:
+    """Return the distance of each pixel from the border of the whole frame, in pixels (H x W)."""
+    ways = zip(views.start, views.shape, views.whole or views.shape, strict=True)
+    places = ((first + np.arange(count), whole) for first, count, whole in ways)
+    return np.minimum.outer(*(np.minimum(place, whole - 1 - place) for place, whole in places))
+
+
 def _rim(views: RegisteredViews, equalised: Equalised) -> int:
     """Return the width in pixels of the frame's border in which nothing is used."""
     return min(round(equalised.window), min(views.shape) // 8)
@@ -186,7 +193,7 @@ def _rim(views: RegisteredViews, equalised: Equalised) -> int:
 
 def usable_at_first(views: RegisteredViews, equalised: Equalised) -> NDArray[np.bool_]:
     """Return the pixels that may be used before depth is known (H x W)."""
-    return views.usable & (views.inward >= _rim(views, equalised))
+    return views.usable & (_inward(views) >= _rim(views, equalised))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,7 +241,7 @@ def _inliers(
     """
     blur = equalised.radii.max(axis=0)  # L
     tolerance = BLUR_ERROR * blur * equalised.levels_per_pixel
-    is_usable, inward = views.usable, views.inward
+    is_usable, inward = views.usable, _inward(views)
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
     rim = _rim(views, equalised)
     middle = (slice(rim, -rim), slice(rim, -rim))

@@ -26,7 +26,6 @@ from focalgradient.depth.equalise.likelihood import (
     comparing_filters,
     equalise,
     scene_power,
-    view_spectra,
 )
 from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals, noise_passed
 from focalgradient.depth.filters import FloatArray, Image, Spectra
@@ -143,7 +142,7 @@ def estimate_band_gains(
     little = np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
     gain_sd, local_sd = np.zeros(len(names)), np.zeros(len(names))
 
-    spectra = view_spectra(part.images, blurs)
+    spectra = part.spectra(blurs.reach)
     power = scene_power(Spectra.of(part.images, 16), np.ones(len(sd)), blurs.frequencies)
 
     def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
