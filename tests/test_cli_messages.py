@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from focalgradient import FocalGradientWarning
-from focalgradient.cli import main
+from focalgradient.cli import main, program
 from focalgradient.cli.program import warnings_given
 
 TASKS = "depth-rating, necker, blur-threshold, published"
@@ -43,3 +43,14 @@ def test_parameters_in_warnings_become_options(capsys: pytest.CaptureFixture[str
         warnings.warn(message, FocalGradientWarning, stacklevel=1)
     said = capsys.readouterr().err
     assert "compare --psf blend --k 0.35, or --psf disc, or take another method (--method equalise)." in said
+
+
+def test_off_a_terminal_progress_is_printed_in_lines(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seconds = iter([0.0, 5.0, 31.0, 31.0, 40.0])
+    monkeypatch.setattr(program.time, "monotonic", lambda: next(seconds))
+    with program.resumable("") as say:
+        for share in (0.1, 0.42, 0.5):
+            say(share, "planes")
+    assert capsys.readouterr().err == "planes: 42%\n"

@@ -49,3 +49,20 @@ def test_two_views_and_their_truth_are_written(given: Path) -> None:
         assert np.unique(left["blur"].round(6)).tolist() == pytest.approx([0, 0.002 * 0.625])
         assert left["is_invented"].any()
     assert summary["disparity_px"][0] == pytest.approx(-0.01 * 0.625 / angle, rel=1e-3)
+
+
+def test_a_focus_series_states_filled_holes_and_the_limit_of_its_planes(
+    given: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("focalgradient.live.series.MAX_INTERVALS", 4)
+    metres = np.load("depth.npy")
+    metres[0, 0] = np.nan
+    np.save("depth.npy", metres)
+    lens = ["--f-number", "4", "--focal-length", "16", "--field", "2", "--error", "0.5"]
+    found = run("focus-series", "picture.png", "depth.npy", "--out", "out", *lens, "--json")
+    assert found.exit_code == 0, found.output
+    summary = json.loads(found.stdout)
+    assert summary["planes"] <= 5
+    assert ["no depth" in warning for warning in summary["warnings"]] == [True, False]
+    assert "more than 5 planes: set --error to" in found.stderr
+    assert "FocalGradientWarning" not in found.stderr

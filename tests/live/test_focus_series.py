@@ -185,3 +185,18 @@ def test_light_above_white_is_kept_in_half_floats() -> None:
     assert texels_of(bright).values.dtype == np.float16
     assert bright.texture_bytes == 2 * 4 * 8
     assert (texels_of(bright).values[0, 0, 0, :3] / texels_of(bright).gain).tolist() == [4, 4, 4]
+
+
+def test_planes_of_an_eye_are_not_crowded_by_its_tabulated_blurs() -> None:
+    light, far = picture(colours=False)
+    found = FocusSeries.of(light, far, fg.Eye(0.004, 1.0), pixel_angle=4e-4)  # 5 pixels of radius a dioptre
+    assert found.error[1] <= 3
+    assert len(found.planes) <= 1 + 8 * 0.8 * 5  # with tables 0.25 px apart: hundreds, and larger errors
+
+
+def test_the_number_of_planes_is_limited_and_the_error_reached_is_stated(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(series, "MAX_INTERVALS", 4)
+    with pytest.warns(fg.errors.FocalGradientWarning, match="more than 5 planes: set largest_error"):
+        found = FocusSeries.of(*picture(colours=False), lens(), pixel_angle=ANGLE)
+    assert len(found.planes) == 5
+    assert found.error[1] > 3

@@ -10,8 +10,9 @@ from typing import Annotated
 import click
 
 import focalgradient as fg
+from focalgradient.cli.blur import SECONDS_PER_MEGAPIXEL
 from focalgradient.cli.generate import Folder, command
-from focalgradient.cli.program import resumable, show, warnings_given, writable
+from focalgradient.cli.program import announce, resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable, refuse_overwriting, write_whole
@@ -20,6 +21,9 @@ from focalgradient.plausibility import given_as
 from focalgradient.quantities import METRES, POSITIVE
 
 __all__ = ["focus_series"]
+
+PLANES_PER_RADIUS = 4
+"""Planes per pixel of blur radius; of photographs, 3 to 4 with the default error."""
 
 
 @command("Make a picture that can be refocused at every frame.")
@@ -40,10 +44,10 @@ def focus_series(
 ) -> None:
     """Make a focus series of PICTURE: a program interpolates between two planes for any focus, at every frame.
 
-    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. The planes are spaced so that
-    the interpolated picture is within --error 8-bit steps of the picture blurred at that focus, in the worst pixel (a
-    third of that in the median pixel). 'focalgradient run gaze-focus' shows the series; Python reads it with
-    fg.FocusSeries.read.
+    PICTURE, DEPTH, the optics and the size of a pixel are as for 'focalgradient blur'. The planes, 129 at most, are
+    spaced so that the interpolated picture is within --error 8-bit steps of the picture blurred at that focus, in the
+    worst pixel (a third of that in the median pixel). 'focalgradient run gaze-focus' shows the series; Python reads it
+    with fg.FocusSeries.read.
 
     Writes DIR/series.json, with the error and the texture memory of the planes, DIR/focus-VD.npy (linear
     light in 16 bits, V in dioptres) and DIR/distance.npy. After an interruption the same command continues.
@@ -79,7 +83,8 @@ def focus_series(
     click.get_current_context().with_resource(given_as(NAMED))
     if wavelengths is not None and optics.pupil is None and optics.eye_file is None:
         raise InputError("--wavelengths requires an eye: give --pupil or --eye, or leave it out.")
-    shown = read_picture_and_depth(picture, depth, **read, focal_length=optics.focal_length)
+    with warnings_given() as early:
+        shown = read_picture_and_depth(picture, depth, **read, focal_length=optics.focal_length)
     low = 1 / (farthest or float(shown.metres.max()))
     high = 1 / (nearest or float(shown.metres.min()))
     if not low <= high:
@@ -91,6 +96,12 @@ def focus_series(
         ends = [optics.focused(vergence) for vergence in (low, high)]
         states = optics.states(ends, [low, high])
         lens = refocused(ends[0], (low + high) / 2)
+        radii = (high - low) * lens.aperture_diameter / 2 / shown.pixel_angle
+        planes = min(round(PLANES_PER_RADIUS * radii), fg.live.series.MAX_INTERVALS) + 1
+        seconds = 2 * planes * (wavelengths or 1) * SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size
+        if not optics.is_lens:
+            seconds *= 4
+        announce(seconds, f"About {planes} planes, {planes * 4 * shown.metres.size / 2**20:.0f} MB as textures")
         made = fg.live.FocusSeries.of(
             shown.light / white,
             shown.metres,
@@ -113,7 +124,7 @@ def focus_series(
         "largest_error_steps": largest,
         "texture_bytes": made.texture_bytes,
         **states,
-        "warnings": said,
+        "warnings": [*early, *said],
         "written": [printable(out / name) for name in ("series.json", "focus.json") if name in names],
     }
     show(

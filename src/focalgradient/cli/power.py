@@ -140,7 +140,7 @@ def power(
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
     total = len(subjects) * experiments
     seconds = study.model.seconds(study.design) * experiments * sum(subjects)
-    announce(seconds, f"{total} experiments")
+    announce(seconds + study.model.setup_seconds(), f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
     with resumable(left) as say, workers.shared(2 * seconds) as executor:
         table = fg.power.run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)

@@ -8,6 +8,7 @@ import os
 import platform
 import sys
 import tempfile
+import time
 import traceback
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -64,6 +65,9 @@ KEPT = "finished files are valid, and the same command continues from them."
 MEMORY = "there is too little memory for this: give smaller images or fewer of them, or close other programs."
 ANNOUNCED_S = 10.0
 """Time in s above which a command announces its duration before it starts."""
+
+LINE_S = 30.0
+"""Time in s between two lines of progress if standard error is not a terminal."""
 
 NAMED = 3
 """Maximum number of files of an earlier run that are named."""
@@ -269,7 +273,7 @@ def progress(stages: int) -> Iterator[Callable[[str], None]]:
 
 @contextmanager
 def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Progress]:
-    """Show a progress bar with the remaining time; Ctrl-C continues with the message `left`.
+    """Show a progress bar with the remaining time, or off a terminal a line every 30 s; Ctrl-C prints `left`.
 
     `begun` is called once, when the input has been checked and the work begins.
     """
@@ -278,15 +282,18 @@ def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator
     layout = "{desc:<26}|{bar:30}| {percentage:3.0f}% {elapsed}, {remaining} left"
     try:
         with tqdm(total=1.0, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
-            started = False
+            started, printed = False, time.monotonic()
 
             def say(share: float, what: str) -> None:
-                nonlocal started
+                nonlocal started, printed
                 if not started:
                     begun()
                     started = True
                 bar.set_description_str(what, refresh=False)
                 bar.update(share - bar.n)
+                if bar.disable and time.monotonic() - printed >= LINE_S:
+                    printed = time.monotonic()
+                    click.echo(f"{what}: {share:.0%}", err=True)
 
             yield say
     except KeyboardInterrupt as stop:

@@ -19,10 +19,6 @@ REQUIRED_REDUCTION, MAX_FAILURES = 0.8, 4
 considered discontinuous in focus. For a smooth picture the error falls to 0.25, at a kink to 0.5. With two failures,
 textured discs whose outlines come into focus in succession were left with errors of up to 18 steps."""
 
-MAX_FAILURE_STEPS = 64
-"""Maximum length of an interval, in smallest steps, for which failures count: half a pixel of blur. In longer ones a
-surface may come into focus in between, and the error may increase on halving."""
-
 Picture = NDArray[np.floating]
 
 
@@ -30,12 +26,15 @@ Picture = NDArray[np.floating]
 class Bound:
     """Maximum interpolation error in 8-bit steps of sRGB: of the median pixel and of the worst pixel.
 
-    `smallest_step` is the distance of two planes (D) below which intervals are not divided.
+    `smallest_step` is the distance of two planes (D) below which intervals are not divided; `longest_failure` the
+    length (D) of an interval up to which failures count. In longer ones a surface may come into focus in between, and
+    the error may increase on halving.
     """
 
     median: float
     largest: float
     smallest_step: float
+    longest_failure: float
 
     def errors(self, picture: Callable[[float], Picture], far: float, near: float) -> tuple[float, float]:
         """Return the median and the largest error of the mixture halfway between two planes."""
@@ -103,7 +102,7 @@ def choose(
     --------
     Radiance quadratic in focus: halving the step reduces the interpolation error to a quarter.
 
-    >>> chosen = choose(lambda v: np.full((1, 1), 0.2 + 0.1 * v**2), (0.0, 1.0), Bound(1.0, 1.0, 0.01))
+    >>> chosen = choose(lambda v: np.full((1, 1), 0.2 + 0.1 * v**2), (0.0, 1.0), Bound(1.0, 1.0, 0.01, 0.5))
     >>> chosen.vergences
     (0.0, 0.25, 0.5, 0.75, 1.0)
     """
@@ -117,11 +116,7 @@ def choose(
         middle = (far + near) / 2
         median, largest = bound.errors(picture, far, near)
         within = median <= bound.median and largest <= bound.largest
-        vain = (
-            vain + 1
-            if near - far <= MAX_FAILURE_STEPS * bound.smallest_step and largest > REQUIRED_REDUCTION * before
-            else 0
-        )
+        vain = vain + 1 if near - far <= bound.longest_failure and largest > REQUIRED_REDUCTION * before else 0
         if not within and vain < MAX_FAILURES and near - far >= 2 * bound.smallest_step:
             waiting += [(middle, near, largest, vain), (far, middle, largest, vain)]
             continue

@@ -33,6 +33,19 @@ SMALLEST_STEP = 1 / 128
 px apart for text and a photograph-like picture, 0.06 px for white noise, and 0.01 px where parts of a textured disc's
 outline come into focus in succession."""
 
+SMALLEST_SPECTRAL_STEP = 0.25
+"""The same with wavelengths, whose blurs are tabulated with this spacing: closer planes do not reduce the error."""
+
+LONGEST_FAILURE = 0.5
+"""Length of an interval, in pixels of blur radius, up to which a halving that does not reduce the error counts."""
+
+MAX_INTERVALS = 128
+"""Maximum number of intervals between planes: 129 planes of 1920 x 1080 pixels are 1 GB as textures."""
+
+EYE_BLUR_STEP = 1 / 16
+"""Spacing in pixels of an eye's tabulated blurs. With 0.25, as for single pictures, the tables alone changed a
+photograph by up to 7 8-bit steps between two foci, however close; with this spacing by 1.3."""
+
 BOUND_FRACTION = 2 / 3
 """Fraction of the bounds allowed for the error halfway between two planes. Elsewhere between them it was up to 1.3
 times as large, where the outline of a card is gradually hidden; rounding to 8 bits adds part of a step."""
@@ -116,7 +129,8 @@ class FocusSeries:
         Warns
         -----
         FocalGradientWarning
-            If the bound is exceeded where the blurred picture itself changes abruptly with focus.
+            If the bound is exceeded: where the blurred picture itself changes abruptly with focus, or because there are
+            129 planes at most.
 
         Notes
         -----
@@ -140,8 +154,10 @@ class FocusSeries:
         ends = _ends(far, focus)
         for name, value in (("median_error", median_error), ("largest_error", largest_error)):
             check_number(name, value, "8-bit steps", positive=True)
-        smallest = SMALLEST_STEP / source.pixels if source.pixels > 0 else math.inf
-        bound = Bound(BOUND_FRACTION * median_error, BOUND_FRACTION * largest_error, smallest)
+        pixel = 1 / source.pixels if source.pixels > 0 else math.inf
+        step = SMALLEST_STEP if wavelengths is None else SMALLEST_SPECTRAL_STEP
+        smallest = max(step * pixel, (ends[1] - ends[0]) / (MAX_INTERVALS + 0.5))
+        bound = Bound(BOUND_FRACTION * median_error, BOUND_FRACTION * largest_error, smallest, LONGEST_FAILURE * pixel)
         where = None if folder is None else Path(folder)
         settings = {"pixel_angle": pixel_angle, "ends": ends, "wavelengths": wavelengths, "bound": astuple(bound)}
         digest = "" if where is None else digest_of(optics, (light, far), **settings)
@@ -167,8 +183,9 @@ class FocusSeries:
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
             warnings.warn(
                 f"mixing two planes of focus has errors of up to {made.error[1]:.1f} steps of 8 bits (median "
-                f"{made.error[0]:.2f}) in {made._beyond(largest_error):.0%} of the range of focus: the "
-                "picture itself changes abruptly there with focus, however close the planes are.",
+                f"{made.error[0]:.2f}) in {made._beyond(largest_error):.0%} of the range of focus, where the picture "
+                f"changes abruptly with focus or would need more than {MAX_INTERVALS + 1} planes: set "
+                f"largest_error to what suffices instead of {largest_error:g}.",
                 FocalGradientWarning,
                 stacklevel=2,
             )
@@ -406,7 +423,7 @@ class _Source:
         """Return a part of the picture, focused at a vergence (D)."""
         light, far, focused = self.light[part], self.far[part], refocused(self.optics, vergence)
         if self.wavelengths is None:
-            blurred = blur_picture(light, far, focused, pixel_angle=self.pixel_angle)
+            blurred = blur_picture(light, far, focused, pixel_angle=self.pixel_angle, blur_step=EYE_BLUR_STEP)
             # Overshoot beyond black or white, where the picture has none, does not justify 16-bit textures.
             return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
         from focalgradient.eye import retinal_image

@@ -16,6 +16,7 @@ from focalgradient.files import printable
 __all__ = ["missing", "options_named", "sentences", "usage", "with_options"]
 
 OPTIONS = {
+    "set largest_error": "set --error",
     "(align=True)": "(--align)",
     "(calibration)": "(--calibration)",
     "(crop=True)": "(--align)",

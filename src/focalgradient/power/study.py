@@ -123,6 +123,10 @@ class People(ABC):
         """Return the processor time of one experiment, in s per subject (measured)."""
         return 0.01
 
+    def setup_seconds(self) -> float:
+        """Return the processor time in s before the first experiment, in each process."""
+        return 0.0
+
     def check(self, design: Any) -> None:
         """Raise `InputError` if a design is of another class, or lacks a comparison."""
         if not isinstance(design, self.designs):

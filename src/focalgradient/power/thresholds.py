@@ -80,6 +80,9 @@ class ThresholdModel(People):
     def seconds(self, design: BlurThresholdDesign) -> float:
         return 0.0005
 
+    def setup_seconds(self) -> float:
+        return 40.0
+
     def settings(self, design: BlurThresholdDesign) -> dict[str, object]:
         return {**People.settings(self, design), "people": POOL_SIZE}
 

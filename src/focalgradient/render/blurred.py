@@ -129,8 +129,11 @@ def blur_picture(
     pixel_angle: float,
     psf: Psf | str | None = None,
     progress: Progress | None = None,
+    blur_step: float = BLUR_STEP_PX,
 ) -> NDArray[np.float32]:
     """Blur a picture as `blur` does, each channel independently: H x W or H x W x channels in, the same shape out.
+
+    `blur_step` is the spacing in pixels of the tabulated blurs of optics with their own blur model.
 
     >>> from focalgradient import Lens
     >>> grey = np.full((16, 16, 3), 0.5)
@@ -147,7 +150,7 @@ def blur_picture(
         raise InputError("picture contains values beyond 3e38, the limit of 32-bit floats: scale it down.")
     scale = optics.aperture_diameter / 2 / pixel_angle
     vergence, focus = (scale / far).astype(np.float32), scale * optics.focus_vergence
-    kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle, None if psf is None else psf_of(psf))
+    kernels, by_radius = _kernels(optics, vergence, scale, pixel_angle, None if psf is None else psf_of(psf), blur_step)
     pad = rim_of(kernels)
     rim = ((pad, pad), (pad, pad))
     wide = np.pad(image.reshape(*vergence.shape, -1), (*rim, (0, 0)), mode="symmetric")
@@ -251,7 +254,12 @@ def check_radius(pixels: float) -> None:
 
 
 def _kernels(
-    optics: Optics, vergence: NDArray[np.float32], scale: float, pixel_angle: float, psf: Psf | None = None
+    optics: Optics,
+    vergence: NDArray[np.float32],
+    scale: float,
+    pixel_angle: float,
+    psf: Psf | None = None,
+    blur_step: float = BLUR_STEP_PX,
 ) -> tuple[Kernels, bool]:
     """Return point spread functions for vergences in pixels, and whether they depend on the blur radius alone."""
     blurs = vergence - np.float32(scale * optics.focus_vergence)
@@ -259,16 +267,18 @@ def _kernels(
     check_radius(largest)
     own = own_blur(optics)
     if psf is None and own is not None:
-        return _own_kernels(own, blurs, scale, pixel_angle), False
+        return _own_kernels(own, blurs, scale, pixel_angle, blur_step), False
     psf = psf or Disc()
     return shape_kernels(psf, blurs), psf.symmetric
 
 
-def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float) -> Kernels:
-    """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `BLUR_STEP_PX`."""
+def _own_kernels(
+    own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_angle: float, blur_step: float
+) -> Kernels:
+    """Return point spread functions of the optics' own transfer for signed blurs (px), rounded to `blur_step`."""
     steps = few_blurs(blurs)
     if steps is None:
-        steps = BLUR_STEP_PX * np.unique(np.rint(blurs / BLUR_STEP_PX))
+        steps = blur_step * np.unique(np.rint(blurs / blur_step))
     pictures, margin = [], _margin(own, pixel_angle)
     for blur in steps.tolist():
         vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence
