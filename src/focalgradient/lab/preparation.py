@@ -188,7 +188,7 @@ def _unshortened(options: SessionOptions, short: Design, design: Design) -> Iter
         return
     trials = len(short.trials(options.participant or "pilot"))
     if trials > PILOT_TRIALS and trials == len(design.trials(options.participant or "pilot")):
-        yield f"the test run has all {trials} trials of the design, which has no repetitions to leave out."
+        yield f"the test run has all {trials} trials of the design, which has no repetitions to omit."
 
 
 def _to_repeat(given: Sequence[str]) -> list[str]:

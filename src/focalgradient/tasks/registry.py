@@ -165,10 +165,8 @@ def unknown_task(name: str, command: str = "report") -> str:
     >>> unknown_task("mine")[:40]
     "'mine' that is unknown here: install its"
     """
-    return (
-        f"{name!r} that is unknown here: install its package, or name its file as in 'focalgradient {command} data "
-        "--task-file my_task.py'."
-    )
+    remedy = "install its package, or name its file as in 'focalgradient report data --task-file my_task.py'."
+    return f"{name!r} that is unknown here: {remedy.replace('report', command)}"
 
 
 def task_named(name: str) -> Task:
