@@ -81,7 +81,7 @@ class Observers(People):
     def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> Any:
         if not self._thresholds(design):
             return pd.DataFrame(self._rows(design, subjects, rng))
-        pool = _people(type(design), design.model_dump_json(), seed)
+        pool = _people(self.task.name, design.model_dump_json(), seed)
         return _drawn(pool, rng.choice(POOL_SIZE, subjects))
 
     def _thresholds(self, design: Any) -> bool:
@@ -111,10 +111,10 @@ class Observers(People):
 
 
 @lru_cache(maxsize=4)
-def _people(kind: type[Any], design_json: str, seed: int) -> Mapping[str, ThresholdResult]:
+def _people(name: str, design_json: str, seed: int) -> Mapping[str, ThresholdResult]:
     """Return the thresholds of the pool of simulated observers, by condition."""
-    design = kind.model_validate_json(design_json)
-    task = task_named(design.task)
+    task = task_named(name)
+    design = task.design.model_validate_json(design_json)
     asked = task.analysis(design)
     table = pd.DataFrame(Observers(task)._rows(design, POOL_SIZE, np.random.default_rng(seed)))
     results: Mapping[str, ThresholdResult] = asked.prepare(asked.excluded(table)[0])
