@@ -100,6 +100,7 @@ class Whitening:
     scale: float  # noise variance in units of the one assumed
     law: NoiseLaw | None  # by which noise rises with brightness and contrast
     power: FloatArray | None  # of the sharp scene; None: that of the tile
+    shows_blocks: bool  # of JPEG
     tiles: Sequence[Tile]
     whole: tuple[Equalised, Image] | None  # the frame, where it is one tile: whitened already, with its energy
 
@@ -139,10 +140,10 @@ class Whitening:
             noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
         scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
         if not is_large:
-            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, (first, energy))
+            return cls(problem, blurs, shared, noise_sd, scale, law, power, compressed, parts, (first, energy))
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
-        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
+        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, compressed, parts, None)
 
     @property
     def noise_found(self) -> list[float]:
@@ -162,7 +163,8 @@ class Whitening:
             share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
             settings.progress(0.4 + 0.5 * share, words)
         views = registered if self.whole is not None else tile.of(registered)
-        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, self.is_compressed)
+        has_gaps = self.is_compressed and self.shows_blocks  # by contrast an imperfect model errs as well
+        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, has_gaps)
         if self.whole is not None:
             whole, self.whole = self.whole, None
             return part, *whole
