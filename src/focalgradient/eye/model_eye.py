@@ -47,7 +47,7 @@ PERSONAL = ("looking_at", "response", "correction", "luminance", "field_deg")
 class Eye:
     """Optics of an eye in light of one wavelength at one moment.
 
-    An eye is given by its pupil and focus, ``Eye(0.004, 1.0)``, or by what is known about a person,
+    An eye is given by its pupil and focus, ``Eye(0.004, 1.0)``, or by data of a person,
     ``Eye(refraction="-2.00 -0.75 x 180", age=30, looking_at=2.5)``, from which pupil, focus and astigmatism follow.
 
     Parameters
@@ -125,7 +125,7 @@ class Eye:
     pupil_offset: tuple[float, float] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
-    # Written out, as a person's arguments are not fields: only what is derived from them is kept.
+    # Written out, as a person's arguments are not fields: only the derived values are kept.
     def __init__(
         self,
         pupil_diameter: float | None = None,

@@ -251,7 +251,7 @@ def write_depth(
     Returns
     -------
     StreamCounts
-        What was read, written and skipped.
+        Frames read, written and skipped.
 
     Raises
     ------
