@@ -177,10 +177,14 @@ def _expectations(kind: Any) -> dict[str, tuple[Bounds | None, Callable[[Any], b
             hint = eval(written, names) if isinstance(written, str) else written
         except NameError:  # imported only for type checking
             continue
-        expectation = _expectation(hint)
-        if expectation is not None and name != "return":
-            found[name] = (_bounds(hint), *expectation)
+        bounds, expectation = _bounds(hint), _expectation(hint)
+        if name != "return" and (bounds or expectation) is not None:
+            found[name] = (bounds, *(expectation or (partial(_is_none, type(None) in get_args(hint)), "")))
     return found
+
+
+def _is_none(allowed: bool, value: Any) -> bool:
+    return allowed and value is None
 
 
 def _bounds(hint: Any) -> Bounds | None:

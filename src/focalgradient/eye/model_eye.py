@@ -9,22 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.errors import InputError, check_fields, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
 from focalgradient.eye.measured import resized_zernike, zernike_terms
 from focalgradient.eye.prescription import prescribed
-from focalgradient.eye.ranges import check_pupil, check_wavelength, ordered_times
+from focalgradient.eye.ranges import Pupil as PupilDiameter
+from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
 from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
+from focalgradient.quantities import Range
 
 __all__ = ["Eye", "TimeCourse"]
 
@@ -116,13 +118,13 @@ class Eye:
     (0.11, 3.33)
     """
 
-    pupil_diameter: float
-    accommodation: float
-    wavelength_nm: float = REFERENCE_NM
-    chromatic_scale: float = 1.0
+    pupil_diameter: PupilDiameter
+    accommodation: Vergence
+    wavelength_nm: Wavelength = REFERENCE_NM
+    chromatic_scale: Annotated[float, Range("multiples of the mean eye's aberration", 0)] = 1.0
     aberrations: Aberrations = ()
-    stiles_crawford: float = 0.0
-    pupil_offset: tuple[float, float] = (0.0, 0.0)
+    stiles_crawford: Annotated[float, Range("1/mm^2", 0)] = 0.0
+    pupil_offset: Annotated[tuple[float, float], Range("metres, x and y", -LARGEST_OFFSET, LARGEST_OFFSET)] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
     # Written out, as a person's arguments are not fields: only what is derived from them is kept.
@@ -173,23 +175,8 @@ class Eye:
         self._check()
 
     def _check(self) -> None:
-        check_pupil(self.pupil_diameter)
-        check_number("accommodation", self.accommodation, "dioptres")
-        check_wavelength(self.wavelength_nm)
-        check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
         check_aberrations(self.aberrations)
-        check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
-        if not (self.lens is None or isinstance(self.lens, ZonedLens)):
-            raise InputError(f"lens is {described(self.lens)}, but must be a ZonedLens, or None.")
-        offset = self.pupil_offset
-        if not (isinstance(offset, tuple) and len(offset) == 2):
-            raise InputError(f"pupil_offset is {described(offset)}, but must be two numbers (x, y): give metres.")
-        for part in offset:
-            check_number("pupil_offset", part, "metres")
-            if abs(part) > LARGEST_OFFSET:
-                raise InputError(
-                    f"pupil_offset is {described(offset)}, but must be within {LARGEST_OFFSET:g}: give it in metres."
-                )
+        check_fields(self)
 
     @classmethod
     def from_zernike(

@@ -93,13 +93,13 @@ def field_coma(eccentricity_deg: Measured, pupil_diameter: Pupil) -> float:
 class SchematicPeriphery:
     """Off-axis refraction of the schematic eye, the same in all meridians."""
 
+    @checked
     def foci(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
         """Return the tangential and sagittal vergences in focus relative to the fovea (D): `field_foci`.
 
         >>> sum(SCHEMATIC.foci(30.0, "superior")) / 2 < 0  # hyperopic, where emmetropic people are myopic
         True
         """
-        check_meridian(meridian)
         return field_foci(eccentricity_deg)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.eye.age import REFERENCE_AGE, accommodation_amplitude, natural_pupil
-from focalgradient.eye.ranges import check_age, check_pupil
+from focalgradient.eye.ranges import AGE, check_pupil
 from focalgradient.eye.refraction import Correction, Refraction, focus_of, worn_of
 from focalgradient.eye.wavefront import Aberrations, check_aberrations
 
@@ -63,7 +63,7 @@ def prescribed(
             raise InputError(f"pupil_diameter and {name} both give the pupil: give one of them.")
     check_aberrations(aberrations)
     if age is not None:
-        check_age(age)
+        AGE.check("age", age)
     written = _refraction(refraction)
     worn = worn_of(correction)
     focus = focus_of(written, _response(written, worn, age, looking_at, response), worn)

@@ -19,16 +19,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, checked
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.shapes import PIXEL_VARIANCE
+from focalgradient.quantities import Range, Whole
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 
@@ -54,13 +55,14 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contrac
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
+@checked
 def wireframe(
     lines: ArrayLike,
     blur: ArrayLike,
     shape: tuple[int, int],
     *,
-    width: float,
-    brightness: float = 1.0,
+    width: Annotated[float, Range("pixels", positive=True)],
+    brightness: Annotated[float, Range("pixels", positive=True)] = 1.0,
 ) -> NDArray[np.float32]:
     """Draw blurred lines on black; where they cross, their radiance adds.
 
@@ -105,15 +107,19 @@ def wireframe(
             "lines or blur contain values that are not finite, but must be positions and blurs in pixels: correct them."
         )
     check_shape(shape)
-    for name, value in (("width", width), ("brightness", brightness)):
-        check_number(name, value, "pixels", positive=True)
     image = np.zeros(shape, np.float32)
     share_rows(len(image), partial(_draw, lines, blur, width, brightness, image), each=BANDS_PER_THREAD)
     return image
 
 
+@checked
 def blur_at(
-    necker: NeckerCube, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
+    necker: NeckerCube,
+    depth: ArrayLike,
+    *,
+    aperture: Annotated[float, Range("metres", 0)],
+    focus: Focus | float = "near",
+    k: Annotated[float, Range("disc radii", 0)] = DISC_K,
 ) -> NDArray[np.float64]:
     """Return the signed blur of the cube's points at `depth` z (m, any shape): sd in radians, positive beyond focus.
 
@@ -145,9 +151,6 @@ def blur_at(
     >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
     [0.0, 0.001505]
     """
-    for name, value in (("aperture", aperture), ("k", k)):
-        if not (value >= 0 and math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
     if focus == "near":
         vergence = 1 / necker.nearest
     elif focus == "far":
@@ -159,12 +162,13 @@ def blur_at(
     return k * necker.magnification * (aperture / 2) * (vergence - 1 / np.asarray(depth, dtype=float))
 
 
+@checked
 def necker_frame(
     necker: NeckerCube,
-    turn: float,
+    turn: Annotated[float, Range("turns")],
     *,
     shape: tuple[int, int],
-    pixel_angle: float,
+    pixel_angle: Annotated[float, Range("radians", positive=True)],
     gradient: Gradient = "none",
     aperture: float = 0.004,
     focus: Focus | float = "near",
@@ -207,12 +211,7 @@ def necker_frame(
     >>> picture.dtype, picture.shape
     (dtype('float32'), (320, 320))
     """
-    if gradient not in ("none", "rigid", "nonrigid"):
-        raise InputError(f"gradient is {gradient!r}, but must be 'none', 'rigid' or 'nonrigid'.")
     check_shape(shape)
-    if not math.isfinite(turn):
-        raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
             f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "
@@ -260,8 +259,7 @@ def necker_loop(
     >>> next(loop).shape
     (320, 320)
     """
-    if not (isinstance(frames, int) and frames >= 3):
-        raise InputError(f"frames is {frames!r}, but must be a whole number of 3 or more: see NeckerCube.loop_frames.")
+    Whole(3, remedy="see NeckerCube.loop_frames").check("frames", frames)
     for frame in range(frames):
         yield necker_frame(
             necker,

@@ -13,16 +13,17 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of, checked
 from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
 from focalgradient.optics import Aperture
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Seed, Whole
 from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
@@ -44,15 +45,16 @@ MOST_SCENES = 100
 Engine = Literal["auto", "path", "shaded", "cast"]
 
 
+@checked
 def make_depth_rating(
     out: str | Path,
     *,
-    seed: int = 0,
-    scenes: int = 13,
-    size: int = 512,
+    seed: Seed = 0,
+    scenes: Annotated[int, Whole(1, MOST_SCENES, remedy="make a second set of another seed")] = 13,
+    size: Annotated[int, Whole(16)] = 512,
     display: Display | None = None,
     engine: Engine = "auto",
-    samples: int = 256,
+    samples: Annotated[int, Whole(2)] = 256,
     chromatic: bool = False,
     apertures: Sequence[float] = F_NUMBERS,
     executor: Executor | None = None,
@@ -256,11 +258,6 @@ def _versions(engine: Engine) -> dict[str, str]:
 
 def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
     """Validate the numbers of a set."""
-    for name, value, least in (("seed", seed, 0), ("scenes", scenes, 1), ("size", size, 16), ("samples", samples, 2)):
-        if not (isinstance(value, int) and value >= least):
-            raise InputError(f"{name} is {value!r}, but must be a whole number of {least} or more.")
-    if scenes > MOST_SCENES:
-        raise InputError(f"scenes is {scenes}, but a set has at most {MOST_SCENES}: make a second set of another seed.")
     if size % 2:
         raise InputError(
             f"size is {size}, but must be even, as displays interpolate centred pictures of odd size: use {size + 1}."

@@ -11,14 +11,14 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, checked
 from focalgradient.files import inner_name, plain_name, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
@@ -26,6 +26,7 @@ from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.fixated import target_of
@@ -78,14 +79,15 @@ class Row:
         return f"{self.scene}/{self.aperture.replace('/', '')}{end}{version}"
 
 
+@checked
 def import_pictures(
     folder: str | Path,
     table: str | Path,
     out: str | Path,
     *,
     display: Display | None = None,
-    focal_length: float = FOCAL_LENGTH,
-    field: float | None = None,
+    focal_length: Annotated[float, Range("metres", most=1, positive=True)] = FOCAL_LENGTH,
+    field: Annotated[float | None, Range("radians", most=3.14, positive=True)] = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
     """Make a set from existing pictures, resume an interrupted one, or verify a finished one.
@@ -131,10 +133,6 @@ def import_pictures(
     """
     folder, table, out = Path(folder), Path(table), Path(out)
     display, say = display or Display(), progress or silent
-    if not 0 < focal_length <= 1:
-        raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
-    if field is not None and not 0 < field < math.pi:
-        raise InputError(f"field is {field!r}, but must be in radians, above 0 and below pi.")
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
     made_names = [f"{row.stem}.{kind}" for row in rows for kind in ("png", "npy")]

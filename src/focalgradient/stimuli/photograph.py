@@ -7,15 +7,16 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, checked
 from focalgradient.files import plain_name
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
@@ -44,11 +45,12 @@ Photograph = tuple[NDArray[np.floating], NDArray[np.floating]]
 """Sharp linear radiance, H x W or H x W x 3, and distance of each pixel in metres, H x W."""
 
 
+@checked
 def make_from_photographs(
     out: str | Path,
     photographs: Mapping[str, Photograph],
     *,
-    pixel_angle: float,
+    pixel_angle: Annotated[float, Range("radians", positive=True)],
     apertures: Sequence[float] = F_NUMBERS,
     display: Display | None = None,
     executor: Executor | None = None,
@@ -87,7 +89,6 @@ def make_from_photographs(
     """
     out, display, say = Path(out), display or Display(), progress or silent
     lenses = named_apertures(apertures)
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
     targets = {
         name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
