@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.errors import InputError, check_fields, check_finite, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import Pupil, Wavelength
-from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
+from focalgradient.eye.wavefront import Aberrations, added_terms, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.containers import refuse_other_container
@@ -137,15 +137,14 @@ def resized_zernike(aberrations: Aberrations, share: Annotated[float, MEASURED_S
     [(0, 0, 0.1342), (2, 0, -0.1162), (4, 0, 0.01)]
     """
     check_aberrations(aberrations)
-    totals: dict[tuple[int, int], float] = {}
+    terms = []
     for n, m, coefficient in aberrations:
         for order in range(abs(m), n + 1, 2):
             kept = share**order * radial_over_power(n, order, share**2)
             if order + 2 <= n:
                 kept -= share ** (order + 2) * radial_over_power(n, order + 2, share**2)
-            key = (order, m)
-            totals[key] = totals.get(key, 0.0) + coefficient * math.sqrt((n + 1) / (order + 1)) * kept
-    return tuple((n, m, value) for (n, m), value in sorted(totals.items()) if value)
+            terms.append((order, m, coefficient * math.sqrt((n + 1) / (order + 1)) * kept))
+    return added_terms(*terms)
 
 
 def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:

@@ -18,12 +18,12 @@ from focalgradient.errors import InputError, check_fields, check_finite, check_n
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
 from focalgradient.eye.measured import resized_zernike, zernike_terms
-from focalgradient.eye.prescription import prescribed
+from focalgradient.eye.prescription import PersonalOptics
 from focalgradient.eye.ranges import Pupil as PupilDiameter
 from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
 from focalgradient.quantities import Range
@@ -39,10 +39,6 @@ class TimeCourse(Protocol):
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the change of accommodation in dioptres at `times` (s)."""
-
-
-PERSONAL = ("looking_at", "response", "correction", "luminance", "field_deg")
-"""Arguments of `Eye` that only an eye with a refraction or an age has."""
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -147,10 +143,10 @@ class Eye:
         luminance: float | None = None,
         field_deg: float | None = None,
     ) -> None:
-        if refraction is None and age is None:
-            is_impersonal = correction is None and looking_at is response is luminance is field_deg is None
-            if pupil_diameter is None or accommodation is None or not is_impersonal:
-                _refuse_unprescribed(pupil_diameter, (looking_at, response, correction, luminance, field_deg))
+        person = PersonalOptics(refraction, age, looking_at, response, correction, luminance, field_deg)
+        if not person.has_optics:
+            if pupil_diameter is None or accommodation is None or any(part is not None for part in person):
+                _refuse_unprescribed(pupil_diameter, person)
         else:
             if accommodation is not None:
                 name = "age" if refraction is None else "refraction"
@@ -158,17 +154,7 @@ class Eye:
                     f"accommodation and {name} are both given, but accommodation is the vergence in focus of an eye "
                     "that has neither a refraction nor an age: give looking_at or response instead."
                 )
-            pupil_diameter, accommodation, aberrations = prescribed(
-                refraction=refraction,
-                age=age,
-                looking_at=looking_at,
-                response=response,
-                correction=correction,
-                pupil_diameter=pupil_diameter,
-                luminance=luminance,
-                field_deg=field_deg,
-                aberrations=aberrations,
-            )
+            pupil_diameter, accommodation, aberrations = person.prescribed(pupil_diameter, aberrations)
         given = dict(locals())
         for field in fields(Eye):
             object.__setattr__(self, field.name, given[field.name])
@@ -282,10 +268,7 @@ class Eye:
         >>> Eye(0.004, 1.0, aberrations=((2, 2, 0.1),)).aberrated([(2, 2, 0.2)]).aberrations
         ((2, 2, 0.30000000000000004),)
         """
-        total: dict[tuple[int, int], float] = {}
-        for n, m, um in (*self.aberrations, *terms):
-            total[n, m] = total.get((n, m), 0.0) + um
-        return replace(self, aberrations=tuple((n, m, um) for (n, m), um in sorted(total.items()) if um))
+        return replace(self, aberrations=added_terms(*self.aberrations, *terms))
 
     def in_light(self, wavelength_nm: float) -> Eye:
         """Return the same eye at the same moment in light of another wavelength (nm)."""
@@ -405,9 +388,9 @@ class Eye:
         return distance_of_blur(radius, side, self.pupil_diameter, self.focus_vergence)
 
 
-def _refuse_unprescribed(pupil_diameter: float | None, personal: tuple[object, ...]) -> None:
+def _refuse_unprescribed(pupil_diameter: float | None, person: PersonalOptics) -> None:
     """Raise `InputError` for an eye with neither a refraction nor an age that lacks something or has too much."""
-    for name, value in zip(PERSONAL, personal, strict=True):
+    for name, value in person._asdict().items():
         if value is not None:
             raise InputError(
                 f"{name} is given without a refraction or an age, from which the eye's optics would follow: give one "

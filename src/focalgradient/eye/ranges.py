@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_finite, described, is_number
+from focalgradient.errors import InputError, check_finite, described, is_number, warn
 from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import likely, stated, unit_of
 from focalgradient.quantities import Check, Range, Values
@@ -90,7 +89,7 @@ def warn_if_artificial(pupil_diameter: float) -> None:
         text = (
             f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any natural pupil, and is assumed to be artificial"
         )
-        warnings.warn(FocalGradientWarning(text), stacklevel=2)
+        warn(text)
 
 
 def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:

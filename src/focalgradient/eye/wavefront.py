@@ -252,6 +252,14 @@ def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArra
     return (turn / (2 * np.pi)) ** 2 / pupil.light * np.abs(field) ** 2
 
 
+def added_terms(*terms: tuple[int, int, float], least: float = 0.0) -> Aberrations:
+    """Return the sum of Zernike terms (n, m, micrometres) in order, of those whose magnitude exceeds `least`."""
+    total: dict[tuple[int, int], float] = {}
+    for n, m, um in terms:
+        total[n, m] = total.get((n, m), 0.0) + um
+    return tuple((n, m, um) for (n, m), um in sorted(total.items()) if abs(um) > least)
+
+
 def check_aberrations(aberrations: Aberrations) -> None:
     """Raise `InputError` unless given Zernike terms."""
     for term in check_list("aberrations", aberrations, "Zernike terms (n, m, micrometres)"):

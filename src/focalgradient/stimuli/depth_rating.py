@@ -7,7 +7,6 @@ pictures of a scene share one camera, one exposure and one set of rays, and diff
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
@@ -19,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError, check_one_of, checked
+from focalgradient.errors import InputError, check_one_of, checked, warn
 from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
 from focalgradient.optics import Aperture
 from focalgradient.progress import Progress, silent
@@ -241,11 +240,8 @@ def _engine(engine: str) -> Engine:
     if variant() is None:
         if engine != "auto":
             raise InputError(f"Mitsuba, which engine {engine!r} needs, cannot be used here: {REMEDY}.")
-        warnings.warn(
-            "Mitsuba cannot be used here, so that plain spheres are ray cast instead of naturalistic scenes: "
-            f"{REMEDY}.",
-            FocalGradientWarning,
-            stacklevel=3,
+        warn(
+            f"Mitsuba cannot be used here, so that plain spheres are ray cast instead of naturalistic scenes: {REMEDY}."
         )
         return "cast"
     return "shaded" if engine == "shaded" else "path"

@@ -6,7 +6,6 @@ import hashlib
 import io
 import math
 import re
-import warnings
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError, checked
+from focalgradient.errors import InputError, checked, warn
 from focalgradient.files import inner_name, plain_name, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
@@ -160,11 +159,9 @@ def import_pictures(
             recipes.append(ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle))
             middles += [name] * is_in_middle
         if middles:
-            warnings.warn(
+            warn(
                 f"the table does not give the positions of the fixated objects of {', '.join(middles[:5])}: their "
-                "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth.",
-                FocalGradientWarning,
-                stacklevel=2,
+                "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth."
             )
         make_scenes(made, recipes, None, say)
     return finish_set(made, say, remedy=f"{SMOOTH}; or leave out the control (field)")
