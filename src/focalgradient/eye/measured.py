@@ -11,12 +11,11 @@ import os
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_finite, checked
+from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import Pupil, Wavelength
 from focalgradient.eye.wavefront import Aberrations, added_terms, check_aberrations, is_term, radial_over_power
@@ -111,8 +110,7 @@ def zernike_terms(coefficients_um: ArrayLike) -> Aberrations:
     return tuple((*osa_order(j), float(value)) for j, value in enumerate(values) if value)
 
 
-@checked
-def resized_zernike(aberrations: Aberrations, share: Annotated[float, MEASURED_SHARE]) -> Aberrations:
+def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
     """Return the coefficients of the same wavefront over a concentric pupil smaller by `share`.
 
     Janssen & Dirksen (2006), "Concise formula for the Zernike coefficients of scaled pupils", JM3 5, 030501.
@@ -137,6 +135,7 @@ def resized_zernike(aberrations: Aberrations, share: Annotated[float, MEASURED_S
     [(0, 0, 0.1342), (2, 0, -0.1162), (4, 0, 0.01)]
     """
     check_aberrations(aberrations)
+    MEASURED_SHARE.check("share", share)
     terms = []
     for n, m, coefficient in aberrations:
         for order in range(abs(m), n + 1, 2):

@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
 from focalgradient.depth.equalise.patch import likelihood_of_transfers, ring_transfer
-from focalgradient.errors import InputError, check_fields, check_finite, check_list, checked
+from focalgradient.errors import InputError, check_fields, check_finite, check_list, check_number
 from focalgradient.progress import Progress
 from focalgradient.quantities import Range
 from focalgradient.view import View
@@ -234,14 +234,13 @@ def _normalised(weights: FloatArray) -> FloatArray:
     return np.asarray(weights / weights.sum())
 
 
-@checked
 def track(
     views: Sequence[View],
     times: ArrayLike,
     *,
     noise: float,
     correlation: float = 1.0,
-    fixation: Annotated[float, Range("seconds", positive=True, finite=False)] = 0.5,
+    fixation: float = 0.5,
     motion: Motion | None = None,
     wraps: bool = False,
     progress: Progress | None = None,
@@ -292,6 +291,7 @@ def track(
     """
     views = check_list("views", views, "views")
     moments = check_finite("times", times, "seconds")
+    check_number("fixation", fixation, "seconds", positive=True, finite=False)
     if moments.ndim != 1 or len(views) != moments.size or not views or np.any(np.diff(moments) < 0):
         raise InputError(
             f"views holds {len(views)} and times {moments.size}, but each view needs its time, none before the last."

@@ -13,12 +13,12 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, checked
+from focalgradient.errors import InputError, check_finite, check_number, checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.protocol import is_eye
 from focalgradient.eye.ranges import VISIBLE, AnyOptics, Vergence
 from focalgradient.eye.wavefront import Pupil, pupil_spread
-from focalgradient.optics import Optics, own_blur
+from focalgradient.optics import Optics, check_optics, own_blur
 from focalgradient.optics.protocol import Transfer
 from focalgradient.psf import Geometric, Psf, psf_of
 
@@ -36,12 +36,11 @@ LENS_NM = 555.0
 _UNIT = "cycles per radian"
 
 
-@checked
 def blur_transfer(
     frequency_y_per_rad: ArrayLike,
     frequency_x_per_rad: ArrayLike,
-    optics: AnyOptics,
-    vergence: Vergence,
+    optics: Optics,
+    vergence: float,
     *,
     model: Psf | BlurName = "wave",
     k: float | None = None,
@@ -90,6 +89,8 @@ def blur_transfer(
     [0.638, 0.646]
     """
     shape = geometric_shape(model, k)
+    check_number("vergence", vergence, "dioptres")
+    check_optics(optics)
     down = check_finite("frequency_y_per_rad", frequency_y_per_rad, _UNIT)
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
     own = None if is_eye(optics) else own_blur(optics)

@@ -14,18 +14,17 @@ from __future__ import annotations
 import math
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
-from typing import Annotated
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_seed, checked
+from focalgradient.errors import InputError, check_number, check_seed
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
-from focalgradient.quantities import Range, Whole
+from focalgradient.quantities import Whole
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -45,7 +44,6 @@ FIELDS = "sphere px py pz radius nx ny nz ux uy uz vx vy vz half_u half_v texel 
 OBJECT = np.dtype([(name, np.float64) for name in FIELDS.split()])
 
 
-@checked
 def cast(
     scene: Scene,
     optics: Optics,
@@ -54,8 +52,8 @@ def cast(
     *,
     samples: int = 64,
     seed: int = 0,
-    place: Annotated[float, Range("metres")] = 0.0,
-    ahead: Annotated[float, Range("tangent of an angle")] = 0.0,
+    place: float = 0.0,
+    ahead: float = 0.0,
     psf: Psf | str = "disc",
     progress: Progress | None = None,
 ) -> Rendered:
@@ -109,6 +107,8 @@ def cast(
         raise InputError(
             "scene contains meshes or a sky, but the ray caster renders planes and spheres only: use engine 'shaded'."
         )
+    check_number("place", place, "metres")
+    check_number("ahead", ahead, "tangent of an angle")
     aside = place, ahead
     image, distance = cast_without(
         scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress, aside, psf_of(psf)

@@ -19,17 +19,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Annotated, Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, checked
+from focalgradient.errors import InputError, check_number, check_one_of
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.shapes import PIXEL_VARIANCE
-from focalgradient.quantities import Range, Whole
+from focalgradient.quantities import Whole
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 
@@ -55,14 +55,13 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contrac
 _inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
-@checked
 def wireframe(
     lines: ArrayLike,
     blur: ArrayLike,
     shape: tuple[int, int],
     *,
-    width: Annotated[float, Range("pixels", positive=True)],
-    brightness: Annotated[float, Range("pixels", positive=True)] = 1.0,
+    width: float,
+    brightness: float = 1.0,
 ) -> NDArray[np.float32]:
     """Draw blurred lines on black; where they cross, their radiance adds.
 
@@ -107,19 +106,15 @@ def wireframe(
             "lines or blur contain values that are not finite, but must be positions and blurs in pixels: correct them."
         )
     check_shape(shape)
+    for name, value in (("width", width), ("brightness", brightness)):
+        check_number(name, value, "pixels", positive=True)
     image = np.zeros(shape, np.float32)
     share_rows(len(image), partial(_draw, lines, blur, width, brightness, image), each=BANDS_PER_THREAD)
     return image
 
 
-@checked
 def blur_at(
-    necker: NeckerCube,
-    depth: ArrayLike,
-    *,
-    aperture: Annotated[float, Range("metres", 0)],
-    focus: Focus | float = "near",
-    k: Annotated[float, Range("disc radii", 0)] = DISC_K,
+    necker: NeckerCube, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
 ) -> NDArray[np.float64]:
     """Return the signed blur of the cube's points at `depth` z (m, any shape): sd in radians, positive beyond focus.
 
@@ -151,6 +146,8 @@ def blur_at(
     >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
     [0.0, 0.001505]
     """
+    for name, value, unit in (("aperture", aperture, "metres"), ("k", k, "disc radii")):
+        check_number(name, value, unit, least=0)
     if focus == "near":
         vergence = 1 / necker.nearest
     elif focus == "far":
@@ -162,13 +159,12 @@ def blur_at(
     return k * necker.magnification * (aperture / 2) * (vergence - 1 / np.asarray(depth, dtype=float))
 
 
-@checked
 def necker_frame(
     necker: NeckerCube,
-    turn: Annotated[float, Range("turns")],
+    turn: float,
     *,
     shape: tuple[int, int],
-    pixel_angle: Annotated[float, Range("radians", positive=True)],
+    pixel_angle: float,
     gradient: Gradient = "none",
     aperture: float = 0.004,
     focus: Focus | float = "near",
@@ -211,7 +207,10 @@ def necker_frame(
     >>> picture.dtype, picture.shape
     (dtype('float32'), (320, 320))
     """
+    check_one_of("gradient", gradient, get_args(Gradient))
     check_shape(shape)
+    check_number("turn", turn, "turns")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
             f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "

@@ -12,17 +12,17 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any, Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_one_of, checked, warn
+from focalgradient.errors import InputError, check_one_of, warn
 from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
 from focalgradient.optics import Aperture
 from focalgradient.progress import Progress, silent
-from focalgradient.quantities import Seed, Whole
+from focalgradient.quantities import Whole
 from focalgradient.render import render, render_bands
 from focalgradient.render.mitsuba_backend import REMEDY, variant
 from focalgradient.render.rendered import LUMINANCE, Rendered
@@ -44,16 +44,15 @@ MOST_SCENES = 100
 Engine = Literal["auto", "path", "shaded", "cast"]
 
 
-@checked
 def make_depth_rating(
     out: str | Path,
     *,
-    seed: Seed = 0,
-    scenes: Annotated[int, Whole(1, MOST_SCENES, remedy="make a second set of another seed")] = 13,
-    size: Annotated[int, Whole(16)] = 512,
+    seed: int = 0,
+    scenes: int = 13,
+    size: int = 512,
     display: Display | None = None,
     engine: Engine = "auto",
-    samples: Annotated[int, Whole(2)] = 256,
+    samples: int = 256,
     chromatic: bool = False,
     apertures: Sequence[float] = F_NUMBERS,
     executor: Executor | None = None,
@@ -254,6 +253,15 @@ def _versions(engine: Engine) -> dict[str, str]:
 
 def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
     """Validate the numbers of a set."""
+    many = Whole(1, MOST_SCENES, remedy="make a second set of another seed")
+    numbers = (
+        ("seed", seed, Whole(0)),
+        ("scenes", scenes, many),
+        ("size", size, Whole(16)),
+        ("samples", samples, Whole(2)),
+    )
+    for name, value, bounds in numbers:
+        bounds.check(name, value)
     if size % 2:
         raise InputError(
             f"size is {size}, but must be even, as displays interpolate centred pictures of odd size: use {size + 1}."
