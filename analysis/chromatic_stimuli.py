@@ -42,9 +42,9 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
         title="What to show for the retinal image of real depth",
         caption=(
             "A display at 1 m, on which an eye (pupil 4 mm) is focused, and a scene nearer or beyond it. Above: what "
-            "the display must show (`eye.chromatic_stimulus`). Below: the root mean square of what is left of the "
+            "the display must show (`eye.chromatic_stimulus`). Below: the root mean square of the remaining "
             "difference between the retinal images, of that and of two simpler pictures, as a share of white. L and M "
-            "cones get the scene's image to half a hundredth of white or better. S cones cannot get it of what is "
+            "cones get the scene's image to half a hundredth of white or better. S cones cannot get that of things "
             "nearer than the display, as the eye blurs the display's blue more than the scene's.",
         ),
         figure=_draw(found, residuals),

@@ -186,7 +186,7 @@ def _check(found: Numbers) -> tuple[str, str]:
     shares = {kind.replace("_", " "): one[f"{kind}_found_at_default_percent"] for kind in kinds}
     listed = ", ".join(f"{kind} {share:.0f} %" for kind, share in shares.items())
     return (
-        f"wrong answers that disagreement finds: {listed}. So agreement is no proof",
+        f"wrong answers that disagreement finds: {listed}. So agreement does not prove it",
         HOLDS if min(shares.values()) > 95 else IN_PART,
     )
 

@@ -76,7 +76,7 @@ def reported(views: list[View]) -> tuple[float, float]:
 
 
 def _mean(values: list[float]) -> float:
-    """The mean of what is claimed; nan where nothing is."""
+    """Mean of the claimed values; nan if there are none."""
     claimed = [value for value in values if np.isfinite(value)]
     return float(np.mean(claimed)) if claimed else float("nan")
 

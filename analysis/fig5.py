@@ -155,12 +155,12 @@ def _caption(on: dict[str, float], better: dict[str, float], differ: float) -> t
         "(medians).",
         "(d) The control: both views through the small aperture, with different rays. The disparity is about one, "
         "and the depth that it would give is that of focus. So (c) shows the effect of blur.",
-        "(e) Depth from all four bands of the ratio by the table of the optics, against (f) the distance of what is "
-        "seen, through the mirror, by traced rays. Rejected pixels are hatched. Detail is gathered over a window, in "
+        "(e) Depth from all four bands of the ratio by the table of the optics, against (f) the distance of what a "
+        "ray meets, through the mirror. Rejected pixels are hatched. Detail is gathered over a window, in "
         "which the sharper of two surfaces has most of the detail. So near surfaces come out wider than they are.",
         "(g) Depth from the same two views by the default method, which equalises their blur, and (h) its stated "
         f"standard deviation: {better['valid_percent']:.0f} % of the pixels are valid (by the ratio "
-        f"{on['valid_percent']:.0f} %), the median error of what is seen directly is "
+        f"{on['valid_percent']:.0f} %), the median error outside the mirror is "
         f"{better['median_error_of_the_rest_D']:.3f} D ({on['median_error_of_the_rest_D']:.3f} D), and "
         f"{better['rest_within_2_sd_percent']:.0f} % of it lies within two standard deviations. (i) Estimated "
         f"against traced: {better['reflections_read_behind_their_surface_percent']:.0f} % of the reflections come out "
@@ -172,7 +172,7 @@ def _caption(on: dict[str, float], better: dict[str, float], differ: float) -> t
 
 
 DISPARITIES = (0.0, 1.1)
-"""Common colour scale of the disparity and its control: 1 is no change of blur; noise slightly exceeds it."""
+"""Common colour scale of the disparity and its control: 1 means unchanged blur; noise slightly exceeds it."""
 
 
 def _rank_correlation(one: NDArray[np.floating], other: NDArray[np.floating]) -> float:

@@ -86,7 +86,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "Filled: the largest error of a card’s distance (median along its edges) over the photographs. Open: root "
             "mean square error of single points of the edge. Dashed: the ± 1.25 cm that Grossman reported in 1985 "
             "with a simple version of this technique and a standard lens. The paper gives neither his lens nor his "
-            "distances, so that this is no repetition of his measurement.",
+            "distances, so this does not repeat his measurement.",
         ),
         figure=_draw(error, found["points_rms_m"]),
         summary={

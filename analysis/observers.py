@@ -88,7 +88,7 @@ def make(*, full: bool = False, progress: Progress | None = None) -> Shown:
             "place are blurred than those of the fixated object.",
             "Perceived depth: dioptres by which a place looks farther than the mean. Its relief is that of the "
             "layout, which is an assumption: it is taken from the true depth of the scene. Its amplitude is perceived: "
-            "with the nearest object in focus what is more blurred is farther by the observer’s prior, and blur adds "
+            "with the nearest object in focus the observer’s prior takes the more blurred for farther, and blur adds "
             "depth. With the farthest in focus the same prior puts the near things far, against the layout. Such blur "
             "is discounted, which is another assumption; because of it nothing changes there.",
             "Right: how deep the picture looks, relative to the pinhole’s, to the default observer (filled), to a "

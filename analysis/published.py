@@ -60,7 +60,7 @@ def make(
             "Each finding was recorded with its range of agreement before any prediction was computed. A prediction "
             "agrees if it lies inside that range with 2 of its standard errors on either side: a printed range, 2 "
             "standard errors about a printed mean, or the printed side of no effect; it is undecided if an end of the "
-            "range lies among them. What was read from an abstract only says so.",
+            "range lies among them. Results read from an abstract only are marked.",
             f"Of {len(rows)} findings the simulated default observer agrees with {count[AGREES]} and differs from "
             f"{count[DIFFERS]}; {count[UNDECIDED]} are undecided and {count[CANNOT_BE_ASKED]} cannot be asked. "
             f"Of those that agree {independent} are independent: of the others something of the observer was taken "

@@ -180,7 +180,7 @@ def _section(name: str, shown: Shown, png: bytes) -> str:
 <h2>{html.escape(shown.title)}</h2>
 <figure><img src="data:image/png;base64,{picture}" alt="{html.escape(shown.title)}"></figure>
 {text}
-<div class="wide"><table><caption>What was measured</caption>{rows}</table></div>
+<div class="wide"><table><caption>Measured values</caption>{rows}</table></div>
 </section>
 """
 

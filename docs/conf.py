@@ -59,7 +59,7 @@ exclude_patterns = ["_build", "blur_page", "examples", "generated/*.md"]  # the 
 suppress_warnings = [
     "config.cache",
     "misc.highlighting_failure",  # there is no lexer for CSV
-    "ref.python",  # units in annotations, such as "seconds", are no references
+    "ref.python",  # units in annotations, such as "seconds", are not references
 ]
 nitpicky = False
 templates_path = ["_templates"]
@@ -182,7 +182,7 @@ def formula(translator: HTML5Translator, node: nodes.math | nodes.math_block) ->
     """Write a formula as MathML, which browsers show themselves: no script, and nothing from elsewhere."""
     block = isinstance(node, nodes.math_block)
     mathml = tex2mathml(node.astext(), as_block=block)
-    mathml = re.sub(r"<mo>([⟨⟩])</mo>", r'<mo stretchy="false">\1</mo>', mathml)  # else as tall as what is beside them
+    mathml = re.sub(r"<mo>([⟨⟩])</mo>", r'<mo stretchy="false">\1</mo>', mathml)  # else as tall as their neighbours
     mathml = mathml.replace('<mo stretchy="false">|</mo>', '<mo stretchy="false" lspace="0" rspace="0">|</mo>')
     kept = f'<span class="kept">{mathml}{node.get("stop", "")}</span>'
     translator.body.append(f'<div class="formula">{mathml}</div>' if block else kept)

@@ -1,4 +1,4 @@
-"""A page for each figure of `analysis/`: the picture, what it shows, what was measured, the command and the program."""
+"""A page for each figure of `analysis/`: the picture, its content, the measured values, the command and the program."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def write(results: Path, into: Path) -> None:
     results
         Folder of ``make reproduce``; a figure that is not there has a page that says so.
     into
-        Folder below this one; what is in it goes.
+        Folder below this one; its content is replaced.
     """
     shutil.rmtree(into, ignore_errors=True)
     into.mkdir(parents=True)
@@ -78,7 +78,7 @@ def _page(name: str, title: str, first: str, made: Mapping[str, Any] | None) -> 
     table = rows_of(made["summary"])
     rows = "".join(f"<tr><th>{escape(what)}</th><td>{escape(value)}</td></tr>" for what, value in table)
     measured = f'<div class="measured"><table class="table">{rows}</table></div>'
-    parts = [f"# {title}", f"![{title}]({name}.png)", _raw(words), "## What was measured", _raw(measured)]
+    parts = [f"# {title}", f"![{title}]({name}.png)", _raw(words), "## Measured values", _raw(measured)]
     return "\n\n".join([*parts, "## The command", command, "## The program", program, ""])
 
 

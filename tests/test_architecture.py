@@ -36,21 +36,23 @@ ROOMS = {
         "view": "errors optics plausibility",
         "depth": "errors files optics parallel plausibility progress psf quantities view",
         "scenes": "errors parallel quantities",
-        "render": "errors optics parallel progress psf scenes view",
+        "render": "errors optics parallel progress psf quantities scenes view",
         "eye": "depth errors files optics parallel plausibility progress psf quantities render scenes view",
         "retina": "binocular errors eye files progress quantities render view",
         "binocular": "errors files optics progress render scenes view",
         "srgb": "",
         "live": "display errors eye files memory optics progress render srgb",
-        "display": "errors files plausibility srgb",
+        "display": "errors files plausibility quantities srgb",
         "luminance": "errors files",
         "stimuli": "design display errors eye files optics parallel photographs plausibility plotting progress psf "
         "quantities render scenes tables tasks video",
         "tables": "errors files",
-        "scales": "errors files",
-        "tasks": "display errors files scales statistics",
+        "words": "errors files",
+        "analyses": "errors",
+        "scales": "analyses errors files statistics words",
+        "tasks": "display errors files scales statistics words",
         "experiments": "dataset design display errors files scales statistics stimuli tasks",
-        "design": "errors files scales tables tasks",
+        "design": "errors files scales tables tasks words",
         "dataset": "design errors files parallel quantities scales tables tasks",
         "observers": "dataset depth design display errors eye files parallel progress render scales scenes statistics "
         "stimuli tasks",
@@ -64,11 +66,11 @@ ROOMS = {
         "lab": "dataset design display errors files live luminance optics options quantities render scales scenes "
         "stimuli tables tasks termination",
         "web": "dataset design display errors files live psf render scales stimuli tasks",
-        "user_tables": "errors files scales",
-        "statistics": "errors files parallel progress quantities scales user_tables",
-        "power": "design errors files parallel progress quantities scales statistics tasks user_tables",
+        "user_tables": "analyses errors files",
+        "statistics": "analyses errors files parallel progress quantities user_tables",
+        "power": "design errors files observers parallel progress quantities scales statistics tasks user_tables",
         "report": "dataset design errors files observers plotting power progress scales statistics tasks user_tables",
-        "plotting": "depth errors eye luminance optics power scenes statistics view",
+        "plotting": "depth errors eye luminance optics scenes statistics view",
         "cli": "__init__ binocular calibration dataset depth design display errors examples eye files lab live "
         "luminance memory observers optics options parallel photographs plausibility plotting power progress "
         "psf quantities render report scenes statistics stimuli tasks termination user_tables video view web",
@@ -78,13 +80,9 @@ ROOMS = {
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 ROOMS["__main__"] = {"cli"}
 
-# What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the statistics, which know scales; the power of a custom task is that of
-# its simulated observers, who look at stimuli, which are drawn by the room of figures, which draws power.
+# What a room may import inside a function only: a result draws itself through the room of figures, which knows results.
 WHEN_CALLED = {
     "depth": {"plotting"},
-    "scales": {"design", "statistics"},
-    "power": {"observers"},
 }
 
 # Libraries that live in one place: a room, or a folder beside src.
@@ -125,7 +123,7 @@ def room_of(file: Path) -> str:
 
 
 def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
-    """Dotted names of everything a source imports, at its top or inside a function; `package` resolves the relative."""
+    """Dotted names of what a source imports anywhere, or uses of `fg`, the package; `package` resolves the relative."""
     for node in ast.walk(ast.parse(source) if isinstance(source, str) else source):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
@@ -133,6 +131,8 @@ def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
             above = package.split(".")[: 1 - node.level or None] if node.level else []
             origin = ".".join([*above, node.module] if node.module else above)
             yield from (f"{origin}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id == "fg":
+            yield f"focalgradient.{node.attr}"
 
 
 @functools.cache
@@ -153,8 +153,8 @@ def imported(file: Path) -> list[tuple[str, str]]:
 
 
 def test_imports_are_found_wherever_they_stand() -> None:
-    source = "import a.b\nfrom c import d\ndef f():\n    from . import e\n    from ..g.h import i\n"
-    assert sorted(imports(source, "p.q")) == ["a.b", "c.d", "p.g.h.i", "p.q.e"]
+    source = "import a.b\nfrom c import d\ndef f():\n    from . import e\n    from ..g.h import i\n    fg.j.k()\n"
+    assert sorted(imports(source, "p.q")) == ["a.b", "c.d", "focalgradient.j", "p.g.h.i", "p.q.e"]
 
 
 def test_every_room_has_a_rule_and_every_rule_a_room() -> None:

@@ -127,7 +127,7 @@ def test_every_figure_has_a_page_with_its_program_and_once_it_was_made_its_pictu
         f"python analysis/{name}.py --out results" in re.sub("<[^>]*>", "", page) for name, page in pages.items()
     )
     assert {name for name, page in pages.items() if f"{name}.png" in page} == {"fig6"}
-    assert "What was measured" in pages["fig6"]
+    assert "Measured values" in pages["fig6"]
     assert "before the figure was made" in pages["fig5"]
 
 

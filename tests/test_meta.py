@@ -16,6 +16,7 @@ from focalgradient.statistics import meta_analysis
 from focalgradient.statistics.crossed import crossed_effect, moments
 from focalgradient.statistics.meta_analysis import random_effects
 
+FILE = f"depth_rating{SCENE_EFFECTS}"
 WHAT = "depth effect at the largest aperture (ratio to the pinhole), nearest in focus"
 
 
@@ -61,7 +62,7 @@ def made(effects: np.ndarray, scenes: list[str], hashes: list[str] | None = None
     result = {"experiment": "depth_rating", "what": WHAT, "exclusions": "with exclusions", "subjects": 10, **value}
     result |= {"estimate": effects.mean(), "standard_error": 0.1}
     by_scene = json.dumps({"effects": [row, *rows]}).encode()
-    files = {"results.json": json.dumps({"simulated": False}).encode(), SCENE_EFFECTS: by_scene}
+    files = {"results.json": json.dumps({"simulated": False}).encode(), FILE: by_scene}
     return Report(files, (), (result,))
 
 
@@ -101,9 +102,9 @@ def test_few_scenes_and_steps_are_pooled_for_these_scenes(steps: bool) -> None:
     reports = [made(one, NAMES[: len(one)]) for one in effects]
     if steps:  # the model of steps has no effects by scene
         for report in reports:
-            rows = json.loads(report.files[SCENE_EFFECTS])["effects"]
+            rows = json.loads(report.files[FILE])["effects"]
             rows = [row | ({"effect": None} if row["scene"] else {}) for row in rows]
-            report.files[SCENE_EFFECTS] = json.dumps({"effects": rows}).encode()
+            report.files[FILE] = json.dumps({"effects": rows}).encode()
     result, text = pooled(reports)
     assert result["p"] == pytest.approx(random_effects(effects.mean(axis=1), [0.05] * 3).p)
     assert "Over 3 data sets that share scenes, and for these scenes only, it is" in text

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import zlib
 from pathlib import Path
 from typing import Literal
@@ -181,5 +182,26 @@ def test_a_task_derived_from_ratings_has_their_report_and_power(tmp_path):
     design = OtherRatings(**design_of(scenes=("a", "b"), repetitions=1).model_dump() | {"task": "otherratings"})
     report = make_report(record(tmp_path / "data", design, 3))
     assert b"depth effect,nearest,primary" in report.files["results.csv"]
+    assert not [name for name in report.files if "depth_rating" in name or name == "headline.R"]
     study = study_of(OtherRating(), design, {"effect": 9.0, "between": 0.1})
     assert study.experiment(6, 1)["near_rise"] == 1
+
+
+@pytest.mark.usefixtures("unrendered")
+def test_a_derived_task_has_files_of_its_own_beside_those_of_ratings(tmp_path):
+    ratings = design_of(scenes=("a", "b"), repetitions=1)
+    root = record(tmp_path / "data", ratings, 3)
+    record(root, OtherRatings(**ratings.model_dump() | {"task": "otherratings"}), 4)
+    files = make_report(root).files
+    usual = [name for name in files if "depth_rating" in name]
+    assert {name.replace("depth_rating", "otherratings") for name in usual} <= {*files}
+    people = [len({*re.findall(rb"sub-\d+", files[f"{name}_trials.csv"])}) for name in ("depth_rating", "otherratings")]
+    assert people == [3, 4]
+    for script in ("headline.R", "further_tests.R"):
+        if script in files:
+            assert b'read.csv("depth_rating_trials.csv"' in files[script]
+            assert b'read.csv("otherratings_trials.csv"' in files[f"otherratings_{script}"]
+    page = files["report.md"].decode()
+    assert "(depth_rating.png)" in page
+    assert "(otherratings.png)" in page
+    assert "## Depth as another laboratory asks for it" in page

@@ -107,8 +107,9 @@ def test_a_heading_states_the_unit_of_the_rest(tmp_path: Path) -> None:
     own = read_ratings(saved(tmp_path, text), {"aperture_mm": "pupil (cm)"})
     assert sorted(own.table["aperture_mm"].unique()) == [0, 3]
     assert own.table["response_time"].unique() == pytest.approx([0.9])
-    for heading in ("rating (dB)", "log rating", "rating [ms]"):
-        with pytest.raises(InputError, match="states the unit"):
+    convert, other = "convert the column", 'name another column with columns={"rating": "NAME"}'
+    for heading, remedy in (("rating (dB)", convert), ("log rating", convert), ("rating [ms]", other)):
+        with pytest.raises(InputError, match=f"states the unit .*: {remedy}"):
             read_ratings(saved(tmp_path, "\n".join([HEAD.replace("rating", heading), *BODY])), {"rating": heading})
 
 

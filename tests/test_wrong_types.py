@@ -155,7 +155,7 @@ def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
     assert refused > 200
     whole["pictures"][0]["fixation"] = 1
     path.write_text(json.dumps(whole))
-    with pytest.raises(InputError, match="pictures 1: fixation is 1, but must be the name of what is fixated"):
+    with pytest.raises(InputError, match="pictures 1: fixation is 1, but must be the name of the fixated object"):
         read_set(tmp_path)
 
 

@@ -36,7 +36,7 @@ for ax, view, distance in zip(axes, views, distances, strict=True):
     draw_view(ax, view, f"{distance:g} m")
 
 # %%
-# Along the edges blur is the width of a Gaussian. The fit also needs what is known beforehand: the focus to a
+# Along the edges blur is the width of a Gaussian. The fit also needs prior knowledge: the focus to a
 # few per cent, the place of the lens's centre to 2 mm.
 
 readings = []
@@ -48,7 +48,7 @@ camera = calibrate(readings, 0.025, pitch, priors)
 print(camera.summary())
 
 # %%
-# The width of an edge gives k over the f-number only. What is assumed of k beforehand tells the two apart, so that
+# The width of an edge gives k over the f-number only. The prior of k separates the two, so that
 # each has an error of 4 to 5 %. Depth from edges needs their ratio alone. The test: each distance is predicted from
 # the photographs at the other distances.
 

@@ -2,7 +2,7 @@
 Stimuli of the field, with their profiles of blur
 =================================================
 
-Each function of ``fg.stimuli`` draws a picture whose blur is what was set, and gives the true blur and the true
+Each function of ``fg.stimuli`` draws a picture of the blur that was set, and gives the true blur and the true
 distance of every pixel with it. Under each picture: the standard deviation of the blur along the white line.
 """
 
@@ -99,6 +99,6 @@ sheet(
 )
 
 # %%
-# What was controlled stands in the record.
+# The record lists the controls.
 
 fg.stimuli.replica("mather2002", "left sharp, blurred border").controlled

@@ -61,7 +61,7 @@ for distance in (0.67, 2.0):
 # -----------------------------------------------
 # Pictures of five scenes through a pinhole and larger apertures, with the nearest or the farthest object in focus,
 # 256 pixels wide. Simulated observers look at them and rate how three-dimensional they look. Fig. 3 depends on what
-# these observers assume: that what is blurred is farther (a prior), and that blur that contradicts the layout does
+# these observers assume: that blurred things are farther (a prior), and that blur that contradicts the layout does
 # not count. On the right are observers who do not use blur: they see none of it in the pictures.
 #
 # With the far object in focus the paper reports no effect. These observers see about a twentieth *less* depth there,

@@ -19,7 +19,7 @@ HOW = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader
 
 
 def scenes() -> Iterator[tuple[str, str]]:
-    """Yield the panel that each frame shows and what is set in it."""
+    """Yield the panel that each frame shows and its settings."""
     for n in range(3 * PER_S):  # a point moves from near to far
         yield "lens", f"panels[0].distance.set({-0.9 + 2.2 * n / (3 * PER_S)})"
     for n in range(4 * PER_S):  # the plane of focus moves from near to far and back

@@ -55,7 +55,7 @@ Checked = TypeVar("Checked", bound=Callable[..., Any])
 
 
 class InputError(ValueError):
-    """Invalid input: one sentence names what was wrong, what was expected and the remedy."""
+    """Invalid input: one sentence names the fault, the expected value and the remedy."""
 
 
 class FocalGradientWarning(UserWarning):

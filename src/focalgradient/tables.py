@@ -93,7 +93,7 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
             return f"{within + ': ' if within else ''}{', '.join(wanted)} are missing: give them."
         return f"{where} is missing: give {expected}."
     if problem["type"] == "too_short":
-        return f"no {key} is given, but there must be {expected}: add what is missing."
+        return f"no {key} is given, but there must be {expected}: add the missing ones."
     return f"{where} is {shown(problem['input'])}, but must be {expected}."
 
 

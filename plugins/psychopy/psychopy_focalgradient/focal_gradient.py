@@ -58,7 +58,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
     pupilMM
         Diameter in millimetres of the pupil that blurs, by discs: the observer's own eye adds its diffraction.
     focus
-        Vergence in dioptres of what is in focus: 0.8 is 1.25 m away. Or a map of rows, which covers the picture.
+        Vergence in dioptres of the plane of focus: 0.8 is 1.25 m away. Or a map of rows, which covers the picture.
     focusRange
         Least and greatest focus in dioptres; beyond it the picture of the end is shown, and a warning logged. None: the
         picture's own depths, and `focus`.
@@ -124,11 +124,11 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         if self.autoLog:
             logging.exp(f"Created {self.name} = {self}")
 
-    # --- What is shown -----------------------------------------------------------------------------------------------
+    # --- Picture -----------------------------------------------------------------------------------------------------
 
     @attributeSetter
     def focus(self, value: ArrayLike) -> None:
-        """Vergence in dioptres of what is in focus, a number or a map of rows; live, at every frame."""
+        """Vergence in dioptres of the plane of focus, a number or a map of rows; live, at every frame."""
         self.__dict__["focus"] = self._checked(value)
         if self._view is not None:
             self.win.backend.setCurrent()

@@ -134,7 +134,7 @@ class StereoPair:
         """
         left, right = self.left.light, self.right.light
         if left.ndim == 2 or kind == "grey":
-            dark = [one if one.ndim == 2 else one @ np.asarray(LUMINANCE, np.float32) for one in (left, right)]
+            dark = [light if light.ndim == 2 else light @ np.asarray(LUMINANCE, np.float32) for light in (left, right)]
             return np.stack([dark[0], dark[1], dark[1]], axis=-1)
         return np.concatenate([left[..., :1], right[..., 1:]], axis=-1)
 

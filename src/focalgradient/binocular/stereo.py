@@ -72,21 +72,21 @@ class _Eyes:
             raise InputError(
                 "blur_distance is an array, but each eye sees the scene from its own position: give a function."
             )
-        found = []
+        eyes = []
         for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
             aside: dict[str, Any] = {
                 "place": side * self.interocular,
                 "ahead": -side * self.interocular * self.vergence,
             }
-            own = own_blur(optics)
-            by_rays = self.blur and self.blur_distance is None and (own is None or not own.forms_views)
+            psf_blur = own_blur(optics)
+            by_rays = self.blur and self.blur_distance is None and (psf_blur is None or not psf_blur.forms_views)
             seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(self.say, number, 2))
             shown = _distances(self.blur_distance, seen.distance, "blur_distance")
             light = seen.view.image.astype(np.float32)
             if self.blur and not by_rays:
                 light = blur_picture(light, shown, optics, pixel_angle=self.pixel_angle)
-            found.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
-        return self._pair(found)
+            eyes.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
+        return self._pair(eyes)
 
     def moved(
         self, light: NDArray[np.float32], far: NDArray[np.float64], given: Distances | None, camera: float
@@ -94,38 +94,38 @@ class _Eyes:
         """Return the pair, with the pixels of a picture shifted by the disparity of the distances `given` or true."""
         shown = _distances(self.blur_distance, far, "blur_distance")
         placed = 1 / _distances(given, far, "disparity_distance")
-        found = []
+        eyes = []
         for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
             shift = (camera - side) * self.disparity(placed) / self.pixel_angle
             source, is_invented = warp(shift, placed)
-            true, blurred, own = (_nearest(one, source) for one in (far, shown, placed))
+            true, blurred, moved_placed = (_nearest(distances, source) for distances in (far, shown, placed))
             picture = sample(light, shift, source)
             if self.blur:
                 part = part_of(self.say, number, 2)
                 picture = blur_picture(picture, blurred, optics, pixel_angle=self.pixel_angle, progress=part)
-            found.append(_Seen(picture, true, blurred, own, is_invented))
+            eyes.append(_Seen(picture, true, blurred, moved_placed, is_invented))
             if (share := float(is_invented.mean())) > MAX_INPAINTED_FRACTION:
                 warn(
                     f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was "
                     "inpainted: move zero disparity nearer to the scene (vergence of the screen), or give a wider "
                     "picture."
                 )
-        return self._pair(found)
+        return self._pair(eyes)
 
-    def _pair(self, found: list[_Seen]) -> StereoPair:
+    def _pair(self, eyes: list[_Seen]) -> StereoPair:
         """Combine the views, with the ground truth of their pixels."""
-        placed = [one.placed - self.vergence for one in found]
+        placed = [eye.placed - self.vergence for eye in eyes]
         views = [
             EyeView(
-                one.light,
+                eye.light,
                 optics,
-                one.distance,
-                self.disparity(one.placed),
-                np.abs(optics.focus_vergence - 1 / one.blurred) * (optics.aperture_diameter / 2 * self.blur),
+                eye.distance,
+                self.disparity(eye.placed),
+                np.abs(optics.focus_vergence - 1 / eye.blurred) * (optics.aperture_diameter / 2 * self.blur),
                 monocular(placed[number], placed[1 - number], self.interocular / self.pixel_angle, 1 - 2 * number),
-                one.is_invented,
+                eye.is_invented,
             )
-            for number, (one, optics) in enumerate(zip(found, self.optics, strict=True))
+            for number, (eye, optics) in enumerate(zip(eyes, self.optics, strict=True))
         ]
         return StereoPair(views[0], views[1], self.pixel_angle, self.interocular, self.vergence)
 
@@ -215,7 +215,7 @@ def stereo(
     eyes = _eyes(eye)
     check_number("interocular", interocular, "metres", least=0.0)
     check_number("camera", camera, "distances between the eyes")
-    zero = sum(one.focus_vergence for one in eyes) / 2 if vergence is None else vergence
+    zero = sum(optics.focus_vergence for optics in eyes) / 2 if vergence is None else vergence
     check_number("vergence", zero, "dioptres")
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     both = _Eyes(eyes, interocular, zero, pixel_angle, blur, blur_distance, progress or silent)
@@ -243,8 +243,8 @@ def _eyes(eye: object) -> tuple[Optics, Optics]:
         raise InputError(
             f"eye contains {len(pair)} optics, but must be one for both eyes, or two: give left and right."
         )
-    for one in pair:
-        check_optics(one)
+    for optics in pair:
+        check_optics(optics)
     return pair[0], pair[1]
 
 
@@ -252,13 +252,13 @@ def _distances(given: Distances | None, true: NDArray[np.float64], name: str) ->
     """Return the distances that replace the true ones; raise `InputError` unless all are positive."""
     if given is None:
         return true
-    found = np.asarray(given(true) if callable(given) else given, float)
-    if found.shape not in ((), true.shape) or not (found > 0).all():
+    distances = np.asarray(given(true) if callable(given) else given, float)
+    if distances.shape not in ((), true.shape) or not (distances > 0).all():
         raise InputError(
-            f"{name} has shape {found.shape}, but must be one positive distance in metres, or one for each pixel: "
+            f"{name} has shape {distances.shape}, but must be one positive distance in metres, or one for each pixel: "
             f"{true.shape}."
         )
-    return np.broadcast_to(found, true.shape).astype(float)
+    return np.broadcast_to(distances, true.shape).astype(float)
 
 
 def _nearest(values: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:

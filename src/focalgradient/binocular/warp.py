@@ -78,13 +78,13 @@ def sample(
     Surfaces are segmented by `shift`, as in `warp`.
     """
     channels = np.ascontiguousarray(picture, np.float32).reshape(*picture.shape[:2], -1)
-    found = np.empty(channels.shape, np.float32)
-    _sample(channels, _joined(np.ascontiguousarray(shift, float)), source, found)
-    return found.reshape(picture.shape)
+    sampled = np.empty(channels.shape, np.float32)
+    _sample(channels, _joined(np.ascontiguousarray(shift, float)), source, sampled)
+    return sampled.reshape(picture.shape)
 
 
 def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: float, sign: int) -> NDArray[np.bool_]:
-    """Return True where one eye sees what is occluded from the other eye or outside its frame.
+    """Return True where one eye sees a place that is occluded from the other eye or outside its frame.
 
     Parameters
     ----------
@@ -97,8 +97,8 @@ def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: floa
     """
     height, width = own.shape
     columns = np.rint(np.arange(width) - sign * step * own).astype(np.int64)
-    found = other[np.arange(height)[:, None], np.clip(columns, 0, width - 1)]
-    return (columns < 0) | (columns >= width) | (step * (found - own) > MAX_DISPARITY_MISMATCH)
+    facing = other[np.arange(height)[:, None], np.clip(columns, 0, width - 1)]
+    return (columns < 0) | (columns >= width) | (step * (facing - own) > MAX_DISPARITY_MISMATCH)
 
 
 def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
@@ -178,7 +178,7 @@ def _fill(source, nearness, joined):  # type: ignore[no-untyped-def]
 
 
 @njit(nogil=True, cache=True)
-def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
+def _sample(picture, joined, source, sampled):  # type: ignore[no-untyped-def]
     """Interpolate by Lanczos within each surface, repeating its last pixel beyond its edge."""
     height, width, channels = picture.shape
     weights, columns = np.empty(2 * KERNEL_HALF_WIDTH), np.empty(2 * KERNEL_HALF_WIDTH, np.int64)
@@ -188,7 +188,7 @@ def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
             first = min(max(int(np.floor(place)), 0), width - 1)
             part = place - first
             if part == 0:
-                found[i, j] = picture[i, first]
+                sampled[i, j] = picture[i, first]
                 continue
             total = 0.0
             at = first
@@ -213,4 +213,4 @@ def _sample(picture, joined, source, found):  # type: ignore[no-untyped-def]
                     value = picture[i, columns[n], c]
                     light += weights[n] / total * value
                     low, high = min(low, value), max(high, value)
-                found[i, j, c] = min(max(light, low), high)  # clipped to the neighbours' range: no overshoot
+                sampled[i, j, c] = min(max(light, low), high)  # clipped to the neighbours' range: no overshoot

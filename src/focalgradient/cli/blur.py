@@ -6,10 +6,11 @@ import json
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import File, Folder, command
 from focalgradient.cli.groups import SCREEN, gamma_of, screen_size
 from focalgradient.cli.program import (
@@ -30,9 +31,6 @@ from focalgradient.options.shapes import ShapeAsked
 from focalgradient.plausibility import given_as
 from focalgradient.progress import part_of
 from focalgradient.quantities import CENTIMETRES, METRES, POSITIVE
-
-if TYPE_CHECKING:
-    from focalgradient.display import Display
 
 __all__ = ["blur"]
 
@@ -159,12 +157,10 @@ def blur(
         Linear value shown as white.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
-    from focalgradient.photographs import depth_pairs
-    from focalgradient.stimuli import Viewing, viewed_files, with_frames
     from focalgradient.stimuli.sets import npy
 
     click.get_current_context().with_resource(given_as(NAMED))
-    pairs, several = depth_pairs(picture, depth), depth.is_dir()
+    pairs, several = fg.photographs.depth_pairs(picture, depth), depth.is_dir()
     stems = [pair.stem for pair in pairs] if several else ["blurred"]
     with warnings_given() as early:
         display, angle = _display(display_file, screen, screen_width, distance, gamma)
@@ -174,7 +170,7 @@ def blur(
         how: dict[str, Any] = {"chromatic": chromatic, "wavelengths": wavelengths, "illuminant": illuminant}
         how |= {"age": optics.person.age, "white": white}
         through = [
-            Viewing(lens, shape, screen=metres if to_show else None, **how)
+            fg.stimuli.Viewing(lens, shape, screen=metres if to_show else None, **how)
             for lens, metres in zip(lenses, focus, strict=True)
         ]
     names = [f"{stem}-{name}{end}" for stem in stems for name in foci for end in (".png", ".npy")]
@@ -192,7 +188,7 @@ def blur(
     found: list[dict[str, Any]] = []
     files: dict[str, bytes] = {}
     with warnings_given() as said, resumable(left) as say:
-        frames = with_frames(pairs, picture if several and not picture.is_dir() else None)
+        frames = fg.stimuli.with_frames(pairs, picture if several and not picture.is_dir() else None)
         for number, (stem, (pair, frame)) in enumerate(zip(stems, frames, strict=True)):
             if several and all((out / f"{stem}-{name}.npy").exists() for name in foci):
                 continue
@@ -203,7 +199,7 @@ def blur(
             if not found:
                 pictures = (len(pairs) - number) * sum(one.foci for one in ready.values())
                 announce(SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size * pictures, f"{pictures} blurred pictures")
-            files, facts = viewed_files(shown, ready, display, tell)
+            files, facts = fg.stimuli.viewed_files(shown, ready, display, tell)
             found.append(facts)
             if several and not (out / SETTINGS).exists():
                 write_set(out, {SETTINGS: summary_json(settings)}, SETTINGS, None)
@@ -246,18 +242,18 @@ def _same_settings(out: Path, settings: dict[str, Any]) -> None:
 
 def _display(
     file: Path | None, screen: str, width_cm: float | None, distance: float | None, gamma: str
-) -> tuple[Display, float | None]:
+) -> tuple[fg.display.Display, float | None]:
     """Return the display that the pictures are for, and the angle (rad) of its pixels if it is known."""
-    from focalgradient.display import Display
-
     if file is not None:
-        display = Display.read(file)
+        display = fg.display.Display.read(file)
     elif width_cm is None and distance is None:
-        return Display(gamma=gamma_of("--gamma", gamma)), None
+        return fg.display.Display(gamma=gamma_of("--gamma", gamma)), None
     else:
         curve = gamma_of("--gamma", gamma)
         if width_cm is None or distance is None:
             raise InputError("--screen-width and --distance belong together: give both.")
         with given_as(SCREEN):
-            display = Display.of_width(1e-2 * width_cm, screen_size("--screen", screen), distance=distance, gamma=curve)
+            display = fg.display.Display.of_width(
+                1e-2 * width_cm, screen_size("--screen", screen), distance=distance, gamma=curve
+            )
     return display, display.pixel_pitch / display.distance

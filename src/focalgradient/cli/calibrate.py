@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import command, options_named
 from focalgradient.cli.program import announce, placing, resumable, show, warnings_given, writable
 from focalgradient.errors import InputError
@@ -100,19 +101,17 @@ def calibrate(
         if targets is not None or out.suffix.lower() != ".pdf":
             raise InputError("--sheet only writes a PDF to print: give only --sheet A4 --out sheet.pdf.")
         writable(out.parent, (out.name,))
-        from focalgradient.plotting import calibration_sheet
         from focalgradient.plotting.figures import as_file
 
-        _write(out, as_file(calibration_sheet(sheet), "pdf"), {})
+        _write(out, as_file(fg.plotting.calibration_sheet(sheet), "pdf"), {})
         return
     if targets is None:
         raise InputError(
             "TARGETS.toml is missing: give the file that names the photographs of the target, or --sheet A4 for a "
             "sheet to print."
         )
-    from focalgradient import photographs
 
-    load = photographs.load_known_scenes if photographs.names_depth(targets) else photographs.load_targets
+    load = fg.photographs.load_known_scenes if fg.photographs.names_depth(targets) else fg.photographs.load_targets
     settings = load(targets)
     refuse_overwriting([targets, *settings.files], [out])
     if out.suffix.lower() != ".toml":  # most likely a photograph, with --out forgotten
@@ -127,12 +126,12 @@ def calibrate(
             say(share, words)
             times.append(time.perf_counter())
             first = 1 + (method == "equalise")  # the stage after which one photograph has been measured
-            if isinstance(settings, photographs.Targets) and len(times) == first + 1:
+            if isinstance(settings, fg.photographs.Targets) and len(times) == first + 1:
                 others = len(settings.pairs if method == "equalise" else settings.shots) - 1
                 announce((times[-1] - times[-2]) * others, f"{others} more photographs")
 
-        found = photographs.calibrate_camera(settings, method=method, psf=shape, progress=timed)
-    text = photographs.camera_toml(found.calibrated)
+        found = fg.photographs.calibrate_camera(settings, method=method, psf=shape, progress=timed)
+    text = fg.photographs.camera_toml(found.calibrated)
     _write(out, text.encode(), found.record(), found.summary().replace("(psf ", "(--psf "))
 
 

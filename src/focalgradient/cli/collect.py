@@ -8,6 +8,7 @@ from typing import Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.groups import SERVER, STORE
@@ -58,9 +59,8 @@ def collect(
     if store is not None:
         _from_store(store, data)
         return
-    from focalgradient.web import collect as bring
 
-    sessions, left = bring(files, data, stimuli)
+    sessions, left = fg.web.collect(files, data, stimuli)
     lines = [
         f"sub-{one.participant}: {one.answered} of {one.trials} trials"
         f"{'' if one.answered == one.trials else ' (incomplete)'}, {one.added} new"

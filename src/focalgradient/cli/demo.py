@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.depth import depth
 from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.program import progress, show, writable, write_set
@@ -36,11 +37,9 @@ def demo(*, out: Folder) -> None:
     out
         Folder for the examples.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.examples import EXAMPLE_FILES, depth_compiling, example_files
-
-    writable(out, EXAMPLE_FILES)
-    with depth_compiling(), progress(7) as say:
-        files = example_files(lambda _, stage: say(stage))
+    writable(out, fg.examples.EXAMPLE_FILES)
+    with fg.examples.depth_compiling(), progress(7) as say:
+        files = fg.examples.example_files(lambda _, stage: say(stage))
         write_set(out, files, "views.toml")
         say("compiling, the first time")
     show(

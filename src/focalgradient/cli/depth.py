@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import focalgradient as fg
 from focalgradient.cli.frames import NAMES, Frame, Recovered, by_worker, folders, recover_frames
 from focalgradient.cli.generate import Folder, command, options_named
 from focalgradient.cli.groups import GIVEN, Limits, Optics, Workers
@@ -204,22 +205,17 @@ def depth(
 
 def _files_of(inputs: Sequence[Path], calibration: Path | None) -> Iterator[Path]:
     """Yield the files named in settings files; invalid settings files raise when their frame is processed."""
-    from focalgradient.photographs import load_camera, load_settings
-
     calibrated = None
     if calibration is not None:
         with suppress(InputError):
-            calibrated = load_camera(calibration)
+            calibrated = fg.photographs.load_camera(calibration)
     for path in (one for one in inputs if one.suffix.lower() == ".toml"):
         with suppress(InputError):
-            yield from load_settings(path, calibrated).files
+            yield from fg.photographs.load_settings(path, calibrated).files
 
 
 def _recovered(frame: Frame, given: list[str], say: Progress) -> Recovered:
     """Recover the depth of one frame; `given` are the warnings issued so far."""
-    from focalgradient.photographs import depth_from_photographs
-    from focalgradient.plotting import depth_figure
-
     start, method = time.perf_counter(), frame.call["method"]
 
     def begun(count: int, pixels: int) -> None:
@@ -230,13 +226,13 @@ def _recovered(frame: Frame, given: list[str], say: Progress) -> Recovered:
         flags = {name: re.sub(r"s?(_[mu]?m)?$", "", name).replace("_", "-") for name in frame.call}
         words = POINT_OPTIONS | {f"{name} cannot": f"--{flag} cannot" for name, flag in flags.items()}
     with given_as(GIVEN), options_named(words):
-        found = depth_from_photographs(frame.inputs, begun=begun, progress=say, **frame.call)
+        found = fg.photographs.depth_from_photographs(frame.inputs, begun=begun, progress=say, **frame.call)
     say(1.0, "drawing")
     drawn = found.depth
     if "rejected" in drawn.details:
         drawn = replace(drawn, details={**drawn.details, "rejected": with_options(drawn.details["rejected"])})
     names = [printable(photograph.path.name) for photograph in found.photographs]
-    figure = depth_figure(found.views, drawn, names=names)
+    figure = fg.plotting.depth_figure(found.views, drawn, names=names)
     summary = found.record(given) | {"seconds": time.perf_counter() - start}
     files: dict[str, bytes | Callable[[Path], object]] = {
         "depth.npz": found.depth.save,

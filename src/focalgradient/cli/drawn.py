@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Command, Folder, Given, command, options_named, sentences
 from focalgradient.cli.groups import Screen
 from focalgradient.cli.program import (
@@ -29,7 +30,7 @@ __all__ = ["DRAWN"]
 ABOUT = """\
 DIR/picture.png is the picture for the display, 8 bits; the .npy files are linear light with and without blur
 (fractions of white), true distance (m) and true blur (standard deviation, arcmin); masks.npz has the regions;
-stimulus.json has all parameters, what was controlled, and the source. Takes about a second; for a picture that fills a
+stimulus.json has all parameters, the controls, and the source. Takes about a second; for a picture that fills a
 screen, up to 20 s. 'focalgradient stimuli set' combines such folders into a set for judging depth.
 """
 
@@ -144,9 +145,7 @@ def replica(paper: str, /, *, condition: Annotated[str | None, "NAME"] = None, o
     """  # noqa: D301  click's mark against rewrapping is a real backspace
 
     def draw() -> "Stimulus":
-        from focalgradient import stimuli
-
-        return stimuli.replica(paper, condition, pixels_per_degree=display.pixels_per_degree)
+        return fg.stimuli.replica(paper, condition, pixels_per_degree=display.pixels_per_degree)
 
     _write(out, display, {}, draw)
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import click
 import numpy as np
 
+import focalgradient as fg
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import Work, Workers
 from focalgradient.cli.person import Person, eye_notes, eye_of, eye_state
@@ -211,17 +212,15 @@ def eye(
     if pupil is None and not person.has_natural_pupil:
         pupil = PUPIL_MM
     with warnings_given() as given:
-        from focalgradient.eye import TargetMotion, ViewingConditions
-
         if accommodate is not None:
             with options_named({"motion": "--accommodate"}):
-                motion = TargetMotion.parse(accommodate)
+                motion = fg.eye.TargetMotion.parse(accommodate)
             writable(out, COURSE_FILES, [motion.file] if motion.file else [])
             result = _accommodate(motion, pupil or PUPIL_MM, CUES[views], seed)
         else:
             writable(out, QUALITY_FILES if scene is None else SCENE_FILES)
             place: dict[str, Any] = {"eccentricity_deg": eccentricity, "meridian": meridian or "temporal"}
-            conditions = ViewingConditions(illuminant, person.age, scatter, **place)
+            conditions = fg.eye.ViewingConditions(illuminant, person.age, scatter, **place)
             looking = eye_of(person, eye_file, pupil, accommodation)
             seeing = conditions.off_axis(looking, person.periphery)
             settings: dict[str, Any] = {"pupil_mm": 1e3 * seeing.pupil_diameter, "accommodation_D": accommodation}
@@ -251,34 +250,30 @@ def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, An
     seed, cue = settings["seed"], CUES[settings["views"]]
     with progress(STAGES) as say, workers.shared() as executor:
         say("forming the views")
-        from focalgradient import recover_depth
-        from focalgradient.eye import EXTREMES_S, Oscillation, accommodation_views, compared_views, score
         from focalgradient.eye.cones import S_FINEST_CPD
         from focalgradient.plotting.eye import eye_depth_figure, focus_figure
-        from focalgradient.scenes import scene_about
-        from focalgradient.video import write_light
 
-        course, field = Oscillation(settings["amplitude_D"]), SHAPE[1] * PIXEL_ANGLE
-        scene = scene_about(settings["scene"], settings["accommodation_D"], field=field, seed=seed)
+        course, field = fg.eye.Oscillation(settings["amplitude_D"]), SHAPE[1] * PIXEL_ANGLE
+        scene = fg.scenes.scene_about(settings["scene"], settings["accommodation_D"], field=field, seed=seed)
         frame: dict[str, Any] = {"shape": SHAPE, "pixel_angle": PIXEL_ANGLE, "seed": seed, "executor": executor}
         assumed: dict[str, Any] = {"correlation": CORRELATION, "noise": NOISE, "samples": SAMPLES}
-        seen = compared_views(scene, seeing, cue, conditions=conditions, course=course, **assumed, **frame)
+        seen = fg.eye.compared_views(scene, seeing, cue, conditions=conditions, course=course, **assumed, **frame)
         named = {name: one.view for name, one in seen.items()}
-        result = recover_depth([*named.values()], progress=lambda share, words: say(words))
+        result = fg.recover_depth([*named.values()], progress=lambda share, words: say(words))
         say("filming")
         moments = (np.arange(FRAMES) / FRAMES / 2).tolist()
-        film = accommodation_views(scene, seeing, moments, course, wavelengths=1, samples=32, **frame)
+        film = fg.eye.accommodation_views(scene, seeing, moments, course, wavelengths=1, samples=32, **frame)
         say("drawing")
         truth = next(iter(seen.values())).distance
         figure = eye_depth_figure(named, result, truth)
         times = np.linspace(0, 1, 201)
         mean = {band: seeing.accommodation - conditions.light(band).difference() for band in ("L+M", "S")}
         focus = {band: value + course.at(times) for band, value in mean.items()}
-        focus_drawn = focus_figure(times, focus, () if cue == "bands" else EXTREMES_S)
-        found = score(result.vergence, result.valid, truth, seeing.accommodation)
+        focus_drawn = focus_figure(times, focus, () if cue == "bands" else fg.eye.EXTREMES_S)
+        found = fg.eye.score(result.vergence, result.valid, truth, seeing.accommodation)
 
     def write_film(path: Path) -> None:
-        write_light(path, [one.view.image for one in film], 2 * FRAMES / 8, repeated=4)
+        fg.video.write_light(path, [one.view.image for one in film], 2 * FRAMES / 8, repeated=4)
 
     side = f"Side of focus right: {found['side_right']:.1%}" if found["side_right"] >= 0 else "All is in focus."
     error = [] if result.details.get("rejected") else [f"Median error: {found['median_error_D']:.3g} D", side]
@@ -302,13 +297,12 @@ def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, An
 
 def _through_focus(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, Any]) -> _Result:
     """Compute the image quality of an eye in white light against the target's vergence."""
-    from focalgradient.eye import image_quality, point_images
     from focalgradient.eye.quality import PIXEL_ANGLE as POINT_ANGLE
     from focalgradient.plotting.eye import through_focus_figure
 
     cones = conditions.cones(seeing, "luminance")
-    quality = image_quality(cones)
-    figure = through_focus_figure(quality, point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
+    quality = fg.eye.image_quality(cones)
+    figure = through_focus_figure(quality, fg.eye.point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
     found = {"focus_D": cones.focus_vergence, **quality.summary()}
     return _Result(
         {"through_focus.png": figure.savefig, "through_focus.csv": quality.to_csv().encode()},
@@ -325,19 +319,17 @@ def _accommodate(motion: TargetMotion, pupil: float, cue: Cue, seed: int) -> _Re
     seconds = SECONDS_PER_SECOND * motion.duration
     with resumable("nothing was written.", lambda: announce(seconds, "Accommodating")) as say:
         say(0.0, "accommodating")
-        from focalgradient.eye import Accommodation, Target, accommodate
         from focalgradient.eye.ranges import warn_if_artificial
         from focalgradient.plotting.eye import accommodation_figure
-        from focalgradient.video import write_frames
 
         warn_if_artificial(1e-3 * pupil)
-        eye = Accommodation(cue=cue, pupil_diameter=1e-3 * pupil)
-        course = accommodate(
+        eye = fg.eye.Accommodation(cue=cue, pupil_diameter=1e-3 * pupil)
+        course = fg.eye.accommodate(
             motion.at, motion.duration, eye, seed=seed, progress=lambda share, words: say(0.9 * share, words)
         )
         say(0.9, "drawing")
         figure = accommodation_figure(course, motion.at, motion.title)
-        film = Target(contrast=0.35).film(course.target, course.accommodation, eye.pupil_diameter, texture=seed)
+        film = fg.eye.Target(contrast=0.35).film(course.target, course.accommodation, eye.pupil_diameter, texture=seed)
     settings = {
         "target": motion.text,
         "seconds": motion.duration,
@@ -354,7 +346,7 @@ def _accommodate(motion: TargetMotion, pupil: float, cue: Cue, seed: int) -> _Re
         {
             "course.csv": course.to_csv().encode(),
             "course.png": figure.savefig,
-            "retina.mp4": lambda path: write_frames(path, film, eye.rate),
+            "retina.mp4": lambda path: fg.video.write_frames(path, film, eye.rate),
         },
         {"settings": settings, "found": found},
         [

@@ -9,6 +9,7 @@ from typing import Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.program import resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth
@@ -70,7 +71,6 @@ def focus_series(
     web
         Also write DIR/focus.json: the series for a web page, such as one of jsPsych.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.live import FocusSeries, packed
     from focalgradient.live.kept import MARK
 
     names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if web else [])]
@@ -91,7 +91,7 @@ def focus_series(
         ends = [optics.focused(vergence) for vergence in (low, high)]
         states = optics.states(ends, [low, high])
         lens = refocused(ends[0], (low + high) / 2)
-        made = FocusSeries.of(
+        made = fg.live.FocusSeries.of(
             shown.light / white,
             shown.metres,
             lens,
@@ -104,7 +104,7 @@ def focus_series(
             progress=say,
         )
     if web:
-        write_whole(out / "focus.json", json.dumps({"written_by": MARK, **packed(made)}).encode())
+        write_whole(out / "focus.json", json.dumps({"written_by": MARK, **fg.live.packed(made)}).encode())
     median, largest = made.error
     result = {
         "planes": len(made.planes),

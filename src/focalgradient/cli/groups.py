@@ -5,18 +5,16 @@ from __future__ import annotations
 from concurrent.futures import Executor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Given, Made
 from focalgradient.errors import InputError
 from focalgradient.parallel import shared, workers_for
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import CENTIMETRES, LUMINANCE, METRES, MICROMETRES
-
-if TYPE_CHECKING:
-    from focalgradient.display import Display
 
 __all__ = [
     "GIVEN",
@@ -114,7 +112,7 @@ def display_of(
     gamma: Annotated[Any, gamma_of, "G"] = "sRGB",
     white: Annotated[float, LUMINANCE] = 100.0,
     dither: bool = False,
-) -> Display:
+) -> fg.display.Display:
     """Return a display.
 
     Parameters
@@ -134,15 +132,13 @@ def display_of(
     dither
         Dither 8-bit values randomly, so that mean luminance is exact.
     """
-    from focalgradient.display import Display
-
     if pixel_pitch is not None and screen_width is not None:
         raise InputError("--pixel-pitch and --screen-width both determine the size of a pixel: give one of them.")
     others: dict[str, Any] = {"distance": distance, "gamma": gamma, "white": white, "dither": dither}
     with given_as(SCREEN):
         if screen_width is not None:
-            return Display.of_width(screen_width, screen, **others)
-        return Display(screen, pixel_pitch or 276.7 * 1e-6, **others)
+            return fg.display.Display.of_width(screen_width, screen, **others)
+        return fg.display.Display(screen, pixel_pitch or 276.7 * 1e-6, **others)
 
 
 Screen = Annotated[Any, Made(display_of)]

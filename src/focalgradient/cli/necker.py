@@ -6,6 +6,7 @@ import re
 from contextlib import suppress
 from typing import Annotated, Any
 
+import focalgradient as fg
 from focalgradient.cli.generate import Folder, Given, Made, command, options_named
 from focalgradient.cli.groups import Screen, Workers
 from focalgradient.cli.program import KEPT, resumable, show, warnings_given, writable
@@ -72,15 +73,13 @@ def necker(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
 
-    from focalgradient.stimuli import make_necker
-
     with (
         warnings_given(),
         resumable(KEPT) as say,
         options_named({"size is": "--size is"}),
         workers.shared() as executor,
     ):
-        made = make_necker(
+        made = fg.stimuli.make_necker(
             out,
             cube,
             size=size,

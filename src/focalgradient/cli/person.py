@@ -8,6 +8,7 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import focalgradient as fg
 from focalgradient.cli.generate import Made, options_named
 from focalgradient.errors import FocalGradientWarning
 
@@ -43,10 +44,8 @@ def eye_of(person: EyeDescription, eye_file: Path | None, pupil_mm: float | None
     FocalGradientWarning
         If the person cannot focus there.
     """
-    from focalgradient.eye import read_eye
-
     if eye_file is not None:
-        return read_eye(eye_file, vergence)
+        return fg.eye.read_eye(eye_file, vergence)
     with options_named(NAMED | {field.name: f"--{field.name}" for field in fields(person)}):
         eye = person.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
     if not eye_state(person, eye, vergence)["in_reach"]:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import simulated_task
 from focalgradient.cli.generate import File, Folder, Made, command, options_named
 from focalgradient.cli.groups import Workers
@@ -49,7 +50,7 @@ class Model:
         the odds ratio of a higher answer; cube: odds ratio of the nonrigid percept with its gradient to without.
         [default: 1.3; odds ratios 3; cube 1.5]
     far_effect
-        Ratings: far depth effect; 1 is no effect.  [default: 1]
+        Ratings: far depth effect; 1 means none.  [default: 1]
     between
         SD over subjects of the log of each effect (thresholds: of the log threshold).  [default: 0.15; steps,
         visual-analogue scales and choices 1; cube 0.3; thresholds 0.4]
@@ -133,10 +134,6 @@ def power(
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
-    from focalgradient.power import power as sum_up
-    from focalgradient.power import run
-    from focalgradient.power import sensitivity as power_by_assumption
-    from focalgradient.statistics import as_table
 
     study = _study(task, design, seed, model.given())
     extra = ["sensitivity.csv"] if sensitivity else []
@@ -146,12 +143,13 @@ def power(
     announce(seconds, f"{total} experiments")
     left = f"{printable(out / 'experiments.jsonl')} is kept; the same command continues."
     with resumable(left) as say, workers.shared(2 * seconds) as executor:
-        table = run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
+        table = fg.power.run(study, subjects, experiments, out / "experiments.jsonl", executor=executor, progress=say)
         few = max(experiments // 5, 1)
-        varied = power_by_assumption(study, subjects, few, executor=executor) if sensitivity else None
-    found = sum_up(table, logs=study.model.logs)
-    files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
-    files["power.csv"] = _csv(as_table(found))
+        varied = fg.power.sensitivity(study, subjects, few, executor=executor) if sensitivity else None
+    found = fg.power.power(table, logs=study.model.logs)
+    drawn = fg.power.running.drawn(found, study)
+    files = {f"power.{kind}": content for kind, content in as_files(power_figure(**drawn)).items()}
+    files["power.csv"] = _csv(fg.statistics.as_table(found))
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)
     write_set(out, files, "power.csv")
@@ -170,7 +168,7 @@ def power(
             for one in varied[varied["test"] == "joint"].itertuples()
         ]
     written = [printable(out / name) for name in files]
-    show({"simulated": True, "power": as_table(found).to_dict("records"), "written": written}, *lines)
+    show({"simulated": True, "power": fg.statistics.as_table(found).to_dict("records"), "written": written}, *lines)
 
 
 def _csv(table: pd.DataFrame) -> bytes:
@@ -179,15 +177,13 @@ def _csv(table: pd.DataFrame) -> bytes:
 
 def _shares(shares: Mapping[int, float], experiments: int) -> str:
     """Return power by number of subjects with its interval, and the numbers for a power of .80 and .90."""
-    from focalgradient.power import share_interval, subjects_needed
-
     parts = []
     for count, share in shares.items():
-        low, high = share_interval(share, experiments)
+        low, high = fg.power.share_interval(share, experiments)
         parts.append(f"{share:.1%} [{low:.1%}, {high:.1%}] (N = {count})")
     needed = []
     for power in (0.8, 0.9):
-        number = subjects_needed(shares, power)
+        number = fg.power.subjects_needed(shares, power)
         if number is None:
             number_text = f"N <= {min(shares)}" if shares[max(shares)] >= power else f"N > {max(shares)}"
         else:
@@ -198,11 +194,8 @@ def _shares(shares: Mapping[int, float], experiments: int) -> str:
 
 def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> Study:
     """Return the power study of a task, given its design and options."""
-    from focalgradient.design import design_of
-    from focalgradient.power import study_of
-
     task = task_named(name)
-    shown = design_of(task.name, design)
+    shown = fg.design.design_of(task.name, design)
     options = {name: f"--{name.replace('_', '-')}" for name in given}
     with options_named({f"{name} {verb}": f"{options[name]} {verb}" for name in given for verb in ("cannot", "is")}):
-        return study_of(task, shown, given, seed)
+        return fg.power.study_of(task, shown, given, seed)

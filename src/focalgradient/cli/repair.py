@@ -7,6 +7,7 @@ from typing import Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import command
 from focalgradient.cli.program import show
@@ -26,9 +27,7 @@ def repair(folder: Annotated[Path, "DATASET"], /) -> None:
     Example:
       focalgradient repair data
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.dataset import repair as make_readable
-
-    found = make_readable(folder)
+    found = fg.dataset.repair(folder)
     lines = []
     for one in found:
         if one.problem:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import SESSION_S, Workers
@@ -61,16 +62,13 @@ def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
 
 def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[Path | UserTable]:
     """Return the data sets: folders, and tables, of which those of one participant each are one."""
-    from focalgradient.user_tables.files import read_table
-    from focalgradient.user_tables.source import of_one_data_set
-
-    found = [read_table(path) if path.is_file() else path for path in folders]
+    found = [fg.user_tables.read_table(path) if path.is_file() else path for path in folders]
     if (
         len(folders) > 1
         and all(path.is_file() for path in folders)
-        and of_one_data_set(found, columns.get("participant"))
+        and fg.user_tables.of_one_data_set(found, columns.get("participant"))
     ):
-        return [read_table(found)]
+        return [fg.user_tables.read_table(found)]
     return found
 
 
@@ -189,18 +187,14 @@ def report(
         With --preregister: effect to be detected, for the number of subjects; a ratio of ratings; for steps, choices
         and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]
     far_effect
-        With --preregister: effect with the farthest object in focus; 1 is no effect.  [default: 1]
+        With --preregister: effect with the farthest object in focus; 1 means none.  [default: 1]
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.report import Stated, load_rules, make_report
-    from focalgradient.statistics import Rules
-    from focalgradient.user_tables.files import UserTable
-
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
     chosen = _where(where)
     steps = order[0].split(",") if len(order) == 1 else order
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
-    stated = Stated(Rules()) if rules is None else load_rules(rules)
+    stated = fg.report.Stated(fg.statistics.Rules()) if rules is None else fg.report.load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
     if out is None:
@@ -246,7 +240,7 @@ def report(
         workers.shared(seconds) as executor,
     ):
         reports = [
-            make_report(
+            fg.report.make_report(
                 one,
                 bound=bound,
                 scale="ordinal" if ordinal else None,
@@ -269,7 +263,7 @@ def report(
     if len(reports) > 1:
         from focalgradient.report.meta import combined_report, file_names
 
-        places = [str(one.paths[0] if isinstance(one, UserTable) else one) for one in sets]
+        places = [str(one.paths[0] if isinstance(one, fg.user_tables.UserTable) else one) for one in sets]
         made = combined_report(dict(zip(file_names(places), reports, strict=True)))
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")

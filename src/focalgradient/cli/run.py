@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+import focalgradient as fg
 from focalgradient.errors import check_one_of
 from focalgradient.tasks import task_named
 
@@ -44,12 +45,11 @@ def run(context: click.Context, words: tuple[str, ...]) -> None:
     if name in ("-h", "--help"):
         click.echo(context.get_help())
         return
-    from focalgradient import lab
 
     program = f"{context.command_path} {name}"
     if name.endswith(".py"):
         name = task_named(name).called
-    check_one_of("EXPERIMENT", name, [*lab.EXPERIMENTS, GAZE])
+    check_one_of("EXPERIMENT", name, [*fg.lab.EXPERIMENTS, GAZE])
     if name == GAZE:
-        context.exit(lab.gaze_focus.run(given, program=program))
-    context.exit(lab.run(lab.EXPERIMENTS[name], given, program=program))
+        context.exit(fg.lab.gaze_focus.run(given, program=program))
+    context.exit(fg.lab.run(fg.lab.EXPERIMENTS[name], given, program=program))

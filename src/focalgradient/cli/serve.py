@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE, with_trials
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import SERVER
@@ -119,23 +120,22 @@ def serve(
         With --export: DataPipe's experiment ID, for its page.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     check_installed(*SERVER)
-    from focalgradient import web
     from focalgradient.dataset.links import links_beside
     from focalgradient.design.consent import read_consent
 
-    web.check_page()
+    fg.web.check_page()
     agreed = None if consent is None else read_consent(consent)
     if export is not None:
         server = {"data": data, "links": links, "store": store, "invite": invite, "public": public}
         for name, value in {**server, "no-open-link": no_open_link or None}.items():
             if value is not None:
                 raise InputError(f"--{name} requires a server, but --export runs none: leave one of them out.")
-        lists = web.Lists(with_trials(web.browser_design(design), trials), stimuli, agreed, gamma=gamma)
+        lists = fg.web.Lists(with_trials(fg.web.browser_design(design), trials), stimuli, agreed, gamma=gamma)
         with options_named(OPTIONS):
-            labels = web.labels_of(participants)
-            pictures = web.export(lists, export, labels, completion=completion, datapipe=datapipe)
+            labels = fg.web.labels_of(participants)
+            pictures = fg.web.export(lists, export, labels, completion=completion, datapipe=datapipe)
         made = f"{len(labels)} trial lists ({labels[0]} to {labels[-1]}) and {pictures} pictures"
-        click.echo(f"Written: {export}, with {made}.\n{web.REVEALS}")
+        click.echo(f"Written: {export}, with {made}.\n{fg.web.REVEALS}")
         click.echo(f"How to put it on JATOS, DataPipe or Pavlovia: {export / 'HOW-TO.txt'}")
         return
     if data is None and store is None:
@@ -149,23 +149,21 @@ def serve(
     if data is not None:
         inputs = [path for path in (design, consent, trials) if path is not None]
         refuse_overwriting(inputs, [links or links_beside(data)])
-    loaded = with_trials(web.browser_design(design), trials)
+    loaded = with_trials(fg.web.browser_design(design), trials)
     with options_named(OPTIONS):
         opened = (
-            web.open_shared_study(loaded, str(store), **options)
+            fg.web.open_shared_study(loaded, str(store), **options)
             if data is None
-            else nullcontext(web.open_study(loaded, data, links, **options))
+            else nullcontext(fg.web.open_study(loaded, data, links, **options))
         )
         with opened as study:
-            limits = web.Limits(joins=join_rate, guesses=guess_rate)
+            limits = fg.web.Limits(joins=join_rate, guesses=guess_rate)
             _serve(study, host, port, public, invite or 0, limits)
     click.echo("Stopped; all acknowledged answers are saved.")
 
 
 def _serve(study: Study, host: str, port: int, public: str | None, invite: int, limits: Any) -> None:
     """Serve until Ctrl-C."""
-    from focalgradient.web import run
-
     password = os.environ.get("FOCALGRADIENT_PASSWORD") or secrets.token_urlsafe(12)
     if not password.strip():
         raise InputError("FOCALGRADIENT_PASSWORD is blank: set a password, or unset the variable to get a new one.")
@@ -180,4 +178,4 @@ def _serve(study: Study, host: str, port: int, public: str | None, invite: int, 
         click.echo("Ctrl-C stops the server; open sessions continue when it runs again.")
 
     with suppress(KeyboardInterrupt):  # the server has shut down by then, and passes the signal on
-        run(study, password, host, port, ready, limits=limits, public=public)
+        fg.web.run(study, password, host, port, ready, limits=limits, public=public)

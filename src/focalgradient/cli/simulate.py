@@ -6,6 +6,7 @@ from typing import Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import simulated_task, with_trials
 from focalgradient.cli.generate import File, Folder, command
 from focalgradient.cli.groups import Workers
@@ -73,18 +74,15 @@ def simulate(
     task = task_named(experiment)
     if task.no_pictures and stimuli is not None:
         raise InputError(f"--stimuli cannot go with {experiment}, {task.no_pictures}: leave it out.")
-    from focalgradient.design import design_of
-    from focalgradient.observers import observer_named
-    from focalgradient.observers import simulate as simulated
     from focalgradient.observers.sessions import seen
 
-    observer_named(observer)
-    chosen = with_trials(design_of(task.name, design), trials)
+    fg.observers.observer_named(observer)
+    chosen = with_trials(fg.design.design_of(task.name, design), trials)
     with resumable(LEFT) as say, warnings_given(), workers.shared(task.observer_s * observers) as executor:
         # The pictures are in a folder of this machine, which a scheduler's workers may not see.
         stimuli_seen = seen(task, chosen, stimuli, executor if workers.scheduler is None else None, say)
         who: dict[str, Any] = {"observers": observers, "seed": seed, "observer": observer}
-        new = simulated(chosen, out, **who, **stimuli_seen, executor=executor, progress=say)
+        new = fg.observers.simulate(chosen, out, **who, **stimuli_seen, executor=executor, progress=say)
     kept = f"; {observers - new} existed already" if new < observers else ""
     show(
         {"observer": observer, "new": new, "kept": observers - new, "written": printable(out)},

@@ -7,6 +7,7 @@ from typing import Annotated, Any, Literal
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.groups import gamma_of, screen_size
 from focalgradient.cli.program import resumable, show, summary_json, warnings_given, writable, write_set
@@ -90,26 +91,23 @@ def stereo(
     white
         Linear value shown as white.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.binocular import PRESENTATIONS
-    from focalgradient.binocular import stereo as see
-    from focalgradient.display import Display
     from focalgradient.photographs.pictures import png_of
 
-    pictures = [f"{name}.png" for way in show_as for name in PRESENTATIONS[way]]
+    pictures = [f"{name}.png" for way in show_as for name in fg.binocular.PRESENTATIONS[way]]
     names = ["left.png", "right.png", *pictures, "left.npz", "right.npz"]
     writable(out, [*names, "summary.json"], [picture, depth])
     refuse_overwriting([picture, depth], [out / name for name in names])
     click.get_current_context().with_resource(given_as(NAMED))
     if no_blur and blur_at is not None:
         raise InputError("--no-blur and --blur-at both set the blur: give one of them.")
-    display, size = Display(gamma=gamma_of("--gamma", gamma)), screen_size("--screen", screen)
+    display, size = fg.display.Display(gamma=gamma_of("--gamma", gamma)), screen_size("--screen", screen)
     zero, foci = screen_at or focus, [focus, right_focus or focus]
     with warnings_given() as said, resumable("nothing was written.") as say:
         left = optics.focused(1 / focus)
         right = left if right_focus is None else optics.focused(1 / right_focus)
         states = optics.states([left, right], [1 / metres for metres in foci])
         shown = read_picture_and_depth(picture, depth, [left, right], **read, focal_length=optics.focal_length)
-        pair = see(
+        pair = fg.binocular.stereo(
             shown.light / white,
             shown.metres,
             (left, right),

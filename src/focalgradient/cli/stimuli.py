@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import click
 from click.core import ParameterSource
 
+import focalgradient as fg
 from focalgradient.cli.drawn import DRAWN
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import Screen, Workers
@@ -80,8 +81,8 @@ def depth_rating(
 
     Each scene is shown through a pinhole and through each of the --apertures, with its nearest and its farthest object
     in focus: as PNG for the display, as linear light (.npy), with its depth. DIR/manifest.json has every parameter,
-    what was controlled, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. After an interruption
-    the same command continues; a finished set is verified.
+    the measured controls, and every file's SHA-256; DIR/sheet.png shows all pictures side by side. After an
+    interruption the same command continues; a finished set is verified.
 
     With --picture and --depth the scenes are photographs, named after their files: their nearest and farthest objects
     are found in the depth, and the blur of the lens is added. --field gives the visual angle of their pixels at the
@@ -123,7 +124,6 @@ def depth_rating(
     writable(out, ())
     _refuse_inside(out, (*picture, *depth))
     from focalgradient.render.mitsuba_backend import variant
-    from focalgradient.stimuli import make_depth_rating, make_from_photographs
 
     how: dict[str, Any] = {"apertures": apertures, "display": display}
     if picture or depth:
@@ -141,7 +141,7 @@ def depth_rating(
                 shown = read_picture_and_depth(one, other, field=field, **stored)
                 photographs[one.stem] = (shown.light, shown.metres)
             how |= {"pixel_angle": shown.pixel_angle, "executor": executor, "progress": say}
-            _tell(make_from_photographs(out, photographs, **how), out)
+            _tell(fg.stimuli.make_from_photographs(out, photographs, **how), out)
         return
     if given := _given("field", "encoding", "depth_unit", "depth_scale", "baseline", "disparity_offset"):
         raise InputError(f"{given} applies to photographs: give --picture and --depth too, or leave it out.")
@@ -157,7 +157,7 @@ def depth_rating(
         options_named({"size is": "--size is"}),
         workers.shared() as executor,
     ):
-        made = make_depth_rating(out, **how, executor=executor, progress=say)
+        made = fg.stimuli.make_depth_rating(out, **how, executor=executor, progress=say)
     _tell(made, out)
 
 
@@ -212,11 +212,10 @@ def import_(
         Width of the pictures, in degrees at the camera: spectra and shifts are then measured too.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
-    from focalgradient.stimuli import import_pictures
 
     with warnings_given(), resumable(KEPT) as say:
         how: dict[str, Any] = {"display": display, "focal_length": focal_length, "field": field}
-        _tell(import_pictures(folder, table, out, **how, progress=say), out)
+        _tell(fg.stimuli.import_pictures(folder, table, out, **how, progress=say), out)
 
 
 @command("Combine drawn stimuli into a set.", name="set", force=False)
@@ -227,7 +226,7 @@ def set_(folders: Annotated[tuple[Path, ...], "FOLDER..."], /, *, out: Folder) -
     by the f-number of its pupil at 50 mm; its only fixation, "focus", is the centre of the region in focus. All must
     have the same size, pupil and display. A stimulus that is anywhere sharper than its blur allows is rejected.
 
-    DIR/manifest.json has every stimulus's parameters, what was controlled, and every file's SHA-256. After an
+    DIR/manifest.json has every stimulus's parameters, the measured controls, and every file's SHA-256. After an
     interruption the same command continues; a finished set is verified. Takes about a second per picture.
 
     \b
@@ -243,12 +242,11 @@ def set_(folders: Annotated[tuple[Path, ...], "FOLDER..."], /, *, out: Folder) -
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, ())
     _refuse_inside(out, [folder / "stimulus.json" for folder in folders])
-    from focalgradient.stimuli import make_from_stimuli, read_stimuli
 
     with options_named({"the same width, distance and": "the same --screen-width, --distance and"}):
-        drawn, display = read_stimuli(folders)
+        drawn, display = fg.stimuli.read_stimuli(folders)
     with warnings_given(), resumable(KEPT) as say:
-        _tell(make_from_stimuli(out, drawn, display=display, progress=say), out)
+        _tell(fg.stimuli.make_from_stimuli(out, drawn, display=display, progress=say), out)
 
 
 def _refuse_inside(out: Path, inputs: Iterable[Path]) -> None:

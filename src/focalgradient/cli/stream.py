@@ -12,6 +12,7 @@ from typing import Annotated, Any
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import Given, command, options_named
 from focalgradient.cli.groups import GIVEN
 from focalgradient.cli.program import (
@@ -105,20 +106,19 @@ def stream(
     }
     _check(optics)
     settings["psf"] = settings["psf"].shape()
-    from focalgradient.video import DepthStream, Source, luminance, radiance_levels, write_depth
 
     places = _places(video, out, values)
     note = places[1]
-    grey = luminance(radiance_levels(settings["encoding"]))
+    grey = fg.video.luminance(fg.video.radiance_levels(settings["encoding"]))
     with warnings_given() as given:
-        with Source(video, grey) as source, given_as(GIVEN), options_named(WORDS):
+        with fg.video.Source(video, grey) as source, given_as(GIVEN), options_named(WORDS):
             lenses = [Lens(optics["focal_length_mm"] * 1e-3, number, optics["focus_distance_m"]) for number in f_number]
             pixel_angle = optics["pixel_pitch_um"] * 1e-6 / lenses[0].sensor_distance if lenses else None
-            found = DepthStream(source.frames(), lenses or None, pixel_angle, **settings)
+            found = fg.video.DepthStream(source.frames(), lenses or None, pixel_angle, **settings)
         announce(SECONDS * source.declared * math.prod(found.shape), f"{source.declared} frames")
-        with placing(places, note) as staged, Source(video, grey) as source, progress(source.declared) as say:
+        with placing(places, note) as staged, fg.video.Source(video, grey) as source, progress(source.declared) as say:
             numbers = None if values is None else staged[values]
-            counts = write_depth(
+            counts = fg.video.write_depth(
                 *(found, source.frames(), staged[out], numbers), fps=source.fps, progress=lambda _, frame: say(frame)
             )
             if not counts.depth_frames:
@@ -163,9 +163,7 @@ def stream(
 
 def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
     """Return the files to write: depth video, its JSON file, and values if requested; none may be an input."""
-    from focalgradient.video import check_ending
-
-    check_ending(out)
+    fg.video.check_ending(out)
     note = out.with_suffix(".json")
     places = [out, note] + ([values] if values else [])
     if len({os.path.realpath(place) for place in places}) < len(places):

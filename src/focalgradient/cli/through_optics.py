@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_args
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.generate import File, Given
 from focalgradient.cli.groups import OF_DEPTH, DepthFile
 from focalgradient.cli.person import PERSON, eye_notes, eye_of, eye_state
@@ -148,10 +149,8 @@ def read_picture_and_depth(
     pixel_pitch
         Pixel pitch of the camera's sensor, in micrometres.
     """
-    from focalgradient.photographs import read_depth_picture
-
     source = click.get_current_context().get_parameter_source("depth_unit")
-    return read_depth_picture(
+    return fg.photographs.read_depth_picture(
         picture,
         depth,
         field=None if field is None else math.radians(field),

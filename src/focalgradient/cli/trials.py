@@ -6,6 +6,7 @@ from typing import Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import Folder, command
 from focalgradient.errors import InputError
@@ -52,15 +53,12 @@ def trials(
     pixels_per_degree
         Resolution of the screen, for --files.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.design import load_design
-    from focalgradient.stimuli import read_set, trial_list
-
-    chosen = load_design(design) if design.endswith(".toml") else task_named(design).design()
-    pictures = None if stimuli is None else read_set(stimuli)
+    chosen = fg.design.load_design(design) if design.endswith(".toml") else task_named(design).design()
+    pictures = None if stimuli is None else fg.stimuli.read_set(stimuli)
     if files is not None and files.exists() and any(files.iterdir()):
         raise InputError(f"{printable(files)} contains files already: give a new folder.")
     resolution = None if files is None else pixels_per_degree
-    found = trial_list(chosen, participant, session, stimuli=pictures, pixels_per_degree=resolution)
+    found = fg.stimuli.trial_list(chosen, participant, session, stimuli=pictures, pixels_per_degree=resolution)
     if files is not None:
         files.mkdir(parents=True, exist_ok=True)
         for name, content in found.files().items():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.groups import SESSION_S, Workers
@@ -36,25 +37,24 @@ def validate(folder: Folder, /, *, stimuli: Folder | None = None, export: bool =
     export
         First write the tables of interrupted sessions from their journals.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
-    from focalgradient.dataset import VALIDATOR, checking_bids, journals
-    from focalgradient.dataset import export as make_tables
-    from focalgradient.dataset import validate as check
     from focalgradient.dataset.focus import export_focus, focus_journals
 
     refused = []
-    ways = [(journals, make_tables), (focus_journals, export_focus)] if export else []
+    ways = [(fg.dataset.journals, fg.dataset.export), (focus_journals, export_focus)] if export else []
     for make, journal in [(make, journal) for found, make in ways for journal in found(folder)]:
         try:
             make(journal)
         except InputError as error:
             refused.append(str(error))
     seconds = SESSION_S * sum(1 for _ in folder.glob("sub-*"))
-    with checking_bids(folder) as by_standard, workers.shared(seconds) as executor:
-        found = check(folder, stimuli, executor=executor)
+    with fg.dataset.checking_bids(folder) as by_standard, workers.shared(seconds) as executor:
+        found = fg.dataset.validate(folder, stimuli, executor=executor)
         wrong = by_standard()
     notes = list(found.notes)
     if wrong is None:
-        notes.append(f"BIDS was not checked: {VALIDATOR} is not installed (pip install {VALIDATOR}).")
+        notes.append(
+            f"BIDS was not checked: {fg.dataset.VALIDATOR} is not installed (pip install {fg.dataset.VALIDATOR})."
+        )
     problems = list(dict.fromkeys([*refused, *found.problems]))
     problems += [f"BIDS: {' '.join(line.split())}" for line in wrong or ()]
     show(

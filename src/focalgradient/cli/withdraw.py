@@ -8,6 +8,7 @@ from typing import Annotated
 
 import click
 
+import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import File, command
 from focalgradient.cli.groups import STORE
@@ -48,12 +49,11 @@ def withdraw(
         Also remove from this PostgreSQL database of 'focalgradient serve --store'.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.dataset.withdrawal import files_naming
-    from focalgradient.dataset.withdrawal import withdraw as remove
 
     if not yes and sys.stdin.isatty():
         click.confirm(f"Remove all data of {participant} from {folder} permanently?", abort=True)
     stored = store is not None and _withdraw_from(store, participant)
-    paths = remove(folder, participant, links, elsewhere=stored)
+    paths = fg.dataset.withdraw(folder, participant, links, elsewhere=stored)
     left = files_naming(folder, participant)
     show(
         {

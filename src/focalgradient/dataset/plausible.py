@@ -121,7 +121,7 @@ def _wrong_dates(texts: Sequence[str]) -> Iterator[str]:
 
 
 def _wrong_times(shown: Sequence[tuple[int, Event]], design: Any) -> Iterator[str]:
-    """Yield what is wrong with trials that begin before the one before has ended, and with response times."""
+    """Yield problems of trials that begin before the one before has ended, and with response times."""
     picture_s = design.shown_s
     for (sitting, one), (other, later) in pairwise(shown):
         since = later["onset"] - one["onset"]
@@ -166,7 +166,7 @@ def _wrong_presses(log: Log, design: Any, planned: Mapping[int, Trial]) -> Itera
 
 
 def _wrong_further(shown: Sequence[tuple[int, Event]], design: Design) -> Iterator[str]:
-    """Yield what is wrong for each further question of the design with an answer that it does not offer."""
+    """Yield a problem for each further question of the design with an answer that it does not offer."""
     for name, asked in design.also.items():
         given = [(event["trial"], event.get(EXTRA, {}).get(name, {"value": event.get(name)})) for _, event in shown]
         answers = [(number, noted["value"]) for number, noted in given]

@@ -27,7 +27,7 @@ REPAIR = "use 'focalgradient repair'."
 class Contradiction(NamedTuple):
     """Event that the recorder refuses, or would have written with other values.
 
-    `line` is its number in the journal, `trial` its phase and number, `why` what is wrong; `placed` is false for a
+    `line` is its number in the journal, `trial` its phase and number, `why` the reason; `placed` is false for a
     second record of a trial, and for a trial that the design does not have.
     """
 

@@ -83,7 +83,7 @@ class Cause:
     evidence
         1 where the evidence is as strong as the cause needs; causes are ranked by it.
     text
-        What was measured and the remedy, a clause.
+        Measured value and remedy, a clause.
     """
 
     name: str
@@ -93,7 +93,7 @@ class Cause:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """What is measured in the views."""
+    """Quantities measured in the views."""
 
     displacement: float
     """Largest displacement of a view against the first, in pixels, that is left in."""
@@ -199,7 +199,7 @@ def _rank(cause: Cause) -> tuple[float, int]:
 
 
 def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
-    """Rank causes by what was measured, for the method that is used.
+    """Rank causes by the measured quantities, for the method that is used.
 
     Examples
     --------
@@ -232,7 +232,7 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
         (
             "range",
             faint if one_is_sharp else 0.0,
-            "a view shows next to nothing of what another shows, as where its blur exceeds what is searched: close the "
+            "a view shows next to nothing of what another shows, as where its blur exceeds the search: close the "
             "aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, far)",
         ),
         (

@@ -124,7 +124,7 @@ def field_modes(shape: tuple[int, int], optics: Sequence[Optics]) -> NDArray[np.
 
     Curvature and tilt are independent normal errors with the standard deviation ``field_sd`` at the corners: the
     curvature increases with the square of the distance from the centre, the tilts with x and y. The views of one lens
-    share them, however many foci: they cannot be told from a curved or slanted scene, but by flat sheets (`calibrate`).
+    share them, however many foci: only flat sheets (`calibrate`) distinguish them from a curved or slanted scene.
 
     Examples
     --------

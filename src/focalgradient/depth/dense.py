@@ -192,7 +192,7 @@ class _Field:
         `scale` is the size of the mean vergence in dioptres, of which the constants are shares.
         """
         number = np.arange(picture.size).reshape(picture.shape)
-        light = np.sqrt(np.maximum(picture, 0))  # by which noise, and what is seen, changes evenly
+        light = np.sqrt(np.maximum(picture, 0))  # noise and visible contrast are uniform on this scale
         rows = []
         for one, other in ((np.s_[:, :-1], np.s_[:, 1:]), (np.s_[:-1], np.s_[1:])):
             change = np.abs(light[one] - light[other])

@@ -1,7 +1,7 @@
 """Estimates of the noise in views: from one image's finest detail, and from what equalising leaves of several.
 
 White noise alone reaches the finest detail of a blurred image, so that this detail bounds it from above. Which bound
-is the tightest depends on what is in the frame: texture all over, a few edges, or empty parts. What equalising leaves
+is the tightest depends on the frame: texture all over, a few edges, or empty parts. What equalising leaves
 is a weighted sum of the views' noise variances, by radial frequency; the weights (the filters' power gains) differ
 between frequencies and depths: a regression gives each variance (`docs/report/method.md`).
 """
@@ -170,8 +170,8 @@ def noise_floor(image: Picture, side: int = 32, usable: NDArray[np.bool_] | None
 
     The difference of differences along and across sees least of any texture and all of the noise; blur and plain
     surfaces leave it nothing else. The fifth percentile over squares of `side` pixels is taken, without the few per
-    cent by which it lies below the mean. Squares are left out where less than half is `usable` (H x W): what is
-    saturated shows no noise.
+    cent by which it lies below the mean. Squares are left out where less than half is `usable` (H x W):
+    saturated pixels show no noise.
 
     >>> noise = np.random.default_rng(0).standard_normal((256, 256))
     >>> round(noise_floor(100 + 0.5 * noise), 2)

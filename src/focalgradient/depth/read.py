@@ -73,8 +73,8 @@ def read_minima(
         4 x nodes: the level (fractional); its standard deviation in levels; the energy over what noise explains; the
         power that is informative about depth, over that of the noise in the same band.
     flags
-        2 x nodes: unambiguous, that is no secondary minimum fits about as well; inside, that is the best fit lies
-        within the levels, not beyond their ends.
+        2 x nodes: unambiguous (no secondary minimum fits about as well) and inside (the best fit lies within the
+        levels, not beyond their ends).
     """
     values, flags = np.empty((4, len(energy))), np.empty((2, len(energy)), np.bool_)
     share_rows(

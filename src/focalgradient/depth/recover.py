@@ -112,12 +112,12 @@ def recover_depth(
     dense
         Complete the map: at pixels that are not valid `vergence` and `vergence_sd` are then what the valid ones and the
         picture's edges make likely (`focalgradient.depth.dense.complete`), and the map's `evidence` gives how each is
-        known. What is valid stays as it is. Where nothing is valid, nothing is completed.
+        known. Valid pixels stay as they are. Where nothing is valid, nothing is completed.
     progress
         Called at each stage with the share of the work that is done and a few words (`focalgradient.progress`).
 
     Both sides of focus are searched, unless `near` or `far` is given; limits extend the search, to a blur of 64 pixels
-    in radius at most. ``details["searched_vergence_D"]`` states what was searched.
+    in radius at most. ``details["searched_vergence_D"]`` states the range searched.
 
     Returns
     -------

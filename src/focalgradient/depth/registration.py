@@ -283,7 +283,7 @@ class RegisteredViews:
     usable: NDArray[np.bool_]
     gains: list[float]
     placements: list[Placement]
-    """What was measured of each view beyond its pixel angle: removed only if the views were to be aligned."""
+    """Displacement of each view beyond its pixel angle: removed only if the views were to be aligned."""
     warnings: tuple[str, ...] = ()
     shares: NDArray[np.floating] | None = None
     """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""

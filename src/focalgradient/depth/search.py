@@ -142,7 +142,7 @@ class Search:
             raise InputError(
                 f"between near and far all blur is larger than {LARGEST_BLUR if one else MOST_BLUR:g} pixels, up to "
                 f"which it is searched{' where one limit is given' * one}: "
-                f"{'give both limits' if one else 'focus nearer to what is searched, or reduce the pictures'}."
+                f"{'give both limits' if one else 'focus nearer to the search, or reduce the pictures'}."
             )
         stated = [capabilities(one) for one in optics]
         tells_side = _tells_side(stated, psf)

@@ -110,7 +110,7 @@ class Cones:
     ) -> Cones:
         """Return the cones of a `band` in an `illuminant`, with this number of `wavelengths`.
 
-        None: as many as the pupil needs for the transfer to be right to 0.01 (see `wavelengths_needed`).
+        None: enough for the transfer to be right to 0.01 (see `wavelengths_needed`).
         """
         light = band_light(band, illuminant)
         return cls.in_light(eye, band, light, wavelengths=wavelengths, finest_cpd=finest_cpd, model=model)

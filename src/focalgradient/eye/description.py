@@ -1,4 +1,4 @@
-"""Eyes described by what is known about a person, or by a file."""
+"""Eyes described by data of a person, or by a file."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ YEARS = Quantity("years", "years", least=1, most=OLDEST)
 
 @dataclass(frozen=True, slots=True)
 class EyeDescription:
-    """What is known about a person's eye; None: unknown.
+    """Data of a person's eye; None: unknown.
 
     Parameters
     ----------

@@ -85,7 +85,7 @@ class KnownSpectrum:
 
 @dataclass(frozen=True, slots=True)
 class SeenContrast:
-    """A spectrum of which is known what is seen of it: contrast of L, M and S cones, over that of L and M together.
+    """A spectrum of known visible contrast: that of L, M and S cones, over that of L and M together.
 
     Parameters
     ----------

@@ -45,7 +45,7 @@ class TimeCourse(Protocol):
 class Eye:
     """Optics of an eye in light of one wavelength at one moment.
 
-    An eye is given by its pupil and focus, ``Eye(0.004, 1.0)``, or by what is known about a person,
+    An eye is given by its pupil and focus, ``Eye(0.004, 1.0)``, or by data of a person,
     ``Eye(refraction="-2.00 -0.75 x 180", age=30, looking_at=2.5)``, from which pupil, focus and astigmatism follow.
 
     Parameters
@@ -123,7 +123,7 @@ class Eye:
     pupil_offset: Annotated[tuple[float, float], Range("metres, x and y", -LARGEST_OFFSET, LARGEST_OFFSET)] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
-    # Written out, as a person's arguments are not fields: only what is derived from them is kept.
+    # Written out, as a person's arguments are not fields: only the derived values are kept.
     def __init__(
         self,
         pupil_diameter: float | None = None,

@@ -4,7 +4,7 @@ People follow a sine with a phase lag far smaller than their reaction time impli
 (Campbell & Westheimer 1960; Phillips et al. 1972; Heron & Charman 2004 for the lag). The rule here uses the estimates
 alone: sines of many frequencies are fitted to the last seconds by least squares with exponential forgetting; the one
 with the smallest forecast errors so far gives the forecast, weighted by its skill, the share of the squared change that
-it has predicted beyond what is predicted of irregular targets.
+it has predicted beyond its prediction of irregular targets.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def retinal_image(
     pixel_angle
         Angle in radians that one pixel subtends.
     wavelengths
-        Number of parts of a cone class's catch of a primary; None: as many as the pupil needs (see `Cones.of`).
+        Number of parts of a cone class's catch of a primary; None: enough for the pupil (see `Cones.of`).
     primaries
         The display's name in colour-science.
     basis

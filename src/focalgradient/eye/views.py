@@ -88,7 +88,7 @@ def band_views(
     s_finest_cpd
         Highest frequency in cycles per degree that S cones resolve.
     illuminant, wavelengths
-        Light, and number of wavelengths that represent it in each band; None: as many as the pupil needs (`Cones.of`).
+        Light, and number of wavelengths that represent it in each band; None: enough for the pupil (`Cones.of`).
     noise
         Standard deviation of every pixel's noise over the mean; or the `Photons` that make it.
     samples, seed

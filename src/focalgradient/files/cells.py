@@ -82,8 +82,8 @@ def name_and_unit(header: str) -> tuple[str, str]:
     (('level', 'db'), ('rt', 'ms'), ('distance', 'm'), ('rating', ''))
     """
     text = " ".join(header.replace("μ", "µ").split()).casefold().replace("μ", "µ")
-    found = UNIT.search(text)
-    if found:
-        return text[: found.start()].strip(), found[1]
+    match = UNIT.search(text)
+    if match:
+        return text[: match.start()].strip(), match[1]
     name, _, last = text.replace(" ", "_").replace(",", "_").rpartition("_")
     return (name.strip("_"), last) if name and last in SUFFIXES else (text, "")

@@ -118,14 +118,14 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     results = [_objects(value, name) for value in values] if len(values) > 1 or not lists else _parts(lists[0], name)
     several = len(results) > 1 and any(len(result) > 1 for result in results)
     objects = [
-        _flat({"result": number} | one if several and "result" not in one else one)
+        _flat({"result": number} | record if several and "result" not in record else record)
         for number, result in enumerate(results, start=1)
-        for one in result
+        for record in result
     ]
-    header = list(dict.fromkeys(key for one in objects for key in one))
+    header = list(dict.fromkeys(key for record in objects for key in record))
     whole = {key.rpartition(".")[0] for key in header}
-    header = [key for key in header if key not in whole or any(one.get(key) is not None for one in objects)]
-    return [header, *([_text(one.get(key)) for key in header] for one in objects)]
+    header = [key for key in header if key not in whole or any(record.get(key) is not None for record in objects)]
+    return [header, *([_text(record.get(key)) for key in header] for record in objects)]
 
 
 def _values(text: str) -> Iterator[str]:
@@ -159,7 +159,7 @@ def _objects(value: Any, name: str) -> list[dict[str, Any]]:
         for key in value:
             if key.lower() in BESIDE and isinstance(value[key], list) and all(isinstance(v, dict) for v in value[key]):
                 same = {other: v for other, v in value.items() if other != key and not isinstance(v, list | dict)}
-                return [same | one for one in value[key]]
+                return [same | row for row in value[key]]
         if value.keys() >= {"columns", "data"} and isinstance(value["data"], list):  # pandas, orient="split"
             return [dict(zip(map(str, value["columns"]), cells, strict=True)) for cells in value["data"]]
         parts = [part for part in value.values() if isinstance(part, dict)]
@@ -172,7 +172,7 @@ def _objects(value: Any, name: str) -> list[dict[str, Any]]:
         if columns and len(columns) == len(value) and len({len(v) for v in columns}) == 1:
             return [dict(zip(value, cells, strict=True)) for cells in zip(*columns, strict=True)]
         return [value]
-    if not isinstance(value, list) or not all(isinstance(one, dict) for one in value):
+    if not isinstance(value, list) or not all(isinstance(row, dict) for row in value):
         raise InputError(
             f"{name} is JSON, but not a list of objects with a value for each column: save it as such a list, or as a "
             "CSV, TSV or XLSX file."

@@ -49,8 +49,8 @@ def marked_by(path: Path, by: str) -> Sequence[str] | None:
     except OSError:
         return None
     text = rb"[Ww]ritten[ _]by\W{1,6}" + re.escape(by.encode()) + rb"(?![\w-])(?:, with ([\w.,%~-]+))?"
-    found = re.search(text, edges)
-    return None if found is None else (found[1] or b"").decode().split(",")
+    match = re.search(text, edges)
+    return None if match is None else (match[1] or b"").decode().split(",")
 
 
 def earlier_files(folder: Path, new: Iterable[str], by: str) -> list[Path]:
@@ -76,8 +76,8 @@ def refuse_foreign(places: Iterable[Path], by: str, remedy: str) -> None:
     marks = {place: marked_by(place, by) for place in there if place.suffix.lower() in _MARKS}
     named = {(place.parent, name) for place, names in marks.items() for name in names or ()}
     for place in there:
-        own = marks[place] is not None if place in marks else (place.parent, quote(place.name, safe="")) in named
-        if not own:
+        is_marked = marks[place] is not None if place in marks else (place.parent, quote(place.name, safe="")) in named
+        if not is_marked:
             raise InputError(f"{printable(place)} is there already and was not written by '{by}': {remedy}.")
 
 

@@ -93,5 +93,5 @@ def _identities(path: str | os.PathLike[str]) -> Iterator[object]:
     with suppress(OSError, ValueError, RuntimeError):  # RuntimeError: links in a circle
         yield os.path.normcase(Path(path).resolve())
     with suppress(OSError, ValueError):
-        found = os.stat(path)
-        yield found.st_dev, found.st_ino
+        status = os.stat(path)
+        yield status.st_dev, status.st_ino

@@ -374,11 +374,11 @@ def read_arrays(
                     raise InputError(
                         f"{name} unpacks to more than {largest / MB:,.0f} MB: give {what} that is smaller."
                     )
-                found = {key: archive.read(member) for key, member in members.items()}
+                arrays = {key: archive.read(member) for key, member in members.items()}
         except InputError:
             raise
         except MemoryError as error:
             raise InputError(f"{name} is too large for the memory: give {what} that is smaller.") from error
         except Exception as error:  # damaged archives fail in many ways
             raise InputError(f"{name} is not {what}, or is damaged: give one that is whole.") from error
-    return {key: _parsed_array(data, name, what) for key, data in found.items()}
+    return {key: _parsed_array(data, name, what) for key, data in arrays.items()}

@@ -60,7 +60,7 @@ class TextTable:
     header
         Names of the columns; empty if the table has none.
     rows
-        Cells of the non-empty rows below the header, as many as the header has (without a header as they are).
+        Cells of the non-empty rows below the header, one for each of its cells (without a header as they are).
     places
         Number of each row in the file, from 1.
     delimiter
@@ -68,7 +68,7 @@ class TextTable:
     comments
         Comment lines.
     notes
-        What was assumed, one sentence each.
+        Assumptions, one sentence each.
     """
 
     name: str
@@ -285,7 +285,7 @@ def parse_table(
     check_width(("\t" * (len(cells) - 1) for _, cells in lines), "\t", name)
     if len(lines) > MOST_ROWS:
         raise InputError(
-            f"{name} has {len(lines):,} rows, but a table may have {MOST_ROWS:,} at most: leave out what is not needed."
+            f"{name} has {len(lines):,} rows, but a table may have {MOST_ROWS:,} at most: leave out rows or columns."
         )
     kept = list[tuple[int, list[str]]]()
     for number, cells in lines:
@@ -301,7 +301,9 @@ def parse_table(
         titles = _titles(kept)
         comments += [" ".join(cells).strip() for _, cells in kept[:titles]]
         notes += [
-            f"Above the names of the columns stands a title: {printable(one)}." for one in comments[-titles:] if titles
+            f"Above the names of the columns stands a title: {printable(title)}."
+            for title in comments[-titles:]
+            if titles
         ]
         kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):

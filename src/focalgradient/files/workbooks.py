@@ -107,4 +107,4 @@ def _text(value: Any, formula: Any) -> str:
 
 
 def _too_large(name: str) -> InputError:
-    return InputError(f"{name} is too large for a table: leave out what is not needed, or save it as a CSV file.")
+    return InputError(f"{name} is too large for a table: leave out rows or columns, or save it as a CSV file.")

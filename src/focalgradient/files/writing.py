@@ -269,4 +269,4 @@ def refuse_special(places: Iterable[Path]) -> None:
 
 def existing(folder: Path) -> Path:
     """Return `folder`, or its nearest existing ancestor."""
-    return next(one for one in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(one))
+    return next(place for place in (folder.absolute(), *folder.absolute().parents) if os.path.lexists(place))

@@ -1,6 +1,6 @@
 """Laboratory experiments in a PsychoPy window: stimulus display, responses and sessions.
 
-An `Experiment` defines what is specific to one experiment; `run` takes a participant through it. `EXPERIMENTS` maps the
+An `Experiment` has the parts specific to one experiment; `run` takes a participant through it. `EXPERIMENTS` maps the
 names that ``focalgradient run`` accepts to the experiments of all registered tasks. No other subpackage imports
 PsychoPy (extra ``lab``), and it is imported only when a window is opened.
 """

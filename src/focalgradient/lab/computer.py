@@ -48,7 +48,7 @@ class Check:
     Parameters
     ----------
     name, measured
-        What was checked, and the result.
+        Name of the check, and the result.
     well
         Whether the experiments can be run with it.
     remedy

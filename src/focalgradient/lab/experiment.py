@@ -47,7 +47,7 @@ EVENTS = {name: marker.code for name, marker in MARKERS.items()}
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """Definition of what is specific to one experiment.
+    """Parts that are specific to one experiment.
 
     Parameters
     ----------

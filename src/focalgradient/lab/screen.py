@@ -229,7 +229,7 @@ class Screen:
     # --- Frames ------------------------------------------------------------------------------------------------------
 
     def frame(self, lit: bool = False) -> float:
-        """Show what was drawn; return its time of onset. `lit`: the photodiode's square is white."""
+        """Flip the window; return its time of onset. `lit`: the photodiode's square is white."""
         if self._patch is not None:
             self._patch.fillColor = 1.0 if lit else -1.0
             self._patch.draw()
@@ -373,7 +373,7 @@ class Screen:
                 if press.down and press.key in (yes, no):
                     raise Quit if press.key == yes else Again
 
-    # --- What is drawn -----------------------------------------------------------------------------------------------
+    # --- Drawing -----------------------------------------------------------------------------------------------------
 
     def both(self, part: Any) -> Any:
         """Make a stimulus that was created with `window` be drawn for both eyes of a stereoscope; return it."""

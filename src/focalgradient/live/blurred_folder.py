@@ -33,7 +33,7 @@ def read_series(folder: Path) -> FocusSeries:
         foci = [float(metres) for metres in summary["settings"]["focus_m"]]
         white = float(summary["settings"].get("white", 1.0))
         several = len(summary["pictures"]) != 1
-        if not (all(one > 0 for one in foci) and 0 < white < math.inf):
+        if not (all(metres > 0 for metres in foci) and 0 < white < math.inf):
             raise ValueError
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(
@@ -46,8 +46,10 @@ def read_series(folder: Path) -> FocusSeries:
         )
     distance = read_array(folder / "distance.npy", "the distances that 'focalgradient blur' writes")
     ordered = sorted(foci, reverse=True)
-    found = [read_array(folder / f"blurred-{one}m.npy", "a picture of the series") for one in ordered]
+    pictures = [read_array(folder / f"blurred-{metres}m.npy", "a picture of the series") for metres in ordered]
     with np.errstate(over="ignore"):
-        planes = tuple((one / white).astype(np.float16) if one.dtype.kind == "f" else one for one in found)
-    vergences = tuple(1 / one for one in ordered)
+        planes = tuple(
+            (picture / white).astype(np.float16) if picture.dtype.kind == "f" else picture for picture in pictures
+        )
+    vergences = tuple(1 / metres for metres in ordered)
     return FocusSeries(vergences, planes, distance, np.full((len(ordered) - 1, 2), np.nan)).checked(folder)

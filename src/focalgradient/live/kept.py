@@ -52,12 +52,12 @@ def digest_of(optics: Any, arrays: Iterable[NDArray[Any]], **settings: Any) -> s
             f"optics is {described(optics)}, which cannot be pickled, so that a stored series could not identify it: "
             "define its class in a module, or omit folder."
         ) from error
-    found = hashlib.sha256(pickled)
+    digest = hashlib.sha256(pickled)
     for array in arrays:
-        found.update(f"{array.shape}{array.dtype}".encode())
-        found.update(np.ascontiguousarray(array).tobytes())
-    found.update(json.dumps([version("focalgradient"), settings], sort_keys=True).encode())
-    return found.hexdigest()
+        digest.update(f"{array.shape}{array.dtype}".encode())
+        digest.update(np.ascontiguousarray(array).tobytes())
+    digest.update(json.dumps([version("focalgradient"), settings], sort_keys=True).encode())
+    return digest.hexdigest()
 
 
 class Kept:

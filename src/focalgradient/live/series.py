@@ -160,7 +160,7 @@ class FocusSeries:
 
         chosen = choose(kept, ends, bound, accepted)
         kept.finish(chosen.vergences)
-        made = cls(chosen.vergences, tuple(kept(one) for one in chosen.vergences), far, chosen.errors)
+        made = cls(chosen.vergences, tuple(kept(vergence) for vergence in chosen.vergences), far, chosen.errors)
         if where is not None:
             made._finish(where)
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
@@ -236,7 +236,9 @@ class FocusSeries:
         if not (vergences and rising and len(errors) == len(vergences) - 1):
             raise InputError(wrong)
         distance = read_array(where / DISTANCE, "the distances of a focus series")
-        planes = tuple(read_array(where / plane_name(one), "a picture of a focus series") for one in vergences)
+        planes = tuple(
+            read_array(where / plane_name(vergence), "a picture of a focus series") for vergence in vergences
+        )
         return cls(vergences, planes, distance, errors).checked(where)
 
     def save(self, folder: str | os.PathLike[str]) -> None:
@@ -333,12 +335,12 @@ class FocusSeries:
         after = np.minimum(first + 1, len(self.planes) - 1)
         if not wanted.ndim:
             return mix(self.planes[int(first)], self.planes[int(after)], float(place - first))
-        found = np.empty(self.planes[0].shape, np.float32)
+        picture = np.empty(self.planes[0].shape, np.float32)
         for number in np.unique(first):
             part = first == number
             pair = self.planes[number], self.planes[min(number + 1, len(self.planes) - 1)]
-            found[part] = mix(pair[0][part], pair[1][part], (place - first)[part])
-        return found
+            picture[part] = mix(pair[0][part], pair[1][part], (place - first)[part])
+        return picture
 
     def encoded(self, focus: ArrayLike, display: Display | None = None) -> NDArray[np.uint8]:
         """Return the picture at a focus (see `at`) as 8-bit values for a display (None: sRGB)."""

@@ -69,9 +69,9 @@ def _rules(nearest: FloatArray) -> dict[str, BlurRule]:
     seen: dict[tuple[object, ...], tuple[str, BlurRule]] = {}
     for name, rule in BLUR_RULES.items():
         sides = ((True, rule.nearest), (False, rule.farthest))
-        used = [one for at, one in sides if (nearest.astype(bool) == at).any()]
+        used = [effect for at, effect in sides if (nearest.astype(bool) == at).any()]
         fitted = rule.parameters if len(used) > 1 else ()
-        key = tuple(None if one is None else (fitted, one[1]) for one in used)
+        key = tuple(None if effect is None else (fitted, effect[1]) for effect in used)
         if len(used) < 2 and used[0] is not None and used[0][1] < 0:
             continue  # the sign of a change is a free parameter
         seen.setdefault(key, (name, rule))
@@ -91,11 +91,11 @@ def _change(rule: BlurRule, conditions: Conditions, values: Values, largest: flo
     """Return the change in the average person's answer due to blur, and its derivative by the person's deviation."""
     share, compression = conditions["aperture"] / largest, abs(values.get("compression", 0.0))
     size = np.arcsinh(compression * share) / math.asinh(compression) if compression > LINEAR else share
-    signs = [0.0 if one is None else one[1] for one in (rule.nearest, rule.farthest)]
-    rises = [0.0 if one is None else values[one[0]] for one in (rule.nearest, rule.farthest)]
+    signs = [0.0 if effect is None else effect[1] for effect in (rule.nearest, rule.farthest)]
+    rises = [0.0 if effect is None else values[effect[0]] for effect in (rule.nearest, rule.farthest)]
     nearest = conditions["nearest"] > 0.5
-    own = np.asarray(size * np.where(nearest, *signs))
-    return own * np.where(nearest, *rises), own
+    derivative = np.asarray(size * np.where(nearest, *signs))
+    return derivative * np.where(nearest, *rises), derivative
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class BlurRatings:
 
     def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
         """Return the log likelihood of each person's ratings: normal, with covariance due to level and sensitivity."""
-        change, own = _change(self.rule, answers.conditions, values, self.largest)
+        change, derivative = _change(self.rule, answers.conditions, values, self.largest)
         left = answers.answer - values["level"] - change
         names, who = np.unique(answers.participant, return_inverse=True)
 
@@ -123,14 +123,14 @@ class BlurRatings:
 
         count, variance = total(np.ones(len(who))), values["noise"] ** 2
         scales = np.array([values["people"], values.get("sensitivity", 0.0)])
-        ones = np.ones_like(own)
-        design = np.array([[total(a * b) for a in (ones, own)] for b in (ones, own)])
+        ones = np.ones_like(derivative)
+        design = np.array([[total(a * b) for a in (ones, derivative)] for b in (ones, derivative)])
         inner = np.eye(2) + np.einsum("ijp,i,j->pij", design, scales, scales) / variance
-        along = np.stack([total(left), total(left * own)], axis=1) * scales
+        along = np.stack([total(left), total(left * derivative)], axis=1) * scales
         explained = np.einsum("pi,pi->p", along, np.linalg.solve(inner, along[..., None])[..., 0]) / variance
-        found = -(total(left**2) - explained) / variance / 2 - count * math.log(2 * math.pi * variance) / 2
-        found -= np.linalg.slogdet(inner)[1] / 2
-        return dict(zip(names.tolist(), found.tolist(), strict=True))
+        log_likelihood = -(total(left**2) - explained) / variance / 2 - count * math.log(2 * math.pi * variance) / 2
+        log_likelihood -= np.linalg.slogdet(inner)[1] / 2
+        return dict(zip(names.tolist(), log_likelihood.tolist(), strict=True))
 
 
 def blur_ratings(apertures: ArrayLike, nearest: ArrayLike, answers: ArrayLike) -> dict[str, BlurRatings]:

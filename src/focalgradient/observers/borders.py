@@ -101,5 +101,5 @@ def border_blur(seen: FloatArray, one: Region, other: Region, own: float) -> tup
     posterior = np.exp(-(cost - cost.min()) / 2).sum(0)
     posterior /= posterior.sum()
     log = np.log(np.hypot(BLURS, SAMPLING_BLUR))
-    found = float(posterior @ log)
-    return found, float(np.sqrt(posterior @ (log - found) ** 2 + MISFIT**2))
+    mean_log = float(posterior @ log)
+    return mean_log, float(np.sqrt(posterior @ (log - mean_log) ** 2 + MISFIT**2))

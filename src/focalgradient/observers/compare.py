@@ -96,10 +96,10 @@ def compare_observers(
             values = values_near(answers.of(~own), observer, fit.values)
             held_out |= log_likelihood_by_person(answers.of(own), observer, values)
         compared.append(ObserverComparison(name, fit, held_out))
-    evidence = np.array([[one.held_out[person] for one in compared] for person in people])
+    evidence = np.array([[model.held_out[person] for model in compared] for person in people])
     exceedance = exceedance_probabilities(evidence, seed)
-    rated = [replace(one, exceedance=float(p)) for one, p in zip(compared, exceedance, strict=True)]
-    return tuple(sorted(rated, key=lambda one: -one.held_out_total))
+    rated = [replace(model, exceedance=float(p)) for model, p in zip(compared, exceedance, strict=True)]
+    return tuple(sorted(rated, key=lambda model: -model.held_out_total))
 
 
 def exceedance_probabilities(log_evidence: FloatArray, seed: int = 0) -> FloatArray:

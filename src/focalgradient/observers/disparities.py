@@ -41,19 +41,21 @@ def disparity_at_places(left: FloatArray, right: FloatArray, display: Display) -
     >>> bool(abs(np.nanmedian(shifted) / display.arcmin(1.0) - 3) < 0.1)
     True
     """
-    one, other = (np.log(np.maximum(np.asarray(light, float), 0) + DARK) for light in (left, right))
-    if one.ndim != 2 or one.shape != other.shape:
-        raise InputError(f"right has shape {other.shape}, but must have that of the left picture, {one.shape}.")
+    left_log, right_log = (np.log(np.maximum(np.asarray(light, float), 0) + DARK) for light in (left, right))
+    if left_log.ndim != 2 or left_log.shape != right_log.shape:
+        raise InputError(
+            f"right has shape {right_log.shape}, but must have that of the left picture, {left_log.shape}."
+        )
     reach = math.ceil(WIDEST / display.arcmin(1.0))
     shifts = np.arange(-reach, reach + 1)
-    mean, square = block_means(one), block_means(one**2)
-    found = []
+    mean, square = block_means(left_log), block_means(left_log**2)
+    scores = []
     for shift in shifts:
-        moved = np.roll(other, shift, axis=1)
+        moved = np.roll(right_log, shift, axis=1)
         average = block_means(moved)
         spread = (square - mean**2) * (block_means(moved**2) - average**2)
-        found.append((block_means(one * moved) - mean * average) / np.sqrt(np.maximum(spread, 1e-12)))
-    score = np.array(found)
+        scores.append((block_means(left_log * moved) - mean * average) / np.sqrt(np.maximum(spread, 1e-12)))
+    score = np.array(scores)
     highest = score.argmax(0)
     best = np.clip(highest, 1, len(shifts) - 2)
     before, peak, after = (np.take_along_axis(score, best[None] + step, 0)[0] for step in (-1, 0, 1))

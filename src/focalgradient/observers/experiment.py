@@ -105,11 +105,15 @@ def simulate(
     ...     simulate(BlurThresholdDesign(), Path(folder, "data"), observers=2, seed=1)
     2
     """
-    one = observer_named(observer)
-    check_task(design, observer=one)
-    if one.categories and isinstance(design, DepthRatingDesign) and design.response_scale.analysis.ratios:
+    simulated_observer = observer_named(observer)
+    check_task(design, observer=simulated_observer)
+    if (
+        simulated_observer.categories
+        and isinstance(design, DepthRatingDesign)
+        and design.response_scale.analysis.ratios
+    ):
         design = DepthRatingDesign.model_validate(
-            design.model_dump() | {"scale": OrdinalScale.name, "steps": one.categories}
+            design.model_dump() | {"scale": OrdinalScale.name, "steps": simulated_observer.categories}
         )
     if isinstance(design, DepthRatingDesign):  # fixation follows the design: no gaze is recorded
         design = design.model_copy(update={"gaze": "none"})
@@ -119,7 +123,7 @@ def simulate(
         begun = Files(out, design.task, label).journal.exists()
         Session.check(out, design, label, resume=begun, kind="simulated", stimuli=stimuli)
     apparatus = Apparatus(clock=CLOCK, versions={WHO: who})
-    jobs = [(design, one, label, seed, encoded) for label in wanted]
+    jobs = [(design, simulated_observer, label, seed, encoded) for label in wanted]
     computed = in_order(executor, _answers, jobs)
     for number, (label, answers) in enumerate(zip(wanted, computed, strict=True), start=1):
         if Files(out, design.task, label).journal.exists():
@@ -127,7 +131,7 @@ def simulate(
         else:
             about: dict[str, float] = {}
             if isinstance(design, BlurThresholdDesign):
-                about = _threshold(design, one, label, seed, encoded)
+                about = _threshold(design, simulated_observer, label, seed, encoded)
             session = Session.begin(
                 out, design, label, apparatus=apparatus, kind="simulated", stimuli=stimuli, about=about
             )
@@ -142,10 +146,10 @@ def simulate(
 
 def _threshold(design: BlurThresholdDesign, observer: Observer, label: str, seed: int, seen: Any) -> dict[str, float]:
     """Return the threshold of a simulated person by unit, if it lies within the levels."""
-    found = (
+    threshold = (
         known_threshold(design, label, seed) if seen is None else seen_threshold(design, observer, label, seed, seen)
     )
-    return {} if found is None else {"threshold": found}
+    return {} if threshold is None else {"threshold": threshold}
 
 
 def _answers(job: tuple[Simulated, Observer, str, int, Any]) -> tuple[Answer, ...]:
@@ -159,9 +163,9 @@ def _finished(out: Path, design: Simulated, label: str, who: str) -> bool:
     if not files.journal.exists():
         return False
     log = read_journal(files.journal)
-    found = log.head["versions"].get(WHO)
-    if found != who or log.head["design"] != design.model_dump(mode="json"):
-        what = f"observer {found or 'unknown'}" if found != who else "another design"
+    recorded = log.head["versions"].get(WHO)
+    if recorded != who or log.head["design"] != design.model_dump(mode="json"):
+        what = f"observer {recorded or 'unknown'}" if recorded != who else "another design"
         raise InputError(f"{files.journal} is of {what}, not of the simulated one ({who}): give another folder.")
     whole = len(log.of("trial")) == len(design.trials(label))
     if whole and not files.table.exists():

@@ -83,7 +83,7 @@ class SeenBlur(SeenLevels):
     def more(self, observer: Observer) -> FloatArray:
         """Return the probabilities of `SeenLevels.more`."""
         pairs = zip(self.added, self.without, strict=True)
-        return np.array([more_blurred(self._whole(one), self._whole(other), observer) for one, other in pairs])
+        return np.array([more_blurred(self._whole(first), self._whole(second), observer) for first, second in pairs])
 
     def _whole(self, stimulus: EncodedStimulus) -> tuple[float, float]:
         """Return the blur of a whole picture in arcmin, and the SD of its logarithm."""
@@ -143,7 +143,7 @@ def encoded_levels(
     kind = JUDGEMENTS[design.judged]
     sampling = 0.5 * stimuli.display.arcmin(1.0)
     named = repr((design.judged, design.fixation, design.pedestal, design.pupil_mm, levels.tolist(), ENCODING))
-    found = {}
+    seen_levels = {}
     for number, scene in enumerate(design.scenes):
         made_of = f"{check_stimuli(stimuli.folder).sha256} {scene} {named}"
         place = cache_folder() / f"levels-{hashlib.sha256(made_of.encode()).hexdigest()[:16]}.npz"
@@ -155,7 +155,9 @@ def encoded_levels(
                 pairs.append(pair)
                 if progress is not None:
                     progress((number + done / len(jobs)) / len(design.scenes), "encoding levels")
-            arrays = {name: np.array([[getattr(one, name) for one in pair] for pair in pairs]) for name in ARRAYS}
+            arrays = {
+                name: np.array([[getattr(stimulus, name) for stimulus in pair] for pair in pairs]) for name in ARRAYS
+            }
             keep_arrays(arrays, place)
         without, added = (
             [
@@ -164,8 +166,8 @@ def encoded_levels(
             ]
             for at in (0, 1)
         )
-        found[scene] = kind(files[scene], levels, without, added, sampling)
-    return found
+        seen_levels[scene] = kind(files[scene], levels, without, added, sampling)
+    return seen_levels
 
 
 def _pair(job: tuple[Path, BlurThresholdDesign, str, float]) -> list[EncodedStimulus]:
@@ -179,8 +181,8 @@ def _pair(job: tuple[Path, BlurThresholdDesign, str, float]) -> list[EncodedStim
     ]
     distance = stimuli.depth(scene)
     return [
-        encode_light(one, stimuli.display, [fixation], distance, PUPIL, beside=[other])[0]
-        for one, other in (both, both[::-1])
+        encode_light(picture, stimuli.display, [fixation], distance, PUPIL, beside=[other])[0]
+        for picture, other in (both, both[::-1])
     ]
 
 

@@ -296,16 +296,16 @@ def log_likelihood_by_person(answers: Answers, observer: AnswerModel | PersonMod
     names, who = np.unique(answers.participant, return_inverse=True)
     centre, width = np.zeros((len(names), 1)), np.ones((len(names), 1))
     for _ in range(ROUNDS):
-        own = centre + width * NODES
-        joint = -(own**2) / 2 - math.log(2 * math.pi) / 2
-        np.add.at(joint, who, answers.count[:, None] * observer.log_density(answers, values, own[who]))
+        deviation = centre + width * NODES
+        joint = -(deviation**2) / 2 - math.log(2 * math.pi) / 2
+        np.add.at(joint, who, answers.count[:, None] * observer.log_density(answers, values, deviation[who]))
         step = width * (NODES[1] - NODES[0])
-        found = special.logsumexp(joint, axis=1) + np.log(step[:, 0])
+        log_likelihood = special.logsumexp(joint, axis=1) + np.log(step[:, 0])
         weight = np.exp(joint - joint.max(axis=1, keepdims=True))
         weight /= weight.sum(axis=1, keepdims=True)
-        centre = (weight * own).sum(axis=1, keepdims=True)
-        width = np.maximum(np.sqrt((weight * (own - centre) ** 2).sum(axis=1, keepdims=True)), step / 2)
-    return dict(zip(names.tolist(), found.tolist(), strict=True))
+        centre = (weight * deviation).sum(axis=1, keepdims=True)
+        width = np.maximum(np.sqrt((weight * (deviation - centre) ** 2).sum(axis=1, keepdims=True)), step / 2)
+    return dict(zip(names.tolist(), log_likelihood.tolist(), strict=True))
 
 
 def fit_observer(
@@ -372,11 +372,11 @@ class _Likelihood:
 
     def values(self, free: FloatArray) -> dict[str, float]:
         """Return all parameters; fixed ones keep their initial value."""
-        found = {
+        fitted = {
             name: math.exp(min(max(value, -LARGEST_LOG), LARGEST_LOG)) if name in self.observer.positive else value
             for name, value in zip(self.names, free.tolist(), strict=True)
         }
-        return {**self.observer.start, **found}
+        return {**self.observer.start, **fitted}
 
     def cost(self, free: FloatArray) -> float:
         """Return the negative log likelihood."""

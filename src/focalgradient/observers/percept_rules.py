@@ -25,9 +25,9 @@ POSITIVE = frozenset({"level", "people", "spread"})
 
 def _median(conditions: Conditions, values: Values, before: str = "") -> FloatArray:
     """Return the log median of a percept, or of the preceding one, without the person's random effect."""
-    found = values["preference"] * conditions[f"{before}reading"] if "preference" in values else 0.0
-    found = found + values.get("gradient", 0.0) * conditions[f"{before}favoured"]
-    return np.asarray(math.log(values["level"]) + found + values.get("first", 0.0) * conditions[f"{before}first"])
+    log_median = values["preference"] * conditions[f"{before}reading"] if "preference" in values else 0.0
+    log_median = log_median + values.get("gradient", 0.0) * conditions[f"{before}favoured"]
+    return np.asarray(math.log(values["level"]) + log_median + values.get("first", 0.0) * conditions[f"{before}first"])
 
 
 def _law(conditions: Conditions, values: Values, own: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -205,9 +205,9 @@ def perceive(stimulus: EncodedStimulus, observer: Observer, random: np.random.Ge
     # subtract the contribution of errors at single places, with the variance of a log-normal distribution
     by_error = float((sensed**2 * -np.expm1(-(_log_error(stimulus, observer) ** 2))).mean())
     left = math.sqrt(max(float((rest**2).mean()) - by_error - (observer.layout_noise * b) ** 2, 0.0))
-    own = observer.layout_gain * spread
-    a = amplitude(own, along, observer) if own > 1e-9 else 0.0
-    c = off_layout(own, (1 - observer.discounting) * left if b < 0 else left, observer)
+    layout_amplitude = observer.layout_gain * spread
+    a = amplitude(layout_amplitude, along, observer) if layout_amplitude > 1e-9 else 0.0
+    c = off_layout(layout_amplitude, (1 - observer.discounting) * left if b < 0 else left, observer)
     return Percept(a * relief + c * rest / max(float(rest.std()), 1e-12), a, c)
 
 

@@ -109,13 +109,13 @@ def encoded_stimuli(
     for picture in stimuli.pictures:
         files.setdefault(picture.png, []).append((picture.scene, picture.aperture, picture.fixation))
     jobs = [(stimuli.folder, shown) for shown in files.values()]
-    found: dict[PictureKey, EncodedStimulus] = {}
+    by_key: dict[PictureKey, EncodedStimulus] = {}
     encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
     for number, (keys, stimuli_of_file) in enumerate(zip(files.values(), encoded, strict=True), start=1):
-        found.update(zip(keys, stimuli_of_file, strict=True))
+        by_key.update(zip(keys, stimuli_of_file, strict=True))
         if progress is not None:
             progress(number / len(files), "encoding pictures")
-    arrays = _arrays(stimuli, found)
+    arrays = _arrays(stimuli, by_key)
     keep_arrays(arrays, kept)
     return _by_key(stimuli, arrays)
 
@@ -132,8 +132,8 @@ def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
 
 def _arrays(stimuli: StimulusSet, found: Mapping[PictureKey, EncodedStimulus]) -> dict[str, NDArray[Any]]:
     """Return the encoded stimuli as arrays, in the order of the set's pictures."""
-    ordered = [found[one.scene, one.aperture, one.fixation] for one in stimuli.pictures]
-    return {name: np.array([getattr(one, name) for one in ordered]) for name in ARRAYS}
+    ordered = [found[picture.scene, picture.aperture, picture.fixation] for picture in stimuli.pictures]
+    return {name: np.array([getattr(picture, name) for picture in ordered]) for name in ARRAYS}
 
 
 def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
@@ -172,11 +172,11 @@ def kept_arrays(place: Path, counts: tuple[int, ...]) -> dict[str, NDArray[Any]]
 def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> EncodedPictures:
     blur, fixated, depth, log_sd = (arrays[name] for name in ARRAYS)
     return {
-        (one.scene, one.aperture, one.fixation): (
-            one.png,
+        (picture.scene, picture.aperture, picture.fixation): (
+            picture.png,
             EncodedStimulus(blur[index], float(fixated[index]), depth[index], log_sd[index]),
         )
-        for index, one in enumerate(stimuli.pictures)
+        for index, picture in enumerate(stimuli.pictures)
     }
 
 
@@ -188,11 +188,11 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
     InputError
         The message names the first missing or differing picture.
     """
-    own = [name for name, factor in design.factors.items() if factor.pictures]
-    if own:
+    picture_factors = [name for name, factor in design.factors.items() if factor.pictures]
+    if picture_factors:
         raise InputError(
-            f"factors names {own[0]!r}, whose levels are pictures, which simulated observers do not look at: leave it "
-            "out, or set pictures = false."
+            f"factors names {picture_factors[0]!r}, whose levels are pictures, which simulated observers do not "
+            "look at: leave it out, or set pictures = false."
         )
     stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])
     for trial in design.trials("01"):

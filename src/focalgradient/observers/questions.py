@@ -224,5 +224,5 @@ def _belongs(border: tuple[float, float], side: tuple[float, float], observer: O
     """Return the likelihood of the border's blur if it belongs to a side; uniform if blur is of the texture itself."""
     ratio = math.log(math.hypot(border[0], observer.intrinsic) / math.hypot(side[0], observer.intrinsic))
     sd = math.hypot(_weber_sd(observer), border[1], side[1])
-    own = math.exp(-((ratio / sd) ** 2) / 2) / (sd * math.sqrt(2 * math.pi))
-    return observer.defocus * own + (1 - observer.defocus) / math.log(BLURS)
+    density = math.exp(-((ratio / sd) ** 2) / 2) / (sd * math.sqrt(2 * math.pi))
+    return observer.defocus * density + (1 - observer.defocus) / math.log(BLURS)

@@ -282,14 +282,14 @@ def _energies(image: FloatArray, scales: FloatArray, spacing: int) -> FloatArray
     spectrum = rfft2(padded) * square
     rows, columns = (length // spacing for length in image.shape)
     cell = spacing // 4
-    found = []
+    energies = []
     for scale in scales:
         response = irfft2(spectrum * np.exp(-square * scale**2 / 2), padded.shape)[margin:, margin:]
         fourth = np.square(np.square(response[: rows * spacing, : columns * spacing]))
         # window with an SD of two cells around the centre of each place's 4 x 4 cells
         smooth = gaussian_filter(fourth.reshape(4 * rows, cell, 4 * columns, cell).mean((1, 3)), 2.0)
-        found.append(np.sqrt(smooth.reshape(rows, 4, columns, 4)[:, 1:3, :, 1:3].mean((1, 3)).ravel() / 3))
-    return np.maximum(np.array(found), 1e-30)
+        energies.append(np.sqrt(smooth.reshape(rows, 4, columns, 4)[:, 1:3, :, 1:3].mean((1, 3)).ravel() / 3))
+    return np.maximum(np.array(energies), 1e-30)
 
 
 def _edges(image: FloatArray, spacing: int, own: float) -> tuple[FloatArray, FloatArray]:

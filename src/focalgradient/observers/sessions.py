@@ -49,7 +49,7 @@ OBSERVERS = (
 
 
 def _of_session(task: Task, design: Any) -> SessionObserver | None:
-    return next((one for one in OBSERVERS if task.modelled and isinstance(design, one.design)), None)
+    return next((observer for observer in OBSERVERS if task.modelled and isinstance(design, observer.design)), None)
 
 
 def seen(task: Task, design: Any, folder: Path | None, executor: Executor | None, progress: Progress) -> dict[str, Any]:

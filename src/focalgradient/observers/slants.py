@@ -159,8 +159,8 @@ class Slant:
         if known.sum() < 3 or float(place.std()) < 1e-9:
             return np.ones(gradient.size)
         beyond = -np.radians(disparity[known] / 60) / observer.interocular
-        found = float(theilslopes(beyond, place).slope)
+        slope = float(theilslopes(beyond, place).slope)
         places = math.sqrt(min(INDEPENDENT, place.size))
         error = math.radians(observer.stereo / 60) / float(ndtri(0.75)) / observer.interocular
-        sd = math.hypot(error / float(place.std()) / places, GRADIENT * found)
-        return np.asarray(np.exp(-((np.clip((gradient - found) / sd, -30, 30)) ** 2) / 2))
+        sd = math.hypot(error / float(place.std()) / places, GRADIENT * slope)
+        return np.asarray(np.exp(-((np.clip((gradient - slope) / sd, -30, 30)) ** 2) / 2))

@@ -48,8 +48,8 @@ def known_threshold(design: BlurThresholdDesign, participant: str, seed: int) ->
     True
     """
     normal = random_stream(seed, design.task, participant).standard_normal()
-    found = THRESHOLDS[design.unit] * math.exp(THRESHOLD_LOG_SD * normal)
-    return round(float(min(max(found, 2 * design.least_level), design.most_level / 2)), 6)
+    threshold = THRESHOLDS[design.unit] * math.exp(THRESHOLD_LOG_SD * normal)
+    return round(float(min(max(threshold, 2 * design.least_level), design.most_level / 2)), 6)
 
 
 def seen_threshold(
@@ -58,7 +58,7 @@ def seen_threshold(
     """Return the level with 75 % correct, apart from lapses, for a person who looks; None if outside the levels."""
     person = replace(observer.person(random_stream(seed, design.task, participant)), lapses=0.0)
     levels = next(iter(seen.values())).levels
-    share = np.maximum.accumulate(np.mean([one.right_shares(person) for one in seen.values()], axis=0))
+    share = np.maximum.accumulate(np.mean([levels.right_shares(person) for levels in seen.values()], axis=0))
     if not share[0] < CRITERION <= share[-1]:
         return None
     return round(math.exp(float(np.interp(CRITERION, share, np.log(levels)))), 6)
@@ -99,7 +99,7 @@ def choose(
     """
     person = observer.person(random_stream(seed, design.task, participant))
     known = known_threshold(design, participant, seed) if threshold is None else threshold
-    shares = {scene: (one.levels, one.right_shares(person)) for scene, one in (seen or {}).items()}
+    shares = {scene: (levels.levels, levels.right_shares(person)) for scene, levels in (seen or {}).items()}
     guesses = observer.guesses or observer.prior == 0
     procedure: Any = Procedure(design)
     clock = 0.0

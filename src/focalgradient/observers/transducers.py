@@ -54,7 +54,7 @@ def transducer_observers(levels: ArrayLike, conditions: ArrayLike, guess: float 
 
     def of(start: dict[str, float], exponent: float | None) -> Choices:
         def probability(shown: Conditions, values: Values, own: FloatArray) -> FloatArray:
-            names = [name for name in (f"threshold_{one}" for one in range(1, several)) if name in values]
+            names = [name for name in (f"threshold_{number}" for number in range(1, several)) if name in values]
             thresholds = np.log([values["threshold"], *(values[name] for name in names)])
             place = shown["condition"].astype(int) if names else np.zeros_like(shown["level"], dtype=int)
             away = np.log(shown["level"]) - thresholds[place] - values["people"] * own
@@ -68,10 +68,10 @@ def transducer_observers(levels: ArrayLike, conditions: ArrayLike, guess: float 
         return np.asarray(guess + 0 * shown["level"] * own)
 
     shared = {"threshold": middle, "people": 0.4}
-    found = {"guessing": Choices(guessing, {})}
+    observers = {"guessing": Choices(guessing, {})}
     for name, exponent in EXPONENTS.items():
-        found[name] = of(shared | ({} if exponent else {"exponent": 1.5}), exponent)
+        observers[name] = of(shared | ({} if exponent else {"exponent": 1.5}), exponent)
     if several > 1:
         own = {f"threshold_{one}": middle for one in range(1, several)}
-        found["power transducer, a threshold for each condition"] = of(shared | own | {"exponent": 1.5}, None)
-    return found
+        observers["power transducer, a threshold for each condition"] = of(shared | own | {"exponent": 1.5}, None)
+    return observers

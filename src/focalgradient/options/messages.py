@@ -66,7 +66,7 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
     except InputError as error:
         words = entries_as_options(str(error))
         if names:
-            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda found: names[found.group()], words)
+            words = re.sub(r"\b(" + "|".join(names) + r")\b", lambda match: names[match.group()], words)
         raise InputError(words) from error
 
 
@@ -99,14 +99,14 @@ def usage(message: str) -> str:
     """
     clause = re.sub(r"\. \(?Did you mean (.*?\?)\)?$", r" (did you mean \1)", message.rstrip("."))
     clause = clause.replace("did you mean one of: ", "did you mean one of ")
-    clause = re.sub(r"not a valid (integer|float)( range)?$", lambda found: f"not {NUMBERS[found[1]]}", clause)
+    clause = re.sub(r"not a valid (integer|float)( range)?$", lambda match: f"not {NUMBERS[match[1]]}", clause)
     clause = re.sub(r"not in the range ([0-9.]+)<=x<=([0-9.]+)$", r"not between \1 and \2", clause)
     clause = re.sub(r"not in the range x>=([0-9.]+)$", r"not \1 or more", clause)
-    if found := re.search(r"'([^']*)' is not one of ('.*')$", clause):
-        like = nearest(found[1], found[2].strip("'").split("', '"))
+    if match := re.search(r"'([^']*)' is not one of ('.*')$", clause):
+        like = nearest(match[1], match[2].strip("'").split("', '"))
         return clause if like is None else f"{clause} (did you mean {like}?)"
-    if found := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
-        return f"{clause} (write {found[2]})" if found[1] else f"{clause} (write it without its unit)"
+    if match := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
+        return f"{clause} (write {match[2]})" if match[1] else f"{clause} (write it without its unit)"
     return clause
 
 

@@ -77,8 +77,8 @@ class Given:
         if not isinstance(self.target, str):
             return self.target
         module, _, name = self.target.partition(":")
-        found: Callable[..., Any] = getattr(import_module(module), name)
-        return found
+        loaded: Callable[..., Any] = getattr(import_module(module), name)
+        return loaded
 
     def parameters(self) -> dict[str, list[click.Parameter]]:
         """Return the options of each parameter."""
@@ -106,13 +106,13 @@ def parameters_of(
     texts, hints = _texts(function), hints_of(function)
     if unknown := {*how.only, *how.options} - {*hints}:
         raise TypeError(f"{function} has no parameter {', '.join(sorted(unknown))}.")
-    found: dict[str, list[click.Parameter]] = {}
+    parameters: dict[str, list[click.Parameter]] = {}
     for parameter in inspect.signature(function).parameters.values():
         name, hint = parameter.name, hints[parameter.name]
         if how.only and name not in how.only:
             continue
         if name in groups:
-            found[name] = []
+            parameters[name] = []
             continue
         option = how.options.get(name, _option(name))
         text = re.sub(
@@ -122,12 +122,12 @@ def parameters_of(
         )
         if ShapeAsked is hint or Psf in get_args(hint):
             default = parameter.default
-            found[name] = [*shape_parameters(text, default.name if isinstance(default, ShapeAsked) else default)]
+            parameters[name] = [*shape_parameters(text, default.name if isinstance(default, ShapeAsked) else default)]
         elif (made := _made(hint, option, text, parameter, how.commas)) is not None:
-            found[name] = [made]
+            parameters[name] = [made]
         elif how.only or parameter.default is parameter.empty:
             raise TypeError(f"{name} of {function} is {hint}, which a command line cannot give.")
-    return found
+    return parameters
 
 
 def _made(hint: Any, option: str, text: str, parameter: inspect.Parameter, commas: bool) -> click.Parameter | None:
@@ -166,10 +166,10 @@ def _default(given: Any, quantity: Quantity | None, several: bool) -> dict[str, 
     parts = given if isinstance(given, tuple) else (given,)
     if quantity is not None and quantity.scale != 1:
         # Without the rounding of the division.
-        parts = tuple(float(f"{one * quantity.parts / quantity.scale:.12g}") for one in parts)
+        parts = tuple(float(f"{part * quantity.parts / quantity.scale:.12g}") for part in parts)
     if several:
         return {"default": parts}
-    words = [f"{one:g}" if isinstance(one, float) else str(one) for one in parts]
+    words = [f"{part:g}" if isinstance(part, float) else str(part) for part in parts]
     return {"default": ",".join(words) if isinstance(given, tuple) else parts[0]}
 
 
@@ -204,15 +204,15 @@ def first_mark(marks: Sequence[Any], kind: type[Mark]) -> Mark | None:
 def hints_of(function: Callable[..., Any]) -> dict[str, Any]:
     """Return the type of each parameter; None for types that its module imports for type checkers only."""
     names = vars(sys.modules[function.__module__])
-    found = {}
+    hints = {}
     for name, parameter in inspect.signature(function).parameters.items():
-        found[name] = parameter.annotation
+        hints[name] = parameter.annotation
         if isinstance(parameter.annotation, str):
             try:
-                found[name] = eval(parameter.annotation, names)
+                hints[name] = eval(parameter.annotation, names)
             except NameError:
-                found[name] = None
-    return found
+                hints[name] = None
+    return hints
 
 
 def _checked(quantity: Quantity | None, reader: Callable[[str, Any], Any] | None) -> Callable[..., Any]:
@@ -225,7 +225,7 @@ def _checked(quantity: Quantity | None, reader: Callable[[str, Any], Any] | None
         if given is None or quantity is None:
             return given
         if isinstance(given, tuple):
-            return tuple(quantity.value(one, called) for one in given)
+            return tuple(quantity.value(value, called) for value in given)
         return quantity.value(given, called)
 
     return check
@@ -252,11 +252,13 @@ def _texts(function: Callable[..., Any]) -> dict[str, str]:
     """Return the description of each parameter in a docstring, of a class also in those of its bases, by name."""
     documents = map(inspect.getdoc, reversed(inspect.getmro(function)) if inspect.isclass(function) else (function,))
     sections = [(text or "").partition("\nParameters\n----------\n")[2] for text in documents]
-    found = {}
-    for names, text in [entry for one in sections for entry in _ENTRIES.findall(re.split(r"\n\n\w+\n---", one)[0])]:
+    texts = {}
+    for names, text in [
+        entry for section in sections for entry in _ENTRIES.findall(re.split(r"\n\n\w+\n---", section)[0])
+    ]:
         for name in names.split(","):
-            found[name.strip()] = re.sub(r"`+(\w+)`+", r"\1", _wrapped(text)).replace(" [default", "  [default")
-    return found
+            texts[name.strip()] = re.sub(r"`+(\w+)`+", r"\1", _wrapped(text)).replace(" [default", "  [default")
+    return texts
 
 
 def _wrapped(text: str) -> str:
@@ -265,7 +267,7 @@ def _wrapped(text: str) -> str:
     >>> _wrapped("a\n  b\n\n\\b\nc\n  d")
     'a b\n\n\x08\nc\nd'
     """
-    paragraphs = [[line.strip() for line in one.splitlines()] for one in re.split(r"\n\s*\n", text.strip())]
+    paragraphs = [[line.strip() for line in paragraph.splitlines()] for paragraph in re.split(r"\n\s*\n", text.strip())]
     return "\n\n".join(
         "\n".join(["\b", *lines[1:]]) if lines[0] in ("\b", r"\b") else " ".join(" ".join(lines).split())
         for lines in paragraphs

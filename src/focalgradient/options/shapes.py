@@ -53,7 +53,7 @@ class ShapeAsked:
     def shape(self) -> Psf:
         """Return the shape, for a command without "auto"."""
         shape = shape_class(self.name)
-        known = {one.key: one for one in shape.parameters()}
+        known = {parameter.key: parameter for parameter in shape.parameters()}
         self._refuse_others(known)
         for key, value in self.values.items():
             known[key].check(value, f"--{_option(known[key])}")
@@ -62,8 +62,8 @@ class ShapeAsked:
     def _refuse_others(self, known: Iterable[str]) -> None:
         for key in self.values:
             if key not in known:
-                whose = [name for name in names() if key in [one.key for one in _parameters(name)]]
-                option = next(_option(one) for one in _parameters(whose[0]) if one.key == key)
+                whose = [name for name in names() if key in [parameter.key for parameter in _parameters(name)]]
+                option = next(_option(parameter) for parameter in _parameters(whose[0]) if parameter.key == key)
                 raise InputError(
                     f"--{option} belongs to psf {' or '.join(whose)}, but --psf is {self.name}: give --psf {whose[0]}."
                 )
@@ -79,12 +79,18 @@ class ShapedCommand(click.Command):
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         """Return the parameters, including those of shapes that other installed packages add."""
         given = super().get_params(ctx)
-        if all(one.name != "psf" for one in given):
+        if all(parameter.name != "psf" for parameter in given):
             return given
-        opts = {opt for one in given for opt in one.opts}
-        own = {one.name for one in given}
-        more = [one for one in _parameter_options(set(names()) - set(SHAPES), opts) if one.name not in own]
-        place = 1 + max((n for n, one in enumerate(given) if (one.name or "").startswith(PREFIX)), default=-1)
+        opts = {opt for parameter in given for opt in parameter.opts}
+        given_names = {parameter.name for parameter in given}
+        more = [
+            parameter
+            for parameter in _parameter_options(set(names()) - set(SHAPES), opts)
+            if parameter.name not in given_names
+        ]
+        place = 1 + max(
+            (n for n, parameter in enumerate(given) if (parameter.name or "").startswith(PREFIX)), default=-1
+        )
         return [*given[:place], *more, *given[place:]]
 
     def invoke(self, ctx: click.Context) -> Any:
@@ -137,29 +143,29 @@ def _parameters(name: str) -> tuple[Parameter, ...]:
     return shape.parameters()
 
 
-def _option(one: Parameter) -> str:
-    return one.name.replace("_", "-")
+def _option(parameter: Parameter) -> str:
+    return parameter.name.replace("_", "-")
 
 
 def _parameter_options(shapes: Iterable[str], taken: set[str]) -> list[click.Option]:
     """Return an option for each parameter of the `shapes`, shared between them; `taken` are other options' names."""
     users: dict[str, list[tuple[str, Parameter]]] = {}
     for name in sorted(shapes, key=names().index):
-        for one in _parameters(name):
-            users.setdefault(one.key, []).append((name, one))
-    found = []
+        for parameter in _parameters(name):
+            users.setdefault(parameter.key, []).append((name, parameter))
+    options = []
     for key, shared in users.items():
-        one = shared[0][1]
+        parameter = shared[0][1]
         whose = " or ".join(name for name, _ in shared)
-        defaults = ", ".join(dict.fromkeys(f"{each.default:g}" for _, each in shared))
-        unit = f" ({one.unit})" if one.unit else ""
-        option = f"--{_option(one)}"
-        found.append(
+        defaults = ", ".join(dict.fromkeys(f"{user.default:g}" for _, user in shared))
+        unit = f" ({parameter.unit})" if parameter.unit else ""
+        option = f"--{_option(parameter)}"
+        options.append(
             click.Option(
-                [f"--psf-{_option(one)}" if option in taken else option, f"{PREFIX}{key}"],
-                type=int if one.whole else float,
-                metavar=one.unit.upper() or ("N" if one.whole else "X"),
-                help=f"For psf {whose}: {one.help}{unit}.  [default: {defaults}]",
+                [f"--psf-{_option(parameter)}" if option in taken else option, f"{PREFIX}{key}"],
+                type=int if parameter.whole else float,
+                metavar=parameter.unit.upper() or ("N" if parameter.whole else "X"),
+                help=f"For psf {whose}: {parameter.help}{unit}.  [default: {defaults}]",
             )
         )
-    return found
+    return options

@@ -89,7 +89,7 @@ class TargetCalibration:
         return self.calibrated.calibration.record()
 
     def summary(self) -> str:
-        """Return tables of the parameters and of the predictions, and what is known of blur over the field."""
+        """Return tables of the parameters and of the predictions, and of blur over the field."""
         camera = self.calibrated.calibration
         shape = [] if camera.psf is None else [f"Shape of the blur: {camera.psf} (psf {camera.psf.name})"]
         return "\n".join([*self._parameters(), "", *self._predictions(), *shape, *self._over_the_field()])

@@ -49,7 +49,7 @@ def draw_condition(ax: Axes, test: ConditionTest, *, units: Mapping[str, str]) -
     """
     points = pd.DataFrame() if test.points is None else test.points
     levels = [*points]
-    numbers = len(levels) >= 3 and all(isinstance(one, int | float | np.number) for one in levels)
+    numbers = len(levels) >= 3 and all(isinstance(level, int | float | np.number) for level in levels)
     places = [float(level) for level in levels] if numbers else [float(at) for at in range(len(levels))]
     back = np.exp if test.log else np.asarray
     geometric = ["geometric mean"] if test.log else []

@@ -42,13 +42,13 @@ def _draw_rates(
     ax: Axes, group: DetectionGroup, curves: Mapping[tuple[str, str], RatingRoc], condition: str, colour: str
 ) -> None:
     """Draw each participant's curve or point, and the equal-variance curve for the mean d' (bold)."""
-    for who, one in group.people.items():
+    for who, person in group.people.items():
         if who[1] != condition:
             continue
         if who in curves:
             alarms, hits = curves[who].false_alarm_rates, curves[who].hit_rates
             ax.plot([0, *alarms, 1], [0, *hits, 1], color=colour, linewidth=0.6, alpha=0.6)
-        ax.scatter(one.false_alarm_rate, one.hit_rate, s=12, color=colour, alpha=0.6, linewidth=0)
+        ax.scatter(person.false_alarm_rate, person.hit_rate, s=12, color=colour, alpha=0.6, linewidth=0)
     x = np.linspace(0.001, 0.999, 200)
     y = special.ndtr(special.ndtri(x) + group.d_prime[condition].estimate)
     ax.plot(x, y, color=colour, linewidth=2, label=condition or None)
@@ -57,15 +57,20 @@ def _draw_rates(
 def _draw_sensitivity(ax: Axes, group: DetectionGroup, condition: str, number: int, colour: str) -> None:
     names = sorted({name for name, _ in group.people})
     shift = 0.6 * (number + 0.5) / len(group.d_prime) - 0.3
-    for (name, where), one in group.people.items():
+    for (name, where), person in group.people.items():
         if where == condition:
             ax.errorbar(
-                one.d_prime.estimate, names.index(name) + shift, xerr=_reach(one.d_prime), color=colour, fmt=".", lw=0.8
+                person.d_prime.estimate,
+                names.index(name) + shift,
+                xerr=_reach(person.d_prime),
+                color=colour,
+                fmt=".",
+                lw=0.8,
             )
     mean = group.d_prime[condition]
     ax.errorbar(mean.estimate, len(names) + shift, xerr=_reach(mean), color=colour, fmt="o", markersize=6)
 
 
-def _reach(found: object) -> list[list[float]] | None:
-    low, high, middle = (getattr(found, name) for name in ("low", "high", "estimate"))
+def _reach(interval: object) -> list[list[float]] | None:
+    low, high, middle = (getattr(interval, name) for name in ("low", "high", "estimate"))
     return None if low is None else [[middle - low], [high - middle]]

@@ -130,10 +130,10 @@ def _lines(phrases: Sequence[str]) -> list[str]:
     whole = len(", ".join(phrases))
     even = whole / max(1, math.ceil(whole / LONGEST))
     lines = [*phrases[:1]]
-    for one in phrases[1:]:
-        if len(lines[-1]) + len(one) / 2 > even:
+    for phrase in phrases[1:]:
+        if len(lines[-1]) + len(phrase) / 2 > even:
             lines[-1] += ","
-            lines.append(one)
+            lines.append(phrase)
         else:
-            lines[-1] += f", {one}"
+            lines[-1] += f", {phrase}"
     return lines

@@ -36,19 +36,19 @@ def posterior_figure(result: BayesResult, *, simulated: bool) -> Figure:
 
 def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
     """Draw the densities of the depth effects on a logarithmic ratio axis, with their prior and the bound."""
-    found = {name: each for name, each in result.posteriors.items() if isinstance(each, Posterior)}
+    posteriors = {name: posterior for name, posterior in result.posteriors.items() if isinstance(posterior, Posterior)}
     bound = math.log(result.bound)
     ends = [bound * 1.5, -bound * 1.5]
-    for each in found.values():
-        ends += [float(np.quantile(each.draws, share)) for share in (0.001, 0.999)]
+    for posterior in posteriors.values():
+        ends += [float(np.quantile(posterior.draws, share)) for share in (0.001, 0.999)]
     at = np.linspace(min(ends), max(ends), 400)
     ax.axvspan(-bound, bound, color=GREY, alpha=0.12, linewidth=0)
     ax.axvline(0, color=GREY, linewidth=0.6, linestyle=DASHED)
     prior = result.priors["rise"]
     ax.plot(at, prior.density(at), color=GREY, linestyle=DASHED, linewidth=1.2, label=f"prior {prior}")
-    for name, each in found.items():
+    for name, posterior in posteriors.items():
         colour, label = EFFECTS[name]
-        density = stats.gaussian_kde(each.draws)(at)
+        density = stats.gaussian_kde(posterior.draws)(at)
         ax.fill_between(at, density, color=colour, alpha=0.15, linewidth=0)
         ax.plot(at, density, color=colour, label=label)
     ax.set_ylim(0, 1.3 * ax.get_ylim()[1])
@@ -63,7 +63,7 @@ def draw_posterior_rises(ax: Axes, result: BayesResult) -> Axes:
 
 def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     """Draw the densities of the standard deviations of the first depth effect, with their priors."""
-    first = next((each for each in result.posteriors.values() if isinstance(each, Posterior)), None)
+    first = next((posterior for posterior in result.posteriors.values() if isinstance(posterior, Posterior)), None)
     if first is None:
         return ax
     largest = 1.15 * max(float(np.quantile(draws, 0.995)) for draws in first.spread.values())

@@ -22,21 +22,21 @@ DRAWS = 2000
 SD."""
 
 
-def residual_figure(found: Sequence[Residuals], *, simulated: bool) -> Figure:
+def residual_figure(fixations: Sequence[Residuals], *, simulated: bool) -> Figure:
     """Draw, in one row per fixation, Q-Q plots of the subjects and of the residuals, and residuals by fitted value."""
-    rows = len(found)
-    columns = 3 if any(one.residual.size for one in found) else 1
+    rows = len(fixations)
+    columns = 3 if any(residuals.residual.size for residuals in fixations) else 1
     with laid_out(62 * columns + 8, 56 * rows + 6, simulated=simulated) as figure:
         axes = figure.subplots(rows, columns, squeeze=False)
-        looks = fixation_looks(one.fixation for one in found)
-        for line, one in zip(axes, found, strict=True):
-            colour, _, label = looks[one.fixation]
+        looks = fixation_looks(residuals.fixation for residuals in fixations)
+        for line, residuals in zip(axes, fixations, strict=True):
+            colour, _, label = looks[residuals.fixation]
             name = label.replace("\n", " ")
-            draw_quantiles(line[0], one.subjects, colour).set_title(f"Subjects, {name}")
-            line[0].set_ylabel(textwrap.fill(one.what, 26))
-            if columns > 1 and one.residual.size:
-                draw_quantiles(line[1], one.residual, colour).set_title("Residuals by subject and scene")
-                draw_residuals(line[2], one, colour).set_title("Residuals by fitted value")
+            draw_quantiles(line[0], residuals.subjects, colour).set_title(f"Subjects, {name}")
+            line[0].set_ylabel(textwrap.fill(residuals.what, 26))
+            if columns > 1 and residuals.residual.size:
+                draw_quantiles(line[1], residuals.residual, colour).set_title("Residuals by subject and scene")
+                draw_residuals(line[2], residuals, colour).set_title("Residuals by fitted value")
     return figure
 
 
@@ -58,10 +58,10 @@ def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
     return ax
 
 
-def draw_residuals(ax: Axes, found: Residuals, colour: str) -> Axes:
+def draw_residuals(ax: Axes, residuals: Residuals, colour: str) -> Axes:
     """Draw the residual of each subject and scene by fitted value."""
     ax.axhline(0, **REFERENCE)
-    ax.plot(found.fitted, found.residual, "o", color=colour, markersize=2.5, alpha=0.7)
+    ax.plot(residuals.fitted, residuals.residual, "o", color=colour, markersize=2.5, alpha=0.7)
     ax.set(xlabel="fitted value", ylabel="residual")
     ax.locator_params(axis="x", nbins=4)
     return ax

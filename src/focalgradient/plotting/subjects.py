@@ -229,9 +229,9 @@ def _draw_ratings(
 def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
     """Draw each scene's depth effect at the largest aperture with its interval, sorted by the near effect."""
     rises = {
-        (each.scene, each.fixation): each.ratio
-        for each in result.scene_means
-        if each.aperture_mm == result.largest_mm and each.aperture_mm
+        (mean.scene, mean.fixation): mean.ratio
+        for mean in result.scene_means
+        if mean.aperture_mm == result.largest_mm and mean.aperture_mm
     }
     looks = fixation_looks(fixation for _, fixation in rises)
     order = sorted(
@@ -256,10 +256,10 @@ def draw_scene_rises(ax: Axes, result: DepthRatingResult) -> Axes:
 
 def draw_steps(ax: Axes, result: OrdinalResult, fixation: str) -> Axes:
     """Draw the mean proportions of the response steps of one fixation by aperture, stacked, highest step on top."""
-    own = [each for each in result.shares if each.fixation == fixation]
-    sizes = sorted({(each.aperture_mm, each.aperture) for each in own})
-    steps = sorted({each.step for each in result.shares})
-    share = {(each.aperture_mm, each.step): 100 * each.share for each in own}
+    proportions = [proportion for proportion in result.shares if proportion.fixation == fixation]
+    sizes = sorted({(proportion.aperture_mm, proportion.aperture) for proportion in proportions})
+    steps = sorted({proportion.step for proportion in result.shares})
+    share = {(proportion.aperture_mm, proportion.step): 100 * proportion.share for proportion in proportions}
     base = np.zeros(len(sizes))
     colour, _, label = fixation_looks(result.fixations)[fixation]
     for number, step in enumerate(steps):
@@ -287,9 +287,11 @@ def draw_latent(ax: Axes, result: OrdinalResult, largest_mm: float) -> Axes:
             ax.fill_between(mm, slope.low * mm, slope.high * mm, color=colour, alpha=0.2, linewidth=0)
             ax.plot(mm, slope.estimate * mm, color=colour, linewidth=2)
             labels.append((slope.estimate * largest_mm, label, colour))
-    for each in result.thresholds:
-        ax.axhline(each.place.estimate, **REFERENCE)
-        ax.text(0, each.place.estimate, f" {each.below} | {each.above}", color=GREY, fontsize=6, va="top")
+    for threshold in result.thresholds:
+        ax.axhline(threshold.place.estimate, **REFERENCE)
+        ax.text(
+            0, threshold.place.estimate, f" {threshold.below} | {threshold.above}", color=GREY, fontsize=6, va="top"
+        )
     ax.set(xlabel="aperture (mm)", ylabel="latent perceived depth (log odds)", title="Latent scale")
     _labels(ax, labels, 0.15)
     return ax
@@ -299,14 +301,14 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
     """Draw the nonrigid percept's proportion of both readings' time: each subject, mean and 95 % interval."""
     conditions = _conditions(result)
     for participant in result.participants:
-        own = {
-            (each.gradient, each.strength): 100 * each.nonrigid
-            for each in result.subject_shares
-            if each.participant_id == participant and each.nonrigid is not None
+        shares = {
+            (share.gradient, share.strength): 100 * share.nonrigid
+            for share in result.subject_shares
+            if share.participant_id == participant and share.nonrigid is not None
         }
-        points = [(x, own[condition]) for x, condition in enumerate(conditions) if condition in own]
+        points = [(x, shares[condition]) for x, condition in enumerate(conditions) if condition in shares]
         ax.plot(*zip(*points, strict=True) if points else ((), ()), color=ORANGE, linewidth=0.5, alpha=0.4, zorder=1)
-    of = {(each.gradient, each.strength): each.of_readings for each in result.shares if each.percept == "nonrigid"}
+    of = {(share.gradient, share.strength): share.of_readings for share in result.shares if share.percept == "nonrigid"}
     means = [(x, mean) for x, mean in enumerate(map(of.get, conditions)) if isinstance(mean, Interval)]
     draw_means(ax, means, ORANGE, scale=100)
     ax.axhline(50, **REFERENCE)
@@ -320,7 +322,7 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
 def draw_shares(ax: Axes, result: NeckerResult) -> Axes:
     """Draw the mean proportions of time of all four reports, stacked."""
     conditions = _conditions(result)
-    time = {(each.gradient, each.strength, each.percept): 100 * each.time.estimate for each in result.shares}
+    time = {(share.gradient, share.strength, share.percept): 100 * share.time.estimate for share in result.shares}
     base = np.zeros(len(conditions))
     labels = []
     for percept, colour in PERCEPT_COLOURS.items():
@@ -342,13 +344,13 @@ def draw_durations(ax: Axes, result: NeckerResult) -> Axes:
     for side, percept in ((-OFFSET, "rigid"), (OFFSET, "nonrigid")):
         colour = PERCEPT_COLOURS[percept]
         places, medians = [], []
-        for each in result.dominance:
-            fit = each.lognormal if each.better == "lognormal" else each.gamma
-            if each.percept != percept or not isinstance(fit, DurationFit):
+        for dominance in result.dominance:
+            fit = dominance.lognormal if dominance.better == "lognormal" else dominance.gamma
+            if dominance.percept != percept or not isinstance(fit, DurationFit):
                 continue
             law = (stats.lognorm if fit.family == "lognormal" else stats.gamma)(fit.shape, scale=fit.scale)
             low, median, high = law.ppf([0.25, 0.5, 0.75])
-            x = conditions.index((each.gradient, each.strength)) + side
+            x = conditions.index((dominance.gradient, dominance.strength)) + side
             ax.plot([x, x], [low, high], color=colour, linewidth=1.4)
             places.append(x)
             medians.append(median)
@@ -373,7 +375,7 @@ def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
     first, last = sizes[0][0], sizes[-1][0]
     room = 0.3 * _apart(sizes)
     ax.set_xlim(first - room, last + room)
-    close = any(other - one < 0.11 * (last - first) for (one, _), (other, _) in pairwise(sizes))
+    close = any(larger - smaller < 0.11 * (last - first) for (smaller, _), (larger, _) in pairwise(sizes))
     labels = [f"{name}\n{mm:.3g}" if not close else f"{name} ({mm:.3g})" for mm, name in sizes]
     ax.set_xticks([mm for mm, _ in sizes], labels)
     if close:
@@ -385,8 +387,8 @@ def _apertures(ax: Axes, sizes: Sequence[tuple[float, str]]) -> None:
 def _conditions(result: NeckerResult) -> list[tuple[str, float]]:
     """Return the conditions, from the strongest rigid gradient through none to the strongest nonrigid one."""
     sign = {"rigid": -1.0, "none": 0.0, "nonrigid": 1.0}
-    found = {(share.gradient, share.strength) for share in result.shares}
-    return sorted(found, key=lambda condition: sign[condition[0]] * condition[1])
+    conditions = {(share.gradient, share.strength) for share in result.shares}
+    return sorted(conditions, key=lambda condition: sign[condition[0]] * condition[1])
 
 
 def _gradients(ax: Axes, conditions: Sequence[tuple[str, float]]) -> None:

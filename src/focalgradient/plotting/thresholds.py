@@ -56,7 +56,9 @@ def person_figure(
     with people_grid(people, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, people, strict=True):
             for name, result in conditions.items():
-                only = replace(result, subjects=tuple(one for one in result.subjects if _name(one) == person))
+                only = replace(
+                    result, subjects=tuple(subject for subject in result.subjects if _name(subject) == person)
+                )
                 draw_functions(panel, only, colour=_colour(conditions, name) or COLOURS[0], label=name)
             panel.set(xlabel="", ylabel="", title=shortened(person))
         logarithmic(panels[0], [value for result in conditions.values() for value in _levels(result)])
@@ -76,12 +78,12 @@ def _colour(conditions: Mapping[str, ThresholdResult], name: str) -> str | None:
     return COLOURS[[*conditions].index(name) % len(COLOURS)] if len(conditions) > 1 else None
 
 
-def _name(one: SubjectThreshold) -> str:
-    return f"{one.participant.removeprefix('sub-')} {one.session}".strip()
+def _name(subject: SubjectThreshold) -> str:
+    return f"{subject.participant.removeprefix('sub-')} {subject.session}".strip()
 
 
 def _names(conditions: Mapping[str, ThresholdResult]) -> list[str]:
-    return [*dict.fromkeys(_name(one) for result in conditions.values() for one, _ in _fitted(result))]
+    return [*dict.fromkeys(_name(subject) for result in conditions.values() for subject, _ in _fitted(result))]
 
 
 def _levels(result: ThresholdResult) -> list[float]:
@@ -89,7 +91,7 @@ def _levels(result: ThresholdResult) -> list[float]:
 
 
 def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFit]]:
-    return [(one, one.fit) for one in result.subjects if isinstance(one.fit, ThresholdFit)]
+    return [(subject, subject.fit) for subject in result.subjects if isinstance(subject.fit, ThresholdFit)]
 
 
 def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = None, label: str = "") -> Axes:
@@ -102,11 +104,26 @@ def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = No
     if levels:
         x = np.geomspace(min(levels) / 1.2, max(levels) * 1.2, 200)
         colours = person_colours(len(fitted)) if colour is None else [colour] * len(fitted)
-        for number, ((one, fit), own) in enumerate(zip(fitted, colours, strict=True)):
+        for number, ((subject, fit), subject_colour) in enumerate(zip(fitted, colours, strict=True)):
             share = np.array(fit.right) / np.array(fit.shown)
-            ax.scatter(fit.levels, share, s=3 * np.array(fit.shown), color=own, alpha=0.25, linewidth=0, clip_on=False)
+            ax.scatter(
+                fit.levels,
+                share,
+                s=3 * np.array(fit.shown),
+                color=subject_colour,
+                alpha=0.25,
+                linewidth=0,
+                clip_on=False,
+            )
             named = label if label and not number else None
-            ax.plot(x, fit.correct(x), color=own, linewidth=0.8, linestyle="-" if one.kept else ":", label=named)
+            ax.plot(
+                x,
+                fit.correct(x),
+                color=subject_colour,
+                linewidth=0.8,
+                linestyle="-" if subject.kept else ":",
+                label=named,
+            )
     for height in {fit.correct_at_threshold for _, fit in fitted} or {0.75}:
         ax.axhline(height, color=GREY, linewidth=0.6, linestyle="--")
     ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="proportion correct")
@@ -124,21 +141,21 @@ def draw_thresholds(ax: Axes, results: ThresholdResult | Mapping[str, ThresholdR
     is_known = False
     for place, (name, result) in enumerate(conditions.items()):
         offset = 0.6 / len(conditions) * (place - (len(conditions) - 1) / 2)
-        own = _colour(conditions, name)
-        people = [own] * len(names) if own else person_colours(len(names))
-        for one, fit in _fitted(result):
-            row, colour = names.index(_name(one)) + offset, people[names.index(_name(one))]
-            ax.plot([fit.low, fit.high], [row, row], color=colour, linewidth=1, linestyle="-" if one.kept else ":")
-            face = colour if one.kept else "white"
+        condition_colour = _colour(conditions, name)
+        people = [condition_colour] * len(names) if condition_colour else person_colours(len(names))
+        for subject, fit in _fitted(result):
+            row, colour = names.index(_name(subject)) + offset, people[names.index(_name(subject))]
+            ax.plot([fit.low, fit.high], [row, row], color=colour, linewidth=1, linestyle="-" if subject.kept else ":")
+            face = colour if subject.kept else "white"
             ax.plot(fit.threshold, row, "o", color=colour, markersize=4, markerfacecolor=face)
             values += [fit.low, fit.high]
-            if one.known is not None:
-                ax.plot(one.known, row, "|", color="black", markersize=9, label=None if is_known else "true")
-                values.append(one.known)
+            if subject.known is not None:
+                ax.plot(subject.known, row, "|", color="black", markersize=9, label=None if is_known else "true")
+                values.append(subject.known)
                 is_known = True
         mean = result.mean
         if isinstance(mean, Interval):
-            row, colour = len(names) + offset, own or "black"
+            row, colour = len(names) + offset, condition_colour or "black"
             if mean.low is not None and mean.high is not None:
                 limits = min(levels) / 2, max(levels) * 2
                 draw_interval(ax, (mean.low, mean.high), row, limits, colour=colour, width=2.5)

@@ -38,19 +38,26 @@ def trace_figure(
     people = [*dict.fromkeys(table["participant_id"])]
     shown = people[:MOST_PANELS]
     groups = [(None, table)] if factor is None else [*table.groupby(factor)]
-    with people_grid([str(one).removeprefix("sub-") for one in shown], simulated=simulated) as (figure, panels):
+    with people_grid([str(person_id).removeprefix("sub-") for person_id in shown], simulated=simulated) as (
+        figure,
+        panels,
+    ):
         for panel, person in zip(panels, shown, strict=True):
             for (name, trials), colour in zip(groups, person_colours(len(groups)), strict=True):
-                own = trials[trials["participant_id"] == person]
+                person_trials = trials[trials["participant_id"] == person]
                 label = (
                     None if name is None else f"{factor} {name:g}" if isinstance(name, float) else f"{factor} {name}"
                 )
-                places = range(1, len(own) + 1)
-                panel.plot(places, own[level], "-o", color=colour, linewidth=0.8, markersize=2.5, label=label)
-                wrong = ~own["correct"].astype(bool).to_numpy() if "correct" in own else [False] * len(own)
+                places = range(1, len(person_trials) + 1)
+                panel.plot(places, person_trials[level], "-o", color=colour, linewidth=0.8, markersize=2.5, label=label)
+                wrong = (
+                    ~person_trials["correct"].astype(bool).to_numpy()
+                    if "correct" in person_trials
+                    else [False] * len(person_trials)
+                )
                 panel.plot(
                     [place for place, is_wrong in zip(places, wrong, strict=True) if is_wrong],
-                    own[level][wrong],
+                    person_trials[level][wrong],
                     "o",
                     color=colour,
                     markersize=2.5,

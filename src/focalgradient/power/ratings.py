@@ -33,7 +33,7 @@ from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Model", "Raters", "quick_power", "simulated_ratings"]
 
-RATIO = Range("ratios, where 1 is no effect,", 0.1, 10)
+RATIO = Range("ratios, where 1 means none,", 0.1, 10)
 
 
 class Raters(People):

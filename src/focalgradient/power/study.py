@@ -28,7 +28,7 @@ SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
 durations.
 """
 LAPSES = Range("proportions", 0, 0.999)
-ODDS_RATIOS = Range("odds ratios, where 1 is no effect,", 0.01, 100)
+ODDS_RATIOS = Range("odds ratios, where 1 means none,", 0.01, 100)
 
 
 @cache
@@ -80,7 +80,7 @@ class Claim:
 
 
 class People(ABC):
-    """Simulated people: what is assumed of them, and the analysis of their answers; a subclass is a dataclass."""
+    """Simulated people: assumptions, and the analysis of their answers; a subclass is a dataclass."""
 
     __slots__ = ()
 
@@ -124,7 +124,7 @@ class People(ABC):
         return 0.01
 
     def check(self, design: Any) -> None:
-        """Raise `InputError` if a design is of another class, or lacks what is compared."""
+        """Raise `InputError` if a design is of another class, or lacks a comparison."""
         if not isinstance(design, self.designs):
             raise InputError(f"design is {described(design)}, but must be a {self.designs.__name__}.")
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 __all__ = ["GROUP", "SHAPES", "check_psf", "check_transfer", "names", "psf_from", "psf_of", "shape_class"]
 
-SHAPES: dict[str, type[Psf]] = {one.name: one for one in (Disc, Gaussian, Blend, Annulus, Polygon)}
+SHAPES: dict[str, type[Psf]] = {shape.name: shape for shape in (Disc, Gaussian, Blend, Annulus, Polygon)}
 """The shapes of this package, by name."""
 
 GROUP = "focalgradient.psf"
@@ -30,7 +30,7 @@ def _added() -> dict[str, EntryPoint]:
     """Return the entry points of other installed packages' shapes by name, without loading them."""
     from importlib.metadata import entry_points  # deferred to keep `import focalgradient` light
 
-    return {one.name: one for one in entry_points(group=GROUP) if one.name not in SHAPES}
+    return {entry.name: entry for entry in entry_points(group=GROUP) if entry.name not in SHAPES}
 
 
 def names() -> list[str]:
@@ -110,7 +110,7 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), calle
         known = ", ".join([*others, *names()])
         raise InputError(f"{called} is {described(psf)}, but must be a Psf or one of {known}.")
     shape = shape_class(psf, others, called)
-    keys = [one.key for one in shape.parameters()]
+    keys = [parameter.key for parameter in shape.parameters()]
     if k is not None:
         _check_k(k)
     return shape.of({"k": k} if k is not None and "k" in keys else {})
@@ -134,7 +134,7 @@ def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
     if not isinstance(name, str):
         raise InputError('psf has no shape: give a name, or a table such as {shape = "polygon", blades = 6}.')
     shape = shape_class(name)
-    if k is not None and "k" in [one.key for one in shape.parameters()]:
+    if k is not None and "k" in [parameter.key for parameter in shape.parameters()]:
         values = {"k": k} | values
     return shape.of(values)
 
@@ -230,11 +230,11 @@ def _on_circle(shape: Psf, radial: NDArray[np.float64], radius: float) -> NDArra
 def _form_faults(shape: Psf) -> Iterator[str]:
     """Yield faults in the shape, type or finiteness of the transfer."""
     y, x, radius = np.linspace(-0.4, 0.4, 5)[:, None, None], np.linspace(0, 0.4, 4)[:, None], np.array([0.0, 1.5])
-    for name, found in (
+    for name, transfer in (
         ("optical_transfer", shape.optical_transfer(y, x, radius)),
         *([("transfer", shape.transfer(np.hypot(y, x), radius))] if shape.isotropic else []),
     ):
-        values = np.asarray(found)
+        values = np.asarray(transfer)
         if values.shape != (5, 4, 2) or values.dtype.kind not in "fc":
             yield f"{name} gives {values.dtype} of shape {values.shape}, but numbers of shape (5, 4, 2) were due"
         elif not np.isfinite(values).all():

@@ -182,9 +182,9 @@ class Psf(ABC):
 
     def __post_init__(self) -> None:
         """Validate the parameters of a dataclass."""
-        for one in self.parameters():
-            value = getattr(self, one.name)
-            one.check(value / one.per_unit if is_number(value) and one.per_unit != 1 else value)
+        for parameter in self.parameters():
+            value = getattr(self, parameter.name)
+            parameter.check(value / parameter.per_unit if is_number(value) and parameter.per_unit != 1 else value)
 
     @property
     def isotropic(self) -> bool:
@@ -332,14 +332,16 @@ class Psf(ABC):
             Capability.ISOTROPIC: self.isotropic,
             Capability.EDGE_RESPONSE: self.gives_edge_response,
         }
-        return frozenset(one for one, known in given.items() if known)
+        return frozenset(capability for capability, known in given.items() if known)
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
         """Return the parameters of the shape: the dataclass fields made by `parameter`."""
         fields: dict[str, dataclasses.Field[Any]] = getattr(cls, "__dataclass_fields__", {})
-        known = {name: one.metadata.get("parameter") for name, one in fields.items()}
-        return tuple(dataclasses.replace(one, name=name) for name, one in known.items() if one is not None)
+        known = {name: field.metadata.get("parameter") for name, field in fields.items()}
+        return tuple(
+            dataclasses.replace(parameter, name=name) for name, parameter in known.items() if parameter is not None
+        )
 
     @classmethod
     def of(cls, values: Mapping[str, Any]) -> Psf:
@@ -354,15 +356,15 @@ class Psf(ABC):
         InputError
             If a parameter is unknown or out of bounds.
         """
-        known = {one.key: one for one in cls.parameters()}
+        known = {parameter.key: parameter for parameter in cls.parameters()}
         for key, value in values.items():
             if key not in known:
                 some = f"has {', '.join(known)}" if known else "has no parameters"
                 raise InputError(f"psf {cls.name!r} has no parameter {key!r}: it {some}.")
             known[key].check(value, key)
         made: Any = cls  # a dataclass
-        found: Psf = made(**{known[key].name: known[key].value(given) for key, given in values.items()})
-        return found
+        shape: Psf = made(**{known[key].name: known[key].value(given) for key, given in values.items()})
+        return shape
 
     def stated(self) -> dict[str, float]:
         """Return the parameters by key, in their external units: the inverse of `of`.
@@ -371,13 +373,19 @@ class Psf(ABC):
         >>> Polygon(blades=5).stated()
         {'blades': 5, 'rotation_deg': 0.0}
         """
-        values = ((one, getattr(self, one.name)) for one in self.parameters())
-        return {one.key: value if one.per_unit == 1 else float(f"{value / one.per_unit:.12g}") for one, value in values}
+        values = ((parameter, getattr(self, parameter.name)) for parameter in self.parameters())
+        return {
+            parameter.key: value if parameter.per_unit == 1 else float(f"{value / parameter.per_unit:.12g}")
+            for parameter, value in values
+        }
 
     def __str__(self) -> str:
         """Return the shape in words, such as "a disc" or "a gaussian of k = 0.5"."""
         stated = self.stated()
-        values = [f"{one.name} = {stated[one.key]:g}{f' {one.unit}' * bool(one.unit)}" for one in self.parameters()]
+        values = [
+            f"{parameter.name} = {stated[parameter.key]:g}{f' {parameter.unit}' * bool(parameter.unit)}"
+            for parameter in self.parameters()
+        ]
         article = {True: "an ", False: "a "}[self.name[:1] in "aeiou"] if self.name[:1].islower() else ""
         return f"{article}{self.name}" + (f" of {', '.join(values)}" if values else "")
 
@@ -427,7 +435,7 @@ class Geometric:
             return self.transfer(radial, levels.reshape(-1, *(1,) * np.ndim(radial)))
         upright = [self.psf.optical_transfer(frequency_y, frequency_x, radius) for radius in self._radius(levels)]
         nearer = levels > self.focus_vergence
-        return np.stack([np.conj(one) if turned else one for one, turned in zip(upright, nearer, strict=True)])
+        return np.stack([np.conj(otf) if turned else otf for otf, turned in zip(upright, nearer, strict=True)])
 
     def _radius(self, vergence: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(np.abs(self.focus_vergence - np.asarray(vergence, float)) * self.aperture_diameter / 2)

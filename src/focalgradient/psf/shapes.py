@@ -341,8 +341,8 @@ class Polygon(Psf):
             middle = x * (left + right) / 2 + y * (top + bottom) / 2
             half = (x * over + y * down) / 2
             total += (x * down - y * over) * np.sinc(half / np.pi) * np.exp(-1j * middle)
-        found = np.where(small, 1 - squared * self.sd_per_radius**2 / 2, 1j * total / safe / np.pi)
-        return found.real if self.symmetric else found
+        transfer = np.where(small, 1 - squared * self.sd_per_radius**2 / 2, 1j * total / safe / np.pi)
+        return transfer.real if self.symmetric else transfer
 
 
 PIXEL_VARIANCE = 1 / 12

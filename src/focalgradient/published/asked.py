@@ -99,9 +99,9 @@ class NearerSide(Asked):
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
         """Return the response of a simulated observer."""
-        (one,) = drawn
-        order = DepthOrder(first=one.masks["left"], second=one.masks["right"])
-        answer = observer.look(one.picture, displayed(one), order).simulate(chance)
+        (stimulus,) = drawn
+        order = DepthOrder(first=stimulus.masks["left"], second=stimulus.masks["right"])
+        answer = observer.look(stimulus.picture, displayed(stimulus), order).simulate(chance)
         return 1.0 if answer == "first" else 2.0
 
 
@@ -148,7 +148,7 @@ class MoreBlurredQuadrant(Asked):
 
     def control(self, text: Text) -> Control:
         """Return the description of the response control."""
-        return Steps(text("quadrant question"), "", 1, len(QUADRANTS), [text(one) for one in QUADRANTS])
+        return Steps(text("quadrant question"), "", 1, len(QUADRANTS), [text(name) for name in QUADRANTS])
 
     def value(self, condition: str, place: int, given: float) -> float:
         """Convert the response to the recorded answer."""
@@ -158,10 +158,10 @@ class MoreBlurredQuadrant(Asked):
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
         """Choose the largest of four log blurs, with errors according to the Weber fraction of pairwise comparison."""
-        (one,) = drawn
-        height, width = one.shape
-        seen = look(one.picture, displayed(one), (width / 2, height / 2), observer)
-        blurs = [_region_blur(seen.blur, seen.blur_log_sd, region) for region in _quadrants(one.masks["annulus"])]
+        (stimulus,) = drawn
+        height, width = stimulus.shape
+        seen = look(stimulus.picture, displayed(stimulus), (width / 2, height / 2), observer)
+        blurs = [_region_blur(seen.blur, seen.blur_log_sd, region) for region in _quadrants(stimulus.masks["annulus"])]
         pair_sd = math.log1p(observer.weber) / float(ndtri(0.75))
         logs = [
             math.log(math.hypot(blur, observer.intrinsic)) + chance.normal(0, math.hypot(pair_sd / math.sqrt(2), sd))
@@ -225,15 +225,15 @@ class DistanceInMetres(Asked):
         self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
     ) -> float:
         """Return the response of a simulated observer."""
-        (one,) = drawn
-        question = distance_question(one.depth_m, EXPECTED_M[self.paper])
-        answer = observer.look(one.picture, displayed(one), question).simulate(chance)
+        (stimulus,) = drawn
+        question = distance_question(stimulus.depth_m, EXPECTED_M[self.paper])
+        answer = observer.look(stimulus.picture, displayed(stimulus), question).simulate(chance)
         return float(np.clip(answer, LEAST_M, MOST_M))
 
 
 ASKED: Mapping[str, Asked] = {
-    one.paper: one
-    for one in (
+    asked.paper: asked
+    for asked in (
         NearerSide("mather1996"),
         NearerSide("mather2002"),
         NearerSide("marshall1996"),

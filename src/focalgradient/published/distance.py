@@ -52,7 +52,7 @@ def _log_distance(
 
 def _unblurred(paper: str, condition: str) -> str:
     """Return the first condition with the same gradient, whose unblurred picture is identical."""
-    return next(one for one in PAPERS[paper].conditions if one.split()[0] == condition.split()[0])
+    return next(name for name in PAPERS[paper].conditions if name.split()[0] == condition.split()[0])
 
 
 def judged_over(
@@ -66,7 +66,7 @@ def judged_over(
     logs = []
     for number, condition in enumerate(conditions):
         for seed in SEEDS:
-            own = _log_distance(observer, paper, condition, seed, turned=turned)
+            log_distance = _log_distance(observer, paper, condition, seed, turned=turned)
             beside = _unblurred(paper, condition) if other is None else other[number]
-            logs.append(own - _log_distance(observer, paper, beside, seed, other is not None, turned))
+            logs.append(log_distance - _log_distance(observer, paper, beside, seed, other is not None, turned))
     return ratio_of(logs)

@@ -102,8 +102,8 @@ def responses(
     eye
         Accommodation model; None: the default one with that pupil.
     """
-    own = replace(Accommodation() if eye is None else eye, pupil_diameter=pupil)
-    return np.array([*_responses(own, light, pairs, seconds, kept)])
+    model = replace(Accommodation() if eye is None else eye, pupil_diameter=pupil)
+    return np.array([*_responses(model, light, pairs, seconds, kept)])
 
 
 def _responses(eye: Accommodation, light: str, pairs: int, seconds: float, kept: Path | None) -> Iterator[complex]:
@@ -114,13 +114,13 @@ def _responses(eye: Accommodation, light: str, pairs: int, seconds: float, kept:
             known = json.loads(file.read_text(encoding="utf-8"))
             yield complex(known["real"], known["imaginary"])
             continue
-        found = follow(eye, LIGHTS[light], seconds, seed)
+        course = follow(eye, LIGHTS[light], seconds, seed)
         if file is not None:
             file.parent.mkdir(parents=True, exist_ok=True)
-            about = {"real": found.response.real, "imaginary": found.response.imag, **asdict(found)}
+            about = {"real": course.response.real, "imaginary": course.response.imag, **asdict(course)}
             about.pop("response")
             write_whole(file, json.dumps(about).encode())
-        yield found.response
+        yield course.response
 
 
 def gain_of_mean(light: ComplexArray, white: ComplexArray) -> float:

@@ -40,14 +40,14 @@ def _ratings(observer: Observer) -> Mapping[tuple[str, str], np.ndarray]:
     """Return the log geometric mean rating of each simulated person, by aperture and fixation."""
     design = DepthRatingDesign(scenes=SCENES, catch_trials=0, practice_trials=0)
     encoded = seen_pictures(design, None, None, lambda share, words: None)["encoded"]
-    found: dict[tuple[str, str], list[float]] = {}
+    by_condition: dict[tuple[str, str], list[float]] = {}
     for person, answers in enumerate(_people(observer, design, encoded)):
-        own: dict[tuple[str, str], list[float]] = {}
+        person_logs: dict[tuple[str, str], list[float]] = {}
         for trial, answer in zip(design.trials(_label(person)), answers, strict=True):
-            own.setdefault((trial.aperture, trial.fixation), []).append(math.log(answer.rating))
-        for condition, logs in own.items():
-            found.setdefault(condition, []).append(float(np.mean(logs)))
-    return {condition: np.array(logs) for condition, logs in found.items()}
+            person_logs.setdefault((trial.aperture, trial.fixation), []).append(math.log(answer.rating))
+        for condition, logs in person_logs.items():
+            by_condition.setdefault(condition, []).append(float(np.mean(logs)))
+    return {condition: np.array(logs) for condition, logs in by_condition.items()}
 
 
 def rise(observer: Observer, fixation: str) -> Prediction:

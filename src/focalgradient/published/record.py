@@ -214,7 +214,7 @@ class Published:
         if not self.conditions or len(set(quantities)) < len(quantities):
             raise InputError(f"{self.key} needs conditions, and findings of different names.")
         if bool(self.settings) == bool(self.needs.strip()):
-            raise InputError(f"{self.key} needs the settings of a design, or what is missing to ask people: give one.")
+            raise InputError(f"{self.key} needs the settings of a design, or the missing conditions: give one.")
 
     def design_text(self) -> str:
         """Return the design for people or simulated observers as the text of a design file (TOML).
@@ -268,4 +268,4 @@ def simulate(experiment: Published, observer: Observer) -> Mapping[str, Predicti
     for name, given, kind in (("experiment", experiment, Published), ("observer", observer, Observer)):
         if not isinstance(given, kind):
             raise InputError(f"{name} is of the class {type(given).__name__}, but must be of {kind.__name__}.")
-    return {one.quantity: None if one.ask is None else one.ask(observer) for one in experiment.findings}
+    return {finding.quantity: None if finding.ask is None else finding.ask(observer) for finding in experiment.findings}

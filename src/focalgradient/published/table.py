@@ -110,10 +110,17 @@ def csv_of(rows: Iterable[Row]) -> str:
         (*heads, "predicted (simulated)", "standard error (simulated)", "score", "independent", "remark", "doi")
     )
     for row in rows:
-        one, predicted = row.finding, row.predicted
+        finding, predicted = row.finding, row.predicted
         numbers = ("", "") if predicted is None else (f"{predicted.value:.4g}", f"{predicted.standard_error:.4g}")
-        published = (row.experiment.citation, one.quantity, one.units, one.printed, row.range, one.source)
-        writer.writerow((*published, *numbers, row.score, row.independent, one.remark, row.experiment.doi))
+        published = (
+            row.experiment.citation,
+            finding.quantity,
+            finding.units,
+            finding.printed,
+            row.range,
+            finding.source,
+        )
+        writer.writerow((*published, *numbers, row.score, row.independent, finding.remark, row.experiment.doi))
     return written.getvalue()
 
 
@@ -138,14 +145,14 @@ def markdown(rows: Iterable[Row]) -> str:
     )
     lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
     for row in rows:
-        one = row.finding
-        quantity = one.quantity if one.units == "1" else f"{one.quantity} ({one.units})"
+        finding = row.finding
+        quantity = finding.quantity if finding.units == "1" else f"{finding.quantity} ({finding.units})"
         cells = (
             row.experiment.citation,
             quantity,
-            one.printed,
+            finding.printed,
             row.range,
-            one.source,
+            finding.source,
             row.stated,
             row.score,
             row.independent,

@@ -88,8 +88,8 @@ class PublishedDesign(Counterbalanced):
         """Return the trials of a participant: each condition, in each interval, `repetitions` times."""
         asked = self.asked
         shown = [
-            PublishedTrial(experiment=self.experiment, condition_name=one, place=place)
-            for one in asked.conditions
+            PublishedTrial(experiment=self.experiment, condition_name=condition, place=place)
+            for condition in asked.conditions
             for place in asked.places
         ]
         return self.ordered(participant, session, shown)
@@ -118,7 +118,7 @@ class PublishedTask(Task[PublishedDesign, PublishedTrial, PublishedAnswer]):
     def shown(self, design: Any, trial: Any, pixels_per_degree: float, *, seed: int = 0, stimuli: Any = None) -> Any:
         """Return the replicas of a trial, one per interval, with a new texture in each trial."""
         drawn = design.asked.drawn(trial.condition_name, trial.place, pixels_per_degree, seed)
-        return [(np.asarray(Display().encode(one.picture)), design.picture_s) for one in drawn]
+        return [(np.asarray(Display().encode(stimulus.picture)), design.picture_s) for stimulus in drawn]
 
     def control(self, words: Any, trial: Any, *, design: Any = None) -> Control:
         """Return the response control of the experiment's question."""

@@ -38,7 +38,9 @@ def weber_fraction(observer: Observer, pedestal: float) -> Prediction:
 
 def dip(observer: Observer) -> Prediction:
     """Return the ratio of the smallest blur threshold to the threshold without a pedestal."""
-    return Prediction(min(blur_threshold(float(one), observer) for one in PEDESTALS) / blur_threshold(0.0, observer))
+    return Prediction(
+        min(blur_threshold(float(pedestal), observer) for pedestal in PEDESTALS) / blur_threshold(0.0, observer)
+    )
 
 
 def _arcmin(dioptres: float, observer: Observer) -> float:

@@ -288,7 +288,8 @@ def _part(root: Path, task: Task, asked: Asked) -> Part:
     if part:
         return part
     data = read_task(root, task)
-    return REPORTED[called(task, "analysis", task.analysis, design_in(data)).kind](task, data, asked)
+    part = REPORTED[called(task, "analysis", task.analysis, design_in(data)).kind](task, data, asked)
+    return part if part.name.replace("_", "") == task.name else part.of_task(task)
 
 
 def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analysed:

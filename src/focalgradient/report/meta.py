@@ -60,7 +60,7 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
         if len(found) < 2:
             alone.append(what)
             continue
-        common = _common_scenes(what, [reports[row["data_set"]] for row in found])
+        common = _common_scenes(experiment, what, [reports[row["data_set"]] for row in found])
         tested = found if common is None else common.here
         estimates, errors = ([row[name] for row in tested] for name in ("estimate", "standard_error"))
         result = random_effects(estimates, errors, None if common is None else common.by_scene)
@@ -93,10 +93,8 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
         if row.get("value") is not None
     ]
     body += output.tables([listed("studies_read.csv", "Data sets", head, cells)])
-    output.sheets += [
-        Sheet("studies.csv", None, pd.DataFrame(rows)),
-        Sheet("meta_analysis.csv", None, pd.DataFrame(pooled)),
-    ]
+    output.sheets.append(Sheet("studies.csv", None, pd.DataFrame(rows)))
+    output.sheets.append(Sheet("meta_analysis.csv", None, pd.DataFrame(pooled)))
     return compiled(
         f"Meta-analysis of {many(len(reports), 'data set')}",
         [*body, Heading("Methods"), Paragraph(METHODS)],
@@ -115,9 +113,9 @@ class _CommonScenes:
     by_scene: NDArray[np.float64]
 
 
-def _common_scenes(what: str, reports: Sequence[Report]) -> _CommonScenes | None:
+def _common_scenes(experiment: str, what: str, reports: Sequence[Report]) -> _CommonScenes | None:
     """Return the effects of data sets if two of them show the same scene; None if none do, or scenes are unknown."""
-    read = [_scene_effects(report, what) for report in reports]
+    read = [_scene_effects(report, experiment, what) for report in reports]
     if any(table.empty for table in read):
         return None
     scenes = [table[table["scene"] != ""] for table in read]
@@ -147,11 +145,12 @@ def _common_scenes(what: str, reports: Sequence[Report]) -> _CommonScenes | None
     return _CommonScenes(here, by_scene.to_numpy(dtype=float).T)
 
 
-def _scene_effects(report: Report, what: str) -> pd.DataFrame:
+def _scene_effects(report: Report, experiment: str, what: str) -> pd.DataFrame:
     """Return the rows of an effect, empty unless they have that of these scenes together."""
-    if SCENE_EFFECTS not in report.files:
+    file = f"{experiment}{SCENE_EFFECTS}"
+    if file not in report.files:
         return pd.DataFrame()
-    rows = [row for row in json.loads(report.files[SCENE_EFFECTS])["effects"] if row["what"] == what]
+    rows = [row for row in json.loads(report.files[file])["effects"] if row["what"] == what]
     if not rows:
         return pd.DataFrame()
     table = pd.DataFrame(rows).astype({"effect": float, "standard_error": float})

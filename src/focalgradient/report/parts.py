@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any, NamedTuple
 
 from focalgradient.dataset import DataSet
@@ -20,6 +22,7 @@ from focalgradient.statistics.criteria import BOUND, AnalysisOptions
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.questions import Answer, Answers, Caution
 from focalgradient.statistics.wording import many
+from focalgradient.tasks import Task
 
 __all__ = ["BOUND", "Asked", "Drawing", "Output", "Part", "Plan"]
 
@@ -84,28 +87,38 @@ class Drawing(NamedTuple):
     folded: bool = False
 
 
+@dataclass(frozen=True, slots=True)
 class Output:
-    """Tables and figures of a report, by file, as added by its sections."""
+    """Tables and figures of a report, by file, as added by its sections.
 
-    def __init__(self) -> None:
-        self.sheets: list[Sheet] = []
-        self.figures: dict[str, bytes] = {}
+    Parameters
+    ----------
+    sheets, figures
+        Tables, and figures by file.
+    named
+        Function that returns the name of a file of the section that adds it.
+    """
+
+    sheets: list[Sheet] = field(default_factory=list)
+    figures: dict[str, bytes] = field(default_factory=dict)
+    named: Callable[[str], str] = str
 
     def tables(self, sheets: Iterable[Sheet]) -> list[Block]:
         """Add tables; return those to be displayed."""
-        added = list(sheets)
-        self.sheets += added
+        added = [sheet.of_file(self.named(sheet.file)) for sheet in sheets]
+        self.sheets.extend(added)
         return [sheet.table for sheet in added if sheet.table]
 
     def figure(self, name: str, drawn: Any, caption: str) -> Figure:
         """Add a figure as PNG and PDF; return it with its caption."""
-        self.figures |= {f"{name}.{kind}": content for kind, content in as_files(drawn).items()}
+        name = self.named(name)
+        self.figures.update({f"{name}.{kind}": content for kind, content in as_files(drawn).items()})
         return Figure(f"{name}.png", self.figures[f"{name}.png"], caption)
 
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """What is stated of a task before data exist, in the words of a paper: its preregistration, and its methods.
+    """Preregistration and methods of a task, in the words of a paper.
 
     Parameters
     ----------
@@ -133,9 +146,14 @@ class Plan:
             *(text for other in self.questions.also if (text := other.method)),
         ]
 
-    def design(self, people: str) -> str:
-        """Return the design in sentences."""
-        return self.shown.replace("{people}", people)
+    def sections(self, people: str) -> dict[str, Sequence[str]]:
+        """Return all sentences by heading, in the order of a preregistration; `people` are the subjects."""
+        return {
+            "Primary outcome": [self.questions.outcome],
+            "Design": [self.shown.replace("{people}", people)],
+            "Exclusions": self.exclusions,
+            "Analysis": self.analysis,
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -146,8 +164,10 @@ class Part:
     ----------
     title, name
         Heading, and prefix of the files.
+    usual
+        Prefix in the names of files given here, where it is not `name`: see `of_task`.
     plan
-        What was stated before the data.
+        Statements made before the data.
     answers
         All effects, the rows of results.csv.
     simulated
@@ -201,6 +221,26 @@ class Part:
     advice: Sequence[str] = ()
     files: Mapping[str, bytes] = field(default_factory=dict)
     observed: tuple[Any, ...] = ()
+    usual: str = ""
+
+    def of_task(self, task: Task) -> Part:
+        """Return the section for a task derived from its own, with files named by that task, as scripts name them."""
+        part = replace(self, title=task.title, name=task.name, usual=self.name)
+        others = (rf"\b{re.escape(file)}" for file in self.files if self.name not in file)
+        named = re.compile("|".join([self.name, *others]).encode())
+        files = {
+            part.named(file): named.sub(lambda found: part.named(found[0].decode()).encode(), content)
+            if file.endswith(".R")
+            else content
+            for file, content in self.files.items()
+        }
+        return replace(part, files=files)
+
+    def named(self, file: str) -> str:
+        """Return the name of a file, or of a figure: that of `of_task`."""
+        if not self.usual:
+            return file
+        return file.replace(self.usual, self.name) if self.usual in file else f"{self.name}_{file}"
 
     @property
     def both(self) -> list[tuple[str, Answer]]:
@@ -211,6 +251,7 @@ class Part:
 
     def findings(self, output: Output) -> Iterator[Block]:
         """Yield the findings: sentences, figures and tables; the latter two are also added to `output`."""
+        output = replace(output, named=self.named)
         answers = self.answers.of_roles(*EFFECTS, *CHECKS, *MEANS) if self.shown is None else self.shown
         for answer, text in answers.said(*EFFECTS):
             yield Notice(text) if isinstance(answer.outcome, NotComputed) else Paragraph(text)
@@ -225,7 +266,7 @@ class Part:
         sheets = list(self.sheets)
         if self.quality is not None:
             tables += [exclusions_table(self.both, self.name)] if self.quality.exclusions else []
-            sheets += quality_sheets(self.quality, self.name)
+            sheets += quality_sheets(self.quality, self.usual or self.name)
         shown = [*tables, *output.tables(sheets)]
         yield from shown[:1]
         yield from map(Paragraph, self.remarks)
@@ -260,8 +301,9 @@ class Part:
                 f"{many(trials, 'single trial')}; the recorded data stay as they were. Results are shown with and "
                 "without exclusions."
             )
-        texts = [plan.design(people), exclusions, plan.questions.outcome, *plan.analysis]
-        yield from map(Paragraph, filter(None, texts))
+        sections = plan.sections(people) | {"Exclusions": [exclusions]}
+        order = ("Design", "Exclusions", "Primary outcome", "Analysis")
+        yield from map(Paragraph, filter(None, chain.from_iterable(sections[heading] for heading in order)))
         yield from output.tables(self._design())
         yield from map(Notice, self.advice)
         yield chosen(plan.questions.choices)

@@ -23,7 +23,7 @@ MEANING = {
     "catch_share": "a truly nonrigid cube passes when reported so for this share of the time with a report",
     "catch_passed": "least share of catch trials that a subject must pass; false: nobody is left out",
     "repeat_factor": "largest spread (geometric SD) of answers to one picture; false: nobody is left out",
-    "lapse_factor": "an answer farther than this factor from what is expected is a lapse",
+    "lapse_factor": "an answer farther than this factor from its expectation is a lapse",
     "lapses": "largest share of lapses; false: nobody is left out",
     "shortest_both": "both keys held for less (s) is a change of keys and no report",
     "fast": "largest share of answers in less than the shortest time; false: nobody is left out",

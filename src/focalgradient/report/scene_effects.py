@@ -16,8 +16,8 @@ from focalgradient.statistics.questions import HERE
 
 __all__ = ["SCENE_EFFECTS", "scene_effects", "scene_effects_file"]
 
-SCENE_EFFECTS = "depth_rating_scene_effects.json"
-"""File of the effects by scene in a report: an object whose ``effects`` are the rows of `scene_effects`."""
+SCENE_EFFECTS = "_scene_effects.json"
+"""End of the name of a section's file of effects by scene: an object whose ``effects`` are rows of `scene_effects`."""
 
 COLUMNS = ["what", "scene", "pictures_sha256", "effect", "standard_error"]
 
@@ -50,7 +50,7 @@ def scene_effects(part: Ratings) -> pd.DataFrame:
 
 
 def scene_effects_file(part: Ratings) -> bytes:
-    """Return the content of `SCENE_EFFECTS`."""
+    """Return the content of the file of effects by scene."""
     return json.dumps({"effects": json.loads(scene_effects(part).to_json(orient="records"))}).encode()
 
 

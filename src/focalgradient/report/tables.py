@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import pandas as pd
@@ -25,6 +25,10 @@ class Sheet:
     file: str
     table: Table | None
     digits: pd.DataFrame
+
+    def of_file(self, file: str) -> Sheet:
+        """Return the table under another name."""
+        return replace(self, file=file, table=self.table and replace(self.table, csv=file))
 
 
 EFFECTS, CHECKS, MEANS = ("primary", "main", "secondary"), ("check",), ("description",)

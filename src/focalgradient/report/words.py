@@ -10,7 +10,7 @@ from focalgradient.statistics.wording import many
 
 __all__ = ["OF_TABLE", "catches", "counts", "differing", "setting", "times"]
 
-OF_TABLE = "The data are a table; what was shown, and how, is not recorded in it."
+OF_TABLE = "The data are a table, which does not record the display."
 
 
 def counts(found: Quality) -> str:

@@ -123,12 +123,12 @@ def read_isetbio(path: str | os.PathLike[str]) -> SpectralImage:
         If the file cannot be read, or has neither.
     """
     content = read_matlab(path)
-    kind = next((one for one in KINDS if one in content), None)
+    kind = next((name for name in KINDS if name in content), None)
     try:
-        found = content[str(kind)]
-        nm = np.atleast_1d(np.asarray(found.spectrum.wave, dtype=float))
-        photons = np.asarray(found.data.photons, dtype=float)
-        field, distance = float(found.wAngular), float(getattr(found, "distance", 1.0))
+        record = content[str(kind)]
+        nm = np.atleast_1d(np.asarray(record.spectrum.wave, dtype=float))
+        photons = np.asarray(record.data.photons, dtype=float)
+        field, distance = float(record.wAngular), float(getattr(record, "distance", 1.0))
     except (KeyError, AttributeError, TypeError, ValueError) as error:
         raise InputError(
             f"{printable(path)} has no scene or oi with spectrum.wave, data.photons and wAngular: save one in ISETBio."

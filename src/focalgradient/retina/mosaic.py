@@ -201,10 +201,10 @@ class ConeMosaic:
         x, y = np.broadcast_arrays(x, y)
         from scipy.interpolate import LinearNDInterpolator, NearestNDInterpolator  # deferred: slow to import
 
-        found = np.asarray(LinearNDInterpolator(self.place, values)(x, y))
-        outside = np.isnan(found)
-        found[outside] = NearestNDInterpolator(self.place, values)(x[outside], y[outside])
-        return found
+        interpolated = np.asarray(LinearNDInterpolator(self.place, values)(x, y))
+        outside = np.isnan(interpolated)
+        interpolated[outside] = NearestNDInterpolator(self.place, values)(x[outside], y[outside])
+        return interpolated
 
     def view(self, view: View, *, quanta: float | None = None, seed: int = 0) -> View:
         """Return a view as sampled by the mosaic: the optional last step of view formation.
@@ -237,8 +237,8 @@ def _spiral(eccentricity: float, direction: float, reach: float) -> tuple[FloatA
     near, far = max(eccentricity - reach, 0.0), min(eccentricity + reach, FARTHEST)
     radius = np.arange(0.0, FARTHEST + STEP_DEG / 2, STEP_DEG)
     within = {side: _within(side) for side in get_args(Meridian)}
-    first = math.floor(min(np.interp(near, radius, one) for one in within.values()))
-    last = math.ceil(max(np.interp(far, radius, one) for one in within.values()))
+    first = math.floor(min(np.interp(near, radius, numbers) for numbers in within.values()))
+    last = math.ceil(max(np.interp(far, radius, numbers) for numbers in within.values()))
     number = np.arange(first, last + 1)
     angle = GOLDEN_ANGLE * number
     if eccentricity > reach:  # only what lies in the direction of the picture

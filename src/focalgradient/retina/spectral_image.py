@@ -75,10 +75,12 @@ def scene_spectra(
     check_number("luminance", luminance, "cd/m^2", positive=True)
     nm = np.atleast_1d(visible(wavelength_nm))
     basis = picture.basis
-    own = np.asarray(basis.wavelength_nm, dtype=float)
-    step = own[1] - own[0]
-    of_white = LUMENS_PER_WATT * step * float(luminosity(own) @ np.asarray(basis.white))
-    spectra = np.stack([np.interp(nm, own, one, left=0.0, right=0.0) for one in np.asarray(basis.radiance).T])
+    basis_nm = np.asarray(basis.wavelength_nm, dtype=float)
+    step = basis_nm[1] - basis_nm[0]
+    of_white = LUMENS_PER_WATT * step * float(luminosity(basis_nm) @ np.asarray(basis.white))
+    spectra = np.stack(
+        [np.interp(nm, basis_nm, spectrum, left=0.0, right=0.0) for spectrum in np.asarray(basis.radiance).T]
+    )
     energy = np.asarray(picture.amounts) @ spectra * (luminance / of_white)
     return SpectralImage(energy, nm, _field_deg(picture, pixel_angle), distance)
 
@@ -138,10 +140,10 @@ def retinal_spectra(
     nm = np.asarray(scene.wavelength_nm)
     passed = math.pi * (eye.aperture_diameter / 2) ** 2 / FOCAL_LENGTH**2 * 10 ** -lens_density(nm, age)
     seen = np.empty_like(scene.energy)
-    for number, one in enumerate(nm.tolist()):
+    for number, wavelength in enumerate(nm.tolist()):
         if progress is not None:
-            progress(number / nm.size, f"blurring light of {one:g} nm")
-        cones = Cones(eye, f"{one:g} nm", (one,))
+            progress(number / nm.size, f"blurring light of {wavelength:g} nm")
+        cones = Cones(eye, f"{wavelength:g} nm", (wavelength,))
         light = blur_picture(scene.energy[..., number], distance, cones, pixel_angle=pixel_angle)
         seen[..., number] = np.clip(light, 0, None) * passed[number]  # rounding leaves values just below 0
     return SpectralImage(seen, nm, scene.field_deg, is_retinal=True)

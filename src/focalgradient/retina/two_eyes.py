@@ -98,12 +98,15 @@ class TwoEyes:
         >>> round(pair.left.focus_vergence, 1), round(pair.right.focus_vergence, 1)
         (1.0, 0.0)
         """
-        first, second = (one if isinstance(one, Refraction) else Refraction.parse(one) for one in (left, right))
+        first, second = (
+            prescription if isinstance(prescription, Refraction) else Refraction.parse(prescription)
+            for prescription in (left, right)
+        )
         worn = worn_of(correction)
-        response = min(worn.response(one, looking_at, age) for one in (first, second))
+        response = min(worn.response(refraction, looking_at, age) for refraction in (first, second))
 
-        def eye(one: Refraction) -> Eye:
-            return Eye(pupil_diameter, refraction=one, age=age, response=response, correction=worn)
+        def eye(refraction: Refraction) -> Eye:
+            return Eye(pupil_diameter, refraction=refraction, age=age, response=response, correction=worn)
 
         return cls(eye(first), eye(second), interocular)
 

@@ -9,13 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.progress import Progress
-from focalgradient.statistics.hessian import polished
+from focalgradient.statistics.hessian import ascending, free_of, polished
 from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
@@ -96,10 +97,9 @@ def cumulative_fit(
     size = last + columns + len(lower[0])
 
     def unpack(free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        thresholds = free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:last]))])
         cholesky = np.zeros((q, q))
         cholesky[lower] = free[last + columns :]
-        return thresholds, free[last : last + columns], cholesky
+        return ascending(free[:last]), free[last : last + columns], cholesky
 
     def cost(free: FloatArray) -> tuple[float, FloatArray]:
         thresholds, fixed, cholesky = unpack(free)
@@ -125,20 +125,17 @@ def cumulative_fit(
     exact = nodes > 1  # the gradient is exact for quadrature, but not for Laplace's approximation
     slope = (lambda at: cost(at)[1]) if exact else None
     tolerance = max(1e-4, 3e-6 * len(category))  # the gradient scales with the number of trials
+    search: dict[str, Any] = {"method": "BFGS", "callback": watched, "options": {"gtol": tolerance}}
     with np.errstate(all="ignore"):
         if exact:
-            found = optimize.minimize(
-                cost, free, jac=True, method="BFGS", callback=watched, options={"gtol": tolerance}
-            )
+            found = optimize.minimize(cost, free, jac=True, **search)
         else:
-            found = optimize.minimize(
-                height, free, jac="3-point", method="BFGS", callback=watched, options={"gtol": tolerance}
-            )
+            found = optimize.minimize(height, free, jac="3-point", **search)
         free = found.x if np.abs(found.x).max() > SEPARATED else polished(height, found.x, gradient=slope)
         if free is None or np.abs(free).max() > SEPARATED:
             return None
-        if exact:
-            information = _curvature(lambda at: cost(at)[1], free)
+        if slope:
+            information = _curvature(slope, free)
         else:
             information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
         covariance, at_boundary = _covariance(information, last + columns)
@@ -155,8 +152,7 @@ def cumulative_fit(
 def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:
     """Return start values from the cumulative proportions: first threshold, then logarithms of the gaps."""
     odds = np.cumsum(np.bincount(category))[:-1] / len(category)
-    start = np.log(odds / (1 - odds))
-    return np.concatenate([start[:1], np.log(np.diff(start))])
+    return free_of(np.log(odds / (1 - odds)))
 
 
 def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None, bool]:
@@ -228,10 +224,6 @@ class _Marginal:
             self.points, log_weights = ICOSAHEDRON, np.log(WEIGHTS * (2 * math.pi) ** 1.5)
         self.log_weights = log_weights + (self.points**2).sum(axis=0) / 2
         self.mode = np.zeros((self.subjects, q))
-
-    def log_likelihood(self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray) -> float:
-        """Return the log likelihood of all answers."""
-        return self.evaluate(thresholds, level, cholesky)[0]
 
     def evaluate(
         self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray

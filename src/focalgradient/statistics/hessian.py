@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MIN_CURVATURE", "covariance_at", "hessian", "polished"]
+__all__ = ["MIN_CURVATURE", "ascending", "covariance_at", "free_of", "hessian", "polished"]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +30,24 @@ CONVERGED = 3e-8
 """Length of the last Newton step, in units of the parameters, below which a minimum counts as reached; what is left is
 at most a third of it.
 """
+
+
+def ascending(free: FloatArray) -> FloatArray:
+    """Return ascending values, such as thresholds, of their free parameters: the first, and the logarithms of the gaps.
+
+    >>> ascending(np.array([-1.0, 0.0, 0.0])).tolist()
+    [-1.0, 0.0, 1.0]
+    """
+    return np.asarray(free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]))
+
+
+def free_of(values: FloatArray, least_gap: float = 0.0) -> FloatArray:
+    """Return the free parameters of ascending values: see `ascending`.
+
+    >>> free_of(np.array([-1.0, 0.0, 1.0])).tolist()
+    [-1.0, 0.0, 0.0]
+    """
+    return np.concatenate([values[:1], np.log(np.maximum(np.diff(values), least_gap))])
 
 
 def hessian(function: Callable[[FloatArray], float], at: FloatArray) -> FloatArray:

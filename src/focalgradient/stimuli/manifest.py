@@ -48,7 +48,7 @@ class Target(_Entry):
         Position in pixels from the picture's upper left corner, to the right and down.
     """
 
-    name: str = Field(description="the name of what is fixated")
+    name: str = Field(description="the name of the fixated object")
     distance_m: Known = Field(description="a distance in metres, or null")
     position_px: Pair = Field(description="two numbers of pixels")
 
@@ -56,9 +56,9 @@ class Target(_Entry):
 class _Scene(_Entry):
     seed: int | None = Field(description="a whole number, or null")
     depth: str | None = Field(description="the name of a file, or null")
-    nearest: Target | None = Field(None, description="a table of what is fixated")
-    farthest: Target | None = Field(None, description="a table of what is fixated")
-    targets: dict[str, Target] = Field({}, description="a table of what is fixated, by its name")
+    nearest: Target | None = Field(None, description="a table of the fixated object")
+    farthest: Target | None = Field(None, description="a table of the fixated object")
+    targets: dict[str, Target] = Field({}, description="a table of the fixated object, by its name")
 
 
 class Picture(_Entry):
@@ -81,7 +81,7 @@ class Picture(_Entry):
 
     scene: str = Field(description="the name of a scene")
     aperture: str = Field(description='the name of an aperture: "pinhole", or an f-number as "f/11"')
-    fixation: Fixation = Field(description='the name of what is fixated, as "nearest"')
+    fixation: Fixation = Field(description='the name of the fixated object, as "nearest"')
     png: str = Field(description="the name of a file")
     linear: str = Field(description="the name of a file")
     focus_m: Known = Field(description="a distance in metres, or null")
@@ -115,7 +115,7 @@ class Manifest(_Entry):
     pictures: list[Picture] = Field(description="a list of pictures")
     files: dict[str, str] = Field(description="each file's SHA-256, by its name")
     parameters: dict[str, Any] = Field({}, description="a table of parameters")
-    controls: dict[str, Any] = Field({}, description="a table of what was measured")
+    controls: dict[str, Any] = Field({}, description="a table of measurements")
 
 
 class _Controlled(Table):
@@ -131,7 +131,7 @@ class StimulusRecord(_Entry):
     name: str = Field(description="the name of the function that drew it")
     source: list[str] = Field(description="a list of keys of the bibliography")
     pixel_angle_arcmin: float = Field(gt=0, description="a positive number of arcmin")
-    controlled: _Controlled = Field(description="a table of what was measured")
+    controlled: _Controlled = Field(description="a table of measurements")
     parameters: dict[str, Any] = Field(description="a table of parameters")
     masks: list[str] = Field(description="a list of names")
     display: StoredDisplay = Field(description="a table of the display")

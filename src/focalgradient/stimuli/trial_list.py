@@ -102,7 +102,7 @@ def trial_list(
 def _pictures(
     task: Task, design: Any, trial: Any, stimuli: StimulusSet | None, pixels_per_degree: float | None, seed: int
 ) -> dict[str, str | NDArray[np.uint8]]:
-    """Return the pictures of a trial by column: files of the set and, at a resolution, pixels of what is drawn."""
+    """Return the pictures of a trial by column: files of the set and, at a resolution, drawn pixels."""
     found: dict[str, str | NDArray[np.uint8]] = {**files_of(task, design, trial, stimuli)}
     if pixels_per_degree is None or not task.described or task.adapts or task.adjusts:
         return found

@@ -59,7 +59,7 @@ class Viewing:
     chromatic
         Whether each waveband has its own focus, as in an eye; otherwise all light has one.
     wavelengths
-        With `chromatic`: number of wavelength samples; None: as many as pupil and distances need.
+        With `chromatic`: number of wavelength samples; None: enough for pupil and distances.
     illuminant
         With `chromatic`: illuminant of surfaces, as for `focalgradient.eye.SpectralBasis.of_srgb`; None: a display's
         light.

@@ -137,7 +137,7 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
 
     The few people whose rows are in several places are noted, as they may be two of one name.
 
-    `shown` are the columns that say what was shown, such as scene, aperture and fixation.
+    `shown` are the columns of the conditions, such as scene, aperture and fixation.
     """
     of = [name for name in ("participant_id", "session") if name in table]
     conditions = [name for name in ("session", *shown, "catch") if name in table]

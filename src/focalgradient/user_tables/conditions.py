@@ -59,7 +59,7 @@ class OwnConditions(ImportedAnswers):
 
 
 def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
-    """Return whether a table has ratings and apertures, but no fixation: conditions are then what was varied."""
+    """Return whether a table has ratings and apertures, but no fixation: conditions are then its other columns."""
     if (columns or {}).get("rating", "").endswith("*"):
         return False
     table = read_table(path)

@@ -43,7 +43,7 @@ class UserTable:
     cells
         All cells as text; the index is (file, row). Its attribute "delimiter" holds that of each file.
     notes
-        What was assumed, one sentence each.
+        Assumptions, one sentence each.
     lacking
         Columns that only some of the files have, with a file that lacks them.
     """

@@ -1,4 +1,4 @@
-"""Answers of the user's own table, with what was said about its reading and the columns that have no role."""
+"""Answers of the user's own table, with notes on its reading and the columns that have no role."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class ImportedAnswers:
 
     @classmethod
     def of(cls, source: Source, table: pd.DataFrame, **more: Any) -> Self:
-        """Return a table that was read from a source, with what was said about it."""
+        """Return a table that was read from a source, with notes on its reading."""
         used = {source.columns.get(str(role)) for role in table}
         if table.index.nlevels > 2:  # a column for each condition
             used |= {*table.index.get_level_values(2)}

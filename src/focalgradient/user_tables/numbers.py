@@ -29,10 +29,13 @@ def factor_of(role: str, units: Mapping[str, float], header: str) -> float:
     unit = name_and_unit(header)[1]
     first = re.split(r"[^a-z0-9]+", clean(header).casefold())[0]
     stated = unit if unit in FOREIGN else first if first in ("log", "log10", "ln", "db") else ""
-    if units and (stated or (unit and unit not in units and unit in UNITS)):
+    remedy = "convert the column and its heading"
+    if not stated and unit in UNITS - {*units}:  # another quantity
+        stated, remedy = unit, f'name another column with columns={{"{role}": "NAME"}}, or correct the heading'
+    if units and stated:
         raise InputError(
-            f"the heading {printable(header)!r} states the unit {stated or unit}, but {role} must be in "
-            f"{' or '.join(name for name in units if name)}: convert the column and its heading."
+            f"the heading {printable(header)!r} states the unit {stated}, but {role} must be in "
+            f"{' or '.join(name for name in units if name)}: {remedy}."
         )
     return units.get(unit, 1)
 

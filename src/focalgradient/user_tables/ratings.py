@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from focalgradient.analyses import Choices, Ratios
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.scales.analyses import Choices, Ratios
 from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
@@ -34,7 +34,7 @@ MAX_PEOPLE_RATIO = 20.0
 """Maximum ratio of a person's median rating to that of the others: percentages are 100 times ratios."""
 
 EXAMPLES = {"aperture": "pinhole or f/5.6", "fixation": "near or far"}
-"""Cells of the columns of what was shown, for messages."""
+"""Cells of the columns of the conditions, for messages."""
 
 RATING_WORDS = frozenset(("rating", "ratings", "depth", "perceived", "reported", "judgment", "judgement", "slider"))
 """Words of which names of columns of ratings consist."""
@@ -173,7 +173,7 @@ def _require(source: Source, *present: str) -> None:
         otherwise = ", or give each condition a column whose name holds its aperture, like near_f5.6"
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
-        otherwise = f', {add}, or say what was varied with by=["NAME"]'
+        otherwise = f', {add}, or name the conditions with by=["NAME"]'
     roles = [role for role in RATINGS.required if role != "fixation" or "rating" in here]  # optional in a report
     source.require(*roles, also=present, otherwise=otherwise)
 

@@ -46,9 +46,9 @@ class Column(NamedTuple):
     number
         True for numbers, whose decimal mark is decided together.
     shown
-        True if the column says what was shown: rows without any such cell are not trials.
+        True if the column states a condition: rows without any such cell are not trials.
     answer
-        Noun for what is missing in rows without a value, which are left out; "" if cells may be empty.
+        Noun for the missing value of rows that are left out; "" if cells may be empty.
     codes
         Codes of missing values: "unsigned" if negative numbers are among them, "signed" if not, "" for none.
     absent

@@ -82,7 +82,7 @@ def folded(conditions: Mapping[str, str] | None) -> dict[str, str]:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Source:
-    """Table of the user, with the column of each role and what was said about it.
+    """Table of the user, with the column of each role and notes on it.
 
     Parameters
     ----------
@@ -366,7 +366,7 @@ def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> b
     Parameters
     ----------
     paths
-        The files, or what was read of each.
+        The files, or their content.
     participant
         Column of the participants, if it was named.
 

@@ -250,7 +250,7 @@ def write_depth(
     Returns
     -------
     StreamCounts
-        What was read, written and skipped.
+        Frames read, written and skipped.
 
     Raises
     ------

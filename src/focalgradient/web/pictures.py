@@ -92,7 +92,7 @@ def own_session(design: Any, display: Display) -> dict[str, Any]:
 
 @dataclass(frozen=True, slots=True)
 class Described:
-    """Described trial, of which `key` identifies what is shown."""
+    """Described trial, whose `key` identifies its picture."""
 
     key: tuple[Hashable, ...]
     task: Task = field(compare=False)

@@ -1,7 +1,7 @@
 """Stores of a study's journals: the interface, and the local folder, which is the default.
 
 A session is always recorded in a folder, in the laboratory's format. A store controls who may act on the session, first
-copies what other servers have added into that folder, and afterwards stores what was added.
+copies what other servers have added into that folder, and afterwards stores the additions.
 """
 
 from __future__ import annotations

@@ -71,7 +71,7 @@ def estimate(problem: Problem) -> Estimate:
     if lowest >= highest:
         raise InputError(
             f"the stack is focused from {_metres(focus[-1])} to {_metres(focus[0])} m, but the search is limited to "
-            "distances outside that: change near or far, or focus on what is searched."
+            "distances outside that: change near or far, or focus within the search."
         )
     settings.progress(0.3, "estimating noise")
     noise = _noise(problem)

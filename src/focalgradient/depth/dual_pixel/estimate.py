@@ -145,7 +145,7 @@ class _Compared:
     shape: tuple[int, int]
     weight: NDArray[np.float32]
     count: NDArray[np.float32]
-    share: float  # independent values in a pixel of what is filtered so
+    share: float  # independent values in a pixel after these filters
     power: float  # of white noise that the band passes
 
     @classmethod

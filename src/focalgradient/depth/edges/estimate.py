@@ -133,8 +133,8 @@ def _combine(
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Combine n views' measurements to a vergence at P pixels (`measured`, n x sides of focus x P, in dioptres).
 
-    `sd` is their standard deviation from noise (n x P), infinite where a view shows no edge, and `error` what is
-    allowed to the model. Returns vergence, its standard deviation, whether it is unambiguous, and whether the views
+    `sd` is their standard deviation from noise (n x P), infinite where a view shows no edge, and `error` that of
+    the model. Returns vergence, its standard deviation, whether it is unambiguous, and whether the views
     agree on it.
     """
     total_sd = np.hypot(sd, error)

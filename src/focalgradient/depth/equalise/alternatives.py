@@ -363,7 +363,7 @@ def judge_alternatives(
             before = mean
             change = np.abs(other.level - nodes.level)[use] * pixels / np.maximum(LEAST_BLUR, radius[use])
             found = Alternative(cause, clarity, float(np.quantile(change, SHARE)))
-            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of what is gained
+            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of the gain
             if accepted is None or surely > accepted[0]:
                 accepted = surely, found
         if accepted is not None:

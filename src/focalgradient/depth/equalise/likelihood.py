@@ -104,7 +104,7 @@ class Nodes:
     unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
     inside: NDArray[np.bool_]  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
-    curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, and not what is left, curves the cost
+    curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, not the residual, curves the cost
 
     @property
     def is_supported(self) -> NDArray[np.bool_]:

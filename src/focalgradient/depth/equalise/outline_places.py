@@ -105,7 +105,7 @@ def moved_to_edges(
         if (sharpest == number).any():
             contrast = np.where(sharpest == number, _contrast(image, down, right), contrast)
     shift = np.arange(-EDGE_SEARCH, EDGE_SEARCH + 1)
-    step = shift - inward[at][:, None]  # from the pixel, of what is counted from the border
+    step = shift - inward[at][:, None]  # from the pixel; counted from the border
     normal = np.stack([down[at], right[at]])
     found = ndimage.map_coordinates(contrast, np.stack(at)[:, :, None] + normal[:, :, None] * step, order=1)
     tree = cKDTree(place)

@@ -7,7 +7,7 @@ windows narrower than elsewhere, whose depth replaces what wider ones carry over
 
 Constants without a figure were chosen on the scenes `MADE_WITH` of `benchmarks/depth_at_outlines.py` and tried on
 others. With spheres seen through two foci, half and twice `ONSET`, `LARGE_RESIDUAL`, `OUTLINE_SD` and `CLEAR_REACHES`
-change the share valid within 10 pixels of outlines (81.7 %) by 2 points at most, what is off by more than 10 % (7.3 %
+change the share valid within 10 pixels of outlines (81.7 %) by 2 points at most, the share off by more than 10 % (7.3 %
 of it) to 6.2 to 7.7 %, and what lies beyond 5 standard deviations (0.4 %) to 0.3 to 1.0 %.
 """
 

@@ -61,7 +61,7 @@ def vergence_likelihood(
         Of the textures in other wavebands than the first view's with the first's, and their contrast over it.
     wraps
         Whether the patch's texture is periodic, like a wallpaper's; then the whole patch is compared.
-        Otherwise it trails off towards its rim, for what is beyond not to matter.
+        Otherwise it trails off towards its rim, so that pixels beyond do not matter.
 
     Returns
     -------

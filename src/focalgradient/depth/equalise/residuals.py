@@ -144,7 +144,7 @@ def _complement(column, tiny, across, along):  # type: ignore[no-untyped-def]
     reached = column[0]
     for j in range(1, views):
         square = reached.real**2 + reached.imag**2 + column[j].real ** 2 + column[j].imag ** 2
-        if square <= tiny**2:  # what is blind to both is either of them
+        if square <= tiny**2:  # filters blind to both are either of them
             for i in range(views):
                 across[j - 1, i] = 1 if i == j else 0
             continue
@@ -323,7 +323,7 @@ class Residuals:
             basis = np.matmul(coefficients.T.astype(rows.dtype), rows)
             parts = basis.view(filters.dtype).reshape(rank, views, count) / weight.astype(rows.dtype)
             images = spectra.stack(parts, frequencies)
-            if own is None:  # of what was kept of them
+            if own is None:  # from the kept part
                 filters = _combined(coefficients, parts)
         sources = np.zeros((0, *filters.shape), filters.dtype) if own is None else own
         gains, noise, noise_slope, change, derivative = noise_passed(filters, sources, measure, variance)

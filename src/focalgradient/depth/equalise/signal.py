@@ -124,7 +124,7 @@ def own_texture(
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
     with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
-    compression takes away what is weak, and leaves lone edges. The other arguments are those of `rests_on_texture`.
+    compression removes weak texture, and leaves lone edges. The other arguments are those of `rests_on_texture`.
     """
     derivative = np.sum([r.noise_derivative for r in equalised.residuals], axis=0)
     by_noise = numerics.at_levels(noise * derivative, local.level)
@@ -293,7 +293,7 @@ def beyond_ends(nodes: Nodes, search: Search) -> NDArray[np.int8]:
     """Return (h x w) 1 where a surface lies nearer than the search, as the likelihood still rises there; -1: farther.
 
     Of `nodes` over all pixels: where no depth searched explains the views, all are rejected later. Less blur than at an
-    end where there is hardly any is no sign.
+    end where there is hardly any is not evidence.
     """
     ends = search.radius(search.vergences[[0, -1]])
     is_sign = (ends >= LEAST_BLUR_SD) | (not one_focus(search.focus))

@@ -3,7 +3,7 @@
 Red and blue light do not show quite the same texture. View i is taken to show gain x the first waveband's texture, and
 in each other waveband an independent texture on top, as natural (`SharedPower` in
 `focalgradient.depth.equalise.likelihood`). The gain is fitted with the depth of every place left free; the power of
-what is not shared, like noise, from what equalising leaves. An error of the gain moves depth everywhere alike: that
+the independent texture, like noise, from the residual. An error of the gain moves depth everywhere alike: that
 joins the depth's uncertainty.
 """
 
@@ -188,7 +188,7 @@ def estimate_band_gains(
             if improve(coarse, own) < GAIN_SETTLED:
                 break
         if np.abs(np.log(gain / start)).max() < GAIN_SETTLED:
-            break  # the gain assumed was good enough for what was found with it
+            break  # the assumed gain was accurate enough for this estimate
     improve(blurs, own)  # levels far apart bias the gain by some per cent
     coloured = bool(np.isfinite(prior_sd).all())
     return BandGains(SharedPower(band, gain, own, floors), sd.tolist(), gain_sd, power, coloured * local_sd, coloured)
@@ -277,7 +277,7 @@ def _gain_change(
         by_gain += (risen - here.noise) / GAIN_STEP / 2
         left, noise = left + rest**2, noise + here.noise
     places = np.arange(equalised.levels)
-    # Of noise there is at most what is left.
+    # Noise explains at most the whole residual.
     there_is = min(1.0, float((weight * left).sum() / (weight * np.interp(level, places, noise)).sum()))
     sums[3] -= np.interp(level, places, there_is * by_level).astype(np.float32)
     sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)

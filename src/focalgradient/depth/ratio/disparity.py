@@ -4,14 +4,14 @@ The Laplacian of each view is averaged over 4 x 4 pixels and divided by the loca
 the *focal disparity*, 1 in the plane of focus and falling with blur. Depth follows by a table
 (`focalgradient.depth.ratio.table`).
 
-Four things differ from the paper, all on purpose. What is averaged is the *square* of the Laplacian, and the disparity
+Four things differ from the paper, all on purpose. The average is of the *square* of the Laplacian, and the disparity
 is the root of the ratio: noise then adds a known amount, which is subtracted, where it cannot be taken out of an
 average of sizes (``absolute=True`` gives the paper's). The Gaussian that gives the local brightness runs over the means
 of 4 x 4 pixels, not over pixels: a box and a Gaussian are a Gaussian wider by 1.25 square pixels. And the second
 difference may be taken between means over 2 x 2, 4 x 4 or 8 x 8 pixels: the finest detail is the first that blur takes,
 and a band is best where the larger aperture has taken part of it and not all. And depth comes from all bands at once,
 whose energies scatter together (`focalgradient.depth.ratio.likelihood`), so that the others account
-for much of what is chance in one ratio.
+for much of the chance in one ratio.
 """
 
 from __future__ import annotations

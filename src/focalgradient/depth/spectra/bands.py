@@ -4,7 +4,7 @@ A windowed patch of a blurred image is not the blurred windowed patch: power lea
 neighbouring frequencies, so that the ratio of two patches' spectra gives too small a difference of blur, by more the
 larger it is. So each whole image is first given the blur assumed of the other, then filtered into bands of frequency,
 whose power is gathered around each node only then: nothing leaks, and where the hypothesis is right the two differ by
-noise alone. What is left between them measures how far it is off.
+noise alone. The difference between them measures how far it is off.
 
 Within a band the equalisers of all hypotheses are combinations of very few filters. Only those are applied to the
 images; the power after any equaliser is a quadratic form of their products, gathered once.
@@ -135,7 +135,7 @@ class Hypothesis:
     gains: FloatArray  # 2 x RADIAL: what either image is filtered by
     scene: FloatArray  # RADIAL: the scene's power, in either
     noise: FloatArray  # 2 x RADIAL: amplitude of either's noise
-    margin: int  # pixels within which what is not usable invalidates what is
+    margin: int  # pixels within which unusable pixels invalidate usable ones
 
     @classmethod
     def of(

@@ -2,7 +2,7 @@
 
 const [WIDE, HIGH] = [640, 480]; // minimum size of a window in CSS pixels, apart from the pictures' requirements
 
-// Name of the text that states what is missing, with its values; null if the study can be shown.
+// Name of the text that states the missing capability, with its values; null if the study can be shown.
 export function missing({ refocuses, ...study }) {
   const sides = [screen.width, screen.height].sort((a, b) => b - a);
   const [width, height] = smallest(study);

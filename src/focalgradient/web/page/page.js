@@ -305,7 +305,7 @@ class Page {
     return { ...this.beginning, waited_ms: Math.max(0, performance.now() - this.beginning.now_ms) };
   }
 
-  // Screens of the pages before, between and after trials; `values` fill in what is known when they are shown.
+  // Screens of the pages before, between and after trials; `values` fill in the values known when they are shown.
   steps(steps, trial, values = () => ({ minutes: this.minutes(trial) })) {
     return steps.flatMap((step) => {
       const held = trial?.scale?.kind === "held" && step.event === "ready";

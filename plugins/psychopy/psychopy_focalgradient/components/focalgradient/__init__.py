@@ -55,7 +55,7 @@ class FocalGradientComponent(PlainComponent):
             "focus",
             focus,
             "Focus (D)",
-            "Vergence in dioptres of what is in focus: 0.8 is 1.25 m away. It may change at every frame",
+            "Vergence in dioptres of the plane of focus: 0.8 is 1.25 m away. It may change at every frame",
             valType="code",
         )
         self.offer(
