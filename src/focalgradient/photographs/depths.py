@@ -95,7 +95,11 @@ class PhotographedDepth:
             lines = [f"Median place in the stack: {place:.2f} of {count} (order only)"]
         else:
             valid = int(self.depth.valid.sum())
-            few = f" (of {valid} valid pixels only)" if valid < FEW_VALID * self.depth.valid.size else ""
+            few = (
+                f" (of {valid} valid pixel{'s' * (valid > 1)} only)"
+                if valid < FEW_VALID * self.depth.valid.size
+                else ""
+            )
             lines = [f"Median distance: {distance:.4g} m from {self.settings.plane}{few}"]
             if not valid:
                 lines = ["No pixel is valid: there is no median distance"]

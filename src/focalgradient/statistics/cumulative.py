@@ -7,7 +7,6 @@ integral over v is centred on each subject's mode (Liu and Pierce 1994); one nod
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.progress import Progress
-from focalgradient.statistics.hessian import ascending, free_of, polished
+from focalgradient.statistics.hessian import ascending, curvature_at, free_of, polished
 from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
@@ -27,9 +26,6 @@ SEPARATED = 25.0
 """Absolute value of a parameter (log odds) beyond which the answers are separated and the search ends without a
 maximum.
 """
-
-STEP = 1e-4
-"""Step of the finite differences of gradients, in units of about a standard deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -134,10 +130,7 @@ def cumulative_fit(
         free = found.x if np.abs(found.x).max() > SEPARATED else polished(height, found.x, gradient=slope)
         if free is None or np.abs(free).max() > SEPARATED:
             return None
-        if slope:
-            information = _curvature(slope, free)
-        else:
-            information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
+        information = curvature_at(height, slope, free)
         covariance, at_boundary = _covariance(information, last + columns)
     if covariance is None:
         return None
@@ -257,14 +250,6 @@ class _Marginal:
         lost = np.bincount(self.category, by_low, last + 1)[1:]
         by_threshold = np.asarray(np.bincount(self.category, by_high, last + 1)[:-1] - lost, dtype=float)
         return value, by_threshold, by_level, self.random.T @ by_v
-
-
-def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:
-    """Return second derivatives as finite differences of the gradient."""
-    here = gradient(at)
-    rows = [(gradient(at + step * one) - here) / step for one in np.eye(len(at))]
-    second = np.stack(rows)
-    return np.asarray((second + second.T) / 2)
 
 
 def _is_positive(matrix: FloatArray) -> bool:

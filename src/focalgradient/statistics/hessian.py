@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MIN_CURVATURE", "ascending", "covariance_at", "free_of", "hessian", "polished"]
+__all__ = ["MIN_CURVATURE", "ascending", "covariance_at", "curvature_at", "free_of", "hessian", "polished"]
 
 FloatArray = NDArray[np.float64]
 
@@ -116,7 +116,7 @@ def polished(
             return point if np.isfinite(slope).all() else None
         if not (len(curvature) and np.array_equal(inner, moved)):
             moved = inner
-            curvature = _curvature(cost, gradient, point)[np.ix_(moved, moved)]
+            curvature = curvature_at(cost, gradient, point)[np.ix_(moved, moved)]
             if not np.isfinite(curvature).all():
                 return None
             values, vectors = np.linalg.eigh(curvature)
@@ -159,9 +159,10 @@ def _slope(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray:
     return slope
 
 
-def _curvature(
+def curvature_at(
     cost: Callable[[FloatArray], float], gradient: Callable[[FloatArray], FloatArray] | None, at: FloatArray
 ) -> FloatArray:
+    """Return the second derivatives of a cost, of its gradient if there is one."""
     if gradient is None:
         return hessian(cost, at)
     from statsmodels.tools.numdiff import approx_fprime

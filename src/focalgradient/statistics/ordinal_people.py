@@ -9,6 +9,7 @@ over these effects.
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy import optimize, special
 
@@ -57,12 +58,8 @@ def own_rises(
     people = int(subject.max()) + 1
     count = offsets.shape[1]
     kind = offsets @ np.arange(1, count + 1)
-    centered = amounts.astype(float).copy()
-    for who in range(people):  # within a subject and fixation; a subject with constant answers has no effect
-        for each in range(amounts.shape[1]):
-            own = (subject == who) & (kind == (each if count else 0))
-            if own.any():
-                centered[own, each] -= centered[own, each].mean()
+    # Within a subject and fixation; a subject with constant answers has no effect.
+    centered = pd.DataFrame(amounts) - pd.DataFrame(amounts).groupby([subject, kind]).transform("mean")
     design = np.column_stack([np.ones(len(category)), offsets, centered])
     penalty = np.diag(np.concatenate([np.full(1 + count, LEVEL_SD), np.full(amounts.shape[1], RISE_SD)]) ** -2.0)
     share = np.cumsum(np.bincount(category))[:-1] / len(category)
