@@ -288,7 +288,7 @@ def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[Vi
     ...     text += "".join(f'[[view]]\nimage = "{name}.npy"\n{lens}' for name in "ab")
     ...     written = Path(folder, "views.toml").write_text(text)
     ...     settings = load_settings(Path(folder, "views.toml"))
-    ...     views = make_views(settings, read_photographs([shot.image for shot in settings.shots]))
+    ...     views = make_views(settings, settings.read_shots(settings.shots))
     >>> views[0].shape, round(1e6 * views[0].pixel_angle, 1)  # 5 um at 1/19 m
     ((8, 9), 95.0)
     """
