@@ -23,6 +23,27 @@ COMPARISONS: dict[type[ast.cmpop], type[ast.cmpop]] = {
     ast.In: ast.NotIn,
     ast.NotIn: ast.In,
 }
+REVERSED: dict[type[ast.cmpop], type[ast.cmpop]] = {
+    **COMPARISONS,
+    ast.Lt: ast.GtE,
+    ast.LtE: ast.Gt,
+    ast.Gt: ast.LtE,
+    ast.GtE: ast.Lt,
+}
+"""For two measured quantities: they are equal with probability 0, so that < and <= are one."""
+
+COUNTING = ("len", "size", "shape", "ndim", "count_nonzero")
+"""Names of functions and attributes whose values are counts."""
+
+STOPPING = (
+    *("maxiter", "maxfev", "maxfun", "maxls", "tol", "xtol", "ftol", "gtol", "rtol", "atol", "xatol", "fatol"),
+    *("epsabs", "epsrel", "limit", "optimize"),
+)
+"""Arguments at which an iteration stops, or by which only speed changes: another value gives the same result."""
+
+GUARD = 1e-9
+"""Floats up to this size keep divisions and logarithms finite, and stay as they are."""
+
 OPERATORS: dict[type[ast.operator], type[ast.operator]] = {
     ast.Add: ast.Sub,
     ast.Sub: ast.Add,
@@ -111,8 +132,14 @@ class _Sites(ast.NodeVisitor):
         """Leave what only types ask for as it is."""
 
     def visit_keyword(self, node: ast.keyword) -> None:
-        if node.arg not in ("strict", "stacklevel"):
+        if node.arg not in ("strict", "stacklevel", *STOPPING):
             self.visit(node.value)
+
+    def visit_Dict(self, node: ast.Dict) -> None:
+        """Leave options of an optimiser at which it stops as they are."""
+        for key, value in zip(node.keys, node.values, strict=True):
+            if not (isinstance(key, ast.Constant) and key.value in STOPPING):
+                self.visit_all([key, value])
 
     def visit_Call(self, node: ast.Call) -> None:
         name = ast.unparse(node.func)
@@ -155,12 +182,23 @@ class _Sites(ast.NodeVisitor):
             self.add(node, lambda: setattr(node, "value", not value))
         elif isinstance(value, int):
             self.add(node, lambda: setattr(node, "value", value + 1 if value <= SMALL else int(FACTOR * value)))
-        elif isinstance(value, float):
+        elif isinstance(value, float) and not 0 < value <= GUARD:
             self.add(node, lambda: setattr(node, "value", FACTOR * value if value else 1.0))
 
 
 def _compare_otherwise(node: ast.Compare, place: int) -> None:
-    node.ops[place] = COMPARISONS[type(node.ops[place])]()
+    sides = [node.left, *node.comparators][place : place + 2]
+    change = COMPARISONS if any(map(_is_count, sides)) else REVERSED
+    node.ops[place] = change[type(node.ops[place])]()
+
+
+def _is_count(node: ast.expr) -> bool:
+    """Return whether a side of a comparison is a whole number, or computed of a count."""
+    return any(
+        (isinstance(part, ast.Constant) and type(part.value) is int)
+        or getattr(part, "id", getattr(part, "attr", None)) in COUNTING
+        for part in ast.walk(node)
+    )
 
 
 def sites(source: str) -> tuple[ast.Module, list[Site]]:

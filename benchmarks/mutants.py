@@ -3,10 +3,11 @@
     python benchmarks/mutants.py ROOM [--number 20] [--seed 0] [--results mutants.csv] [--limit 300] [--slow]
         [--again | --all-again]
 
-A mutant is one change of one expression in ``src/focalgradient/ROOM``: a comparison (< to <=, == to !=), an operator
-(+ to -, * to /, & to |, and to or), a sign, ``not`` or ``~`` dropped, a number (a float times 1.5, a small integer plus
-1), True for False. Docstrings, texts, annotations, decorators, what is raised, asserted or warned, and ``strict=`` of
-`zip` stay as they are.
+A mutant is one change of one expression in ``src/focalgradient/ROOM``: a comparison (== to !=; < to <= where a side is
+a count, else to >=, as two measured quantities are equal with probability 0), an operator (+ to -, * to /, & to |, and
+to or), a sign, ``not`` or ``~`` dropped, a number (a float times 1.5, a small integer plus 1), True for False.
+Docstrings, texts, annotations, decorators, exceptions, assertions, warnings, ``strict=`` of `zip`, and what changes no
+result by its kind, stay as they are: tolerances of optimisers (`STOPPING`) and guards against zero (`GUARD`).
 
 The tests that `TESTS` lists for the room and its doctests, without those marked slow (``--slow`` runs them too), run
 once on a temporary copy of the repository, and `executed.py` measures which lines each test executes. That table is

@@ -64,7 +64,7 @@ def shown(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[browser.Br
     light, metres = picture()
     path = folder / "blur.html"
     path.write_text(builder().page(light, metres, ANGLE, "The picture was made for a test."))
-    with browser.Browser(folder / "profile") as chromium:
+    with browser.Browser() as chromium:
         yield chromium, path
 
 

@@ -27,7 +27,7 @@ from focalgradient.power import (
     study_of,
 )
 from focalgradient.power.thresholds import _quantiles
-from focalgradient.statistics import SubjectThreshold, ThresholdFit, depth_rating, quality
+from focalgradient.statistics import SubjectThreshold, ThresholdFit
 from focalgradient.tasks import task_named
 
 SMALL = DepthRatingDesign(scenes=["spheres-01"], catch_trials=2, practice_trials=0)
@@ -66,26 +66,6 @@ def test_lapses_and_the_ends_of_the_scale():
     assert stats.kstest(np.log(table["rating"]) / math.log(4), "uniform", args=(-1, 2)).pvalue > 1e-3
     table = simulated_ratings(SMALL, 5, Model(effect=9.0, noise=0.1), np.random.default_rng(1))
     assert table["rating"].max() == pytest.approx(4.0)
-
-
-def test_who_sees_blur_is_told_from_who_does_not():
-    """Near fixation raises, far fixation is equivalent to zero within 1.2, stated before; for the blind both are."""
-    design = DepthRatingDesign(practice_trials=0)
-    found = {}
-    for name, model in (("sees", Model(effect=1.5)), ("blind", Model(effect=1.0, between=0.0))):
-        kept, _ = quality(simulated_ratings(design, 20, model, np.random.default_rng(20)))
-        found[name] = depth_rating(kept, equivalence_bound=1.2)
-    near, far = found["sees"].fixations
-    assert near.rise.p < 1e-4
-    assert near.rise.estimate > 0
-    assert not near.equivalence.equivalent
-    assert far.rise.p > 0.05
-    assert far.equivalence.equivalent
-    assert found["sees"].interaction.p < 1e-3
-    for fixation in found["blind"].fixations:
-        assert fixation.rise.p > 0.05
-        assert fixation.equivalence.equivalent
-    assert found["blind"].interaction.p > 0.05
 
 
 def test_cut_off_and_gone_on_with(tmp_path, monkeypatch):

@@ -79,8 +79,8 @@ def blurred(aperture: float, foci: tuple[float, float]) -> FloatArray:
 
 
 @pytest.fixture(scope="module")
-def chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[browser.Browser]:
-    with browser.Browser(tmp_path_factory.mktemp("profile")) as started:
+def chromium() -> Iterator[browser.Browser]:
+    with browser.Browser() as started:
         yield started
 
 

@@ -45,17 +45,6 @@ def test_disc_is_the_integral_over_its_chords(radius: float) -> None:
     assert disc_transfer(frequency, radius) == pytest.approx(expected, abs=1e-9)
 
 
-def test_disc_is_the_fourier_transform_of_a_disc() -> None:
-    """A disc of 60 fine samples in radius, drawn and transformed in two dimensions: isotropic, and signed."""
-    side, fine = 1024, 60
-    place = np.arange(side) - side // 2
-    disc = (np.hypot(place[:, None], place) <= fine).astype(float)
-    spectrum = np.fft.fft2(np.fft.ifftshift(disc / disc.sum())).real
-    frequency = np.hypot(np.fft.fftfreq(side)[:, None], np.fft.fftfreq(side))
-    low = frequency < 2.5 / fine  # past the third zero
-    assert spectrum[low] == pytest.approx(disc_transfer(frequency[low], fine), abs=4e-3)
-
-
 @pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
 @pytest.mark.parametrize("radius", [0.4, 2.5])
 def test_line_response_is_the_slope_of_the_edge_response(shape: Psf, radius: float) -> None:

@@ -19,7 +19,7 @@ def test_nothing_of_a_report_is_cut(tmp_path: Path) -> None:
     record_necker(tmp_path / "data", 4)
     page = tmp_path / "report.html"
     page.write_bytes(make_report(tmp_path / "data").files["report.html"])
-    with Browser(tmp_path / "profile") as browser:
+    with Browser() as browser:
         for size, phone in (((1200, 900), False), ((390, 800), True)):
             browser.open(page, size, phone=phone)
             browser.wait("document.readyState === 'complete' && document.querySelector('h2')")

@@ -61,9 +61,6 @@ def test_the_caption_follows_the_numbers(effect, near, tmp_path):
     assert "With the farthest object in focus the impression of depth fell" in caption
 
 
-sys.path.insert(0, str(Path(__file__).parents[1]))
-
-
 @pytest.fixture(scope="module")
 def shown(tmp_path_factory):
     return necker.make(record_necker(tmp_path_factory.mktemp("data") / "data", 6))

@@ -92,6 +92,7 @@ def test_uneven_settings_in_any_order_through_cameras_of_any_exposure() -> None:
 def test_needs_no_model_of_blur(psf: str) -> None:
     depth = recover_depth(wall(stack(0.5, 0.65, 0.8, 0.95), 1.4, psf=psf, k=0.6), method="autofocus")
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.4, rel=2e-3)
+    assert np.mean(np.diff(depth.vergence) == 0) < 0.1, "interpolated between blocks, which are not repeated"
 
 
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")

@@ -66,11 +66,3 @@ def test_a_map_of_order_only_has_no_metres() -> None:
     assert np.isnan(depth.distance_sd).all()
     assert repr(depth) == "<DepthMap of 2 x 3 pixels: order only, 100% valid>"
     assert depth.summary() == "Depth map of 2 x 3 pixels: order only, 100% valid"
-
-
-@pytest.mark.parametrize("shape", [(40, 40), (60, 40), (20, 60)])
-def test_the_label_of_the_bar_lies_within_the_figure(shape: tuple[int, int]) -> None:
-    vergence = np.linspace(0.4, 2, np.prod(shape)).reshape(shape)
-    figure = DepthMap(vergence, 0.01 * vergence, vergence > 0, vergence > 0).plot().figure
-    figure.draw_without_rendering()
-    assert figure.get_tightbbox().width * figure.dpi <= figure.bbox.width + 1

@@ -105,7 +105,7 @@ def test_jspsych(files: Path) -> None:
     (files / "own.html").write_text('<!doctype html><body></body><script type="module" src="bundled.js"></script>')
     server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(files)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    with browser.Browser(files / "profile") as page:
+    with browser.Browser() as page:
         page.call("Page.navigate", url=f"http://127.0.0.1:{server.server_address[1]}/own.html")
         page.wait("document.querySelector('#picture')?.width === 80")
         for kind in ("keyDown", "keyUp", "keyDown", "keyUp"):

@@ -26,7 +26,8 @@ from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import FILES
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
-from chromium import Server, chromium, take_part
+from browser import chromium
+from chromium import Server, take_part
 from damaging import forged
 
 INK = 0.9  # of the screen's text, from -1 to 1

@@ -49,22 +49,6 @@ def test_against_adaptive_quadrature_of_the_plain_integral(defocus: float) -> No
     assert found == pytest.approx(expected, abs=1e-8)
 
 
-@pytest.mark.parametrize("defocus", [0.0, 0.5, 2.0])
-def test_against_the_pupil_laid_over_itself_in_the_plane(defocus: float) -> None:
-    """A sum over 1200 x 1200 points of a drawn pupil, times itself moved: no formula of the transfer."""
-    pupil, metres = 0.004, 555e-9
-    step = pupil / 1200
-    place = (np.arange(1320) - 659.5) * step
-    square = place[:, None] ** 2 + place**2
-    drawn = np.exp(2j * np.pi / metres * defocus * square / 2) * (square <= (pupil / 2) ** 2)
-    light = np.count_nonzero(drawn)
-    moved = np.array([0, 12, 60, 180, 420, 840, 1140])  # points of the drawing
-    expected = [(drawn[:, n:] * drawn[:, : drawn.shape[1] - n].conj()).sum().real / light for n in moved]
-    frequency = np.pi / 180 * moved * step / metres
-    found = optical_transfer(frequency, pupil_diameter=pupil, wavelength_nm=555, defocus=defocus)
-    assert found == pytest.approx(expected, abs=1e-3)
-
-
 def test_large_defocus_is_a_geometric_disc() -> None:
     """The first lobes, at the same share of the disc: what diffraction takes halves as defocus doubles."""
     per_radius = np.linspace(0, 2, 60)  # cycles

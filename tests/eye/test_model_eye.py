@@ -6,8 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.eye import Eye, Oscillation, blur_transfer
-from focalgradient.psf import pixel_transfer
+from focalgradient.eye import Eye, Oscillation
 from focalgradient.render import cast, noisy
 from focalgradient.scenes import plane
 
@@ -66,13 +65,6 @@ def test_depth_from_two_colours(vergence: float) -> None:
     assert np.mean(np.abs(error) < 0.15) > 0.97
 
 
-def test_depth_from_two_moments() -> None:
-    eyes = Eye(0.004, 1.5).through([0.125, 0.375], Oscillation(amplitude=0.25))
-    depth = recover_depth(walls(eyes, 1 / 0.9, seed=4))
-    assert depth.valid.mean() > 0.8
-    assert np.median(np.abs(depth.vergence[depth.valid] - 0.9)) < 0.05
-
-
 def test_depth_when_one_colour_is_focused_beyond_infinity() -> None:
     """Relaxed, the eye is too weak for red light: its plane of focus has a negative vergence."""
     eye = Eye(0.004, accommodation=0.0)
@@ -80,29 +72,3 @@ def test_depth_when_one_colour_is_focused_beyond_infinity() -> None:
     assert red.focus_vergence < 0
     depth = recover_depth(walls([eye.in_light(470), red], 2.0, seed=5))
     assert np.median(np.abs(depth.vergence[depth.valid] - 0.5)) < 0.05
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("vergence", [0.7, 2.4])
-def test_depth_from_blur_with_diffraction(vergence: float) -> None:
-    """Blur by wave optics, read by a core that takes it for discs: within 0.1 D, and on the right side."""
-    eyes = [Eye(0.004, 1.5).in_light(nm) for nm in (450, 610)]
-    side = 256
-    down, right = np.fft.fftfreq(side)[:, None], np.fft.rfftfreq(side)
-    random = np.random.default_rng(6)
-    fine = np.hypot(down, right)
-    texture = (
-        np.fft.rfft2(random.standard_normal((side, side))) / np.maximum(fine, 1 / side) * pixel_transfer(down, right)
-    )
-    texture[0, 0] = 0
-    texture *= 0.2 / np.fft.irfft2(texture).std()
-    per_rad = 1 / PIXEL
-    views = []
-    for eye in eyes:
-        blurred = np.fft.irfft2(texture * blur_transfer(down * per_rad, right * per_rad, eye, vergence))
-        views.append(View(1 + blurred[:160, :160] + 0.01 * random.standard_normal((160, 160)), eye, PIXEL))
-    depth = recover_depth(views)
-    error = depth.vergence[depth.valid] - vergence
-    assert depth.valid.mean() > 0.5
-    assert np.median(np.abs(error)) < 0.1
-    assert np.mean(np.sign(depth.vergence[depth.valid] - 1.8) == np.sign(vergence - 1.8)) > 0.99

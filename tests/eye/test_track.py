@@ -141,17 +141,6 @@ def test_both_cues_are_no_worse_than_either_on_a_moving_target():
     assert inside["both"] >= 0.75  # of 16 moments
 
 
-def test_a_moving_target_is_followed():
-    """2.0 + 0.7 sin(2 pi 0.1 t) D by colour and time: as far off as stated, and less than a still estimate would be."""
-    times = np.arange(0, 10, 0.25)
-    where = lambda t: 2.0 + 0.7 * np.sin(2 * np.pi * 0.1 * t)  # noqa: E731
-    views, at = series(where, times, seed=3)
-    found = track(views, at, noise=0.4, correlation=0.95, fixation=0.25, wraps=True)
-    error = found.vergence - where(found.times)
-    assert np.sqrt(np.mean(error**2)) < 0.15
-    assert np.mean(np.abs(error) < 2 * found.vergence_sd) >= 0.85
-
-
 @pytest.mark.slow
 def test_stated_errors_of_series_cover():
     """12 series of 10 s: within two stated standard deviations in 90 to 99 % of the moments."""

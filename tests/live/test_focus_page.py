@@ -66,7 +66,7 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> Any:
     path.write_text(
         PAGE.format(script=page_script(), shaders=json.dumps(page_shaders()), facts=json.dumps(facts)), "utf-8"
     )
-    with browser.Browser(folder / "profile") as chromium:
+    with browser.Browser() as chromium:
         chromium.open(Path(path), (400, 300))
         chromium.wait("window.ready || window.failed")
         assert chromium.js("window.failed || ''") == ""

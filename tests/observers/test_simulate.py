@@ -112,13 +112,6 @@ def test_other_observers_do_not_mix(design, stimuli, encoded, tmp_path, change, 
         simulate(other, tmp_path / "data", **(how | change))
 
 
-def test_pictures_with_more_blur_look_deeper_with_the_near_in_focus_only(design, encoded):
-    many = replace(DEFAULT, lapses=0.0)
-    table = ratings(design, many, 12, encoded)
-    assert largest_over_pinhole(table, "nearest") > 1.2
-    assert largest_over_pinhole(table, "farthest") == pytest.approx(1.0, abs=0.12)
-
-
 def test_what_counts_is_in_the_picture_and_not_in_its_name(design, encoded):
     """Shown the one picture under the other's name, an observer answers by the picture."""
     swap = {"nearest": "farthest", "farthest": "nearest"}

@@ -91,18 +91,6 @@ def test_spectra_and_shifts_are_measured_where_the_field_is_known(photos: Path, 
         import_pictures(photos, table, tmp_path / "none", field=0.0)
 
 
-def test_the_same_again_verifies_and_another_table_is_refused(photos: Path, tmp_path: Path) -> None:
-    table, out = photos / "pictures.csv", tmp_path / "set"
-    import_pictures(photos, table, out)
-    first = (out / "manifest.json").read_bytes()
-    (out / "yard" / "f8-nearest.png").unlink()
-    import_pictures(photos, table, out)
-    assert (out / "manifest.json").read_bytes() == first
-    table.write_text(HEADER + "\n".join(ROWS[:2]) + "\n", encoding="utf-8")
-    with pytest.raises(InputError, match="contains another set"):
-        import_pictures(photos, table, out)
-
-
 def test_pictures_are_never_written_over(photos: Path) -> None:
     """A set may be made where its pictures lie, unless one of its files would take the place of one of them."""
     (photos / "yard").mkdir()

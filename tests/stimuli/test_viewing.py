@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from focalgradient import Eye, InputError, Lens
-from focalgradient.eye import chromatic_stimulus, parts_needed, retinal_image
+from focalgradient import Eye, InputError
+from focalgradient.eye import chromatic_stimulus, parts_needed
 from focalgradient.photographs import DepthPicture, picture_of
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
@@ -24,21 +24,6 @@ def picture(channels: int = 3) -> DepthPicture:
     light = random.uniform(0, 1, (32, 48, channels)).astype(np.float32).squeeze()
     metres = np.where(np.arange(48) < 24, 1.0, 2.0) * np.ones((32, 1))
     return DepthPicture("room", picture_of(light, "linear"), metres, 0.0, ANGLE)
-
-
-def test_seen_light_is_that_of_the_functions_called() -> None:
-    shown, lens = picture(), Lens(0.05, 20.0, 1.0)
-    seen = Viewing(lens).see(shown)
-    expected = blur_picture(shown.light, shown.metres, lens, pixel_angle=ANGLE)
-    np.testing.assert_array_equal(seen.light, expected)
-    assert seen.largest_blur_px == pytest.approx(0.0025 / 2 * 0.5 / ANGLE)
-    assert seen.residuals is None
-    shown, eye = picture(1), Eye(0.003, 1.0)
-    seen = Viewing(eye, chromatic=True, wavelengths=3).see(shown)
-    colours = np.repeat(shown.light[..., None], 3, axis=2)
-    np.testing.assert_array_equal(
-        seen.light, retinal_image(colours, shown.metres, eye, pixel_angle=ANGLE, wavelengths=3)
-    )
 
 
 def test_the_number_of_wavelengths_includes_the_screen() -> None:

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 from interrupts import interruptible
-from playwright.sync_api import Browser, Error, Page, sync_playwright
-
-CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
-
-OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
-"""Of Chromium: it draws WebGL without a graphics card."""
+from playwright.sync_api import Error, Page
 
 LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
 """A folder to keep what each screen looked like in."""
@@ -62,18 +54,6 @@ class Server:
         self.process.send_signal(how)
         self.process.communicate(timeout=60)
         return self.process.returncode
-
-
-@contextmanager
-def chromium() -> Iterator[Browser]:
-    """A browser; it must be there."""
-    assert CHROMIUM is not None, "Chromium is missing: install the Debian package chromium"
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=OPTIONS)
-        try:
-            yield browser
-        finally:
-            browser.close()
 
 
 def _screen(page: Page) -> str:

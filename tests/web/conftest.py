@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import participant
 import pytest
-from chromium import chromium
+from browser import chromium
 from databases import FOUND, Cluster, cluster
 from playwright.sync_api import Browser
 

@@ -24,10 +24,13 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
-from chromium import CHROMIUM, OPTIONS, Server, step
+from playwright.sync_api import Error, Page, Playwright, sync_playwright
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+from browser import CHROMIUM, OPTIONS
+from chromium import Server, step
 from databases import cluster
 from participant import DEPTH, NECKER, make_set
-from playwright.sync_api import Error, Page, Playwright, sync_playwright
 
 from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design

@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 from chromium import Server, step, take_part
-from participant import DEPTH, NECKER
+from participant import NECKER
 from playwright.sync_api import Browser, Error
-from test_browser import SCALES, journal, served
+from test_browser import SCALES, SHORT, journal, served
 from walked import walked
 
 from focalgradient.dataset import read_dataset, read_journal, validate
@@ -23,7 +23,6 @@ from focalgradient.design.words import load_words
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
-SHORT = DEPTH.replace('"spheres-01", "spheres-02"', '"spheres-01"').replace("catch_trials = 3", "catch_trials = 1")
 TASKS = {**{name: SHORT + scale for name, scale in SCALES.items()}, "necker": NECKER + 'keys = ["f", "left"]\n'}
 PHONE = {"viewport": {"width": 390, "height": 844}, "screen": {"width": 390, "height": 844}, "has_touch": True}
 

@@ -62,7 +62,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[browser.Bro
     handler = functools.partial(Quiet, directory=str(folder))
     server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
     threading.Thread(target=server.serve_forever, daemon=True).start()
-    with browser.Browser(folder / "profile") as chromium:
+    with browser.Browser() as chromium:
         yield chromium, f"http://127.0.0.1:{server.server_address[1]}", folder
     server.shutdown()
     server.server_close()
