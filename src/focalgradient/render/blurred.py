@@ -293,12 +293,12 @@ def _point(own: OwnBlur, vergence: float, reach: int, pixel_angle: float) -> NDA
     side = 2 * (reach + edge) + 1
     down, right = np.fft.fftfreq(side), np.fft.rfftfreq(side)
     transfer = own.optical_transfer(down[:, None] / pixel_angle, right[None, :] / pixel_angle, vergence)
-    transfer = _smooth_at_nyquist(transfer, down, right)
-    return np.asarray(np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge])
+    smooth = _smooth_at_nyquist(transfer, down, right)
+    return np.asarray(np.fft.fftshift(np.fft.irfft2(smooth, (side, side)))[edge:-edge, edge:-edge])
 
 
 def _smooth_at_nyquist(
-    transfer: NDArray[np.inexact], down: NDArray[np.float64], right: NDArray[np.float64]
+    transfer: NDArray[np.inexact], down: NDArray[np.floating], right: NDArray[np.floating]
 ) -> NDArray[np.inexact]:
     """Return a transfer (H x W // 2 + 1) that is changed above `EXACT_UP_TO` so that its repetition is smooth.
 
