@@ -53,7 +53,7 @@ def test_the_slope_per_millimetre_is_the_headline(table: Path) -> None:
 
 
 def test_groups_of_subjects_are_compared_by_welch(table: Path) -> None:
-    [test] = rating_tests(read_conditions(table, by=["group"]))
+    [test] = rating_tests(read_conditions(table, by=["group=young"]))
     own = pd.read_csv(table).assign(log=lambda rows: np.log(rows["rating"]))
     means = own.groupby(["group", "subject"])["log"].mean()
     expected = stats.ttest_ind(means["old"], means["young"], equal_var=False)
@@ -119,7 +119,7 @@ def partial(values: pd.DataFrame, y: str, x: str, other: str) -> tuple[float, fl
 
 
 def test_conditions_between_subjects_are_covariates_of_one_another(people: Path) -> None:
-    tests = rating_tests(read_conditions(people, by=["blur_D", "group", "age"]))
+    tests = rating_tests(read_conditions(people, by=["blur_D", "group=young", "age"]))
     values = own_values(people)
     expected = [
         ("log rating, group old less young", "mean", "old", "age"),
