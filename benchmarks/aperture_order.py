@@ -15,7 +15,7 @@ from pathlib import Path
 from photographs import photographed
 
 from focalgradient import Lens
-from focalgradient.depth.aperture_order import misordered_apertures
+from focalgradient.depth.hypotheses import misordered_apertures
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import Disc

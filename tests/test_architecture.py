@@ -47,10 +47,12 @@ ROOMS = {
         "stimuli": "design display errors eye files optics parallel photographs plausibility plotting progress psf "
         "quantities render scenes tables tasks video",
         "tables": "errors files",
-        "scales": "errors files",
-        "tasks": "display errors files scales statistics",
+        "words": "errors files",
+        "analyses": "errors",
+        "scales": "analyses errors files statistics words",
+        "tasks": "display errors files scales statistics words",
         "experiments": "dataset design display errors files scales statistics stimuli tasks",
-        "design": "errors files scales tables tasks",
+        "design": "errors files scales tables tasks words",
         "dataset": "design errors files parallel quantities scales tables tasks",
         "observers": "dataset depth design display errors eye files parallel progress render scales scenes statistics "
         "stimuli tasks",
@@ -64,11 +66,11 @@ ROOMS = {
         "lab": "dataset design display errors files live luminance optics options quantities render scales scenes "
         "stimuli tables tasks termination",
         "web": "dataset design display errors files live psf render scales stimuli tasks",
-        "user_tables": "errors files scales",
-        "statistics": "errors files parallel progress quantities scales user_tables",
-        "power": "design errors files parallel progress quantities scales statistics tasks user_tables",
+        "user_tables": "analyses errors files",
+        "statistics": "analyses errors files parallel progress quantities user_tables",
+        "power": "design errors files observers parallel progress quantities scales statistics tasks user_tables",
         "report": "dataset design errors files observers plotting power progress scales statistics tasks user_tables",
-        "plotting": "depth errors eye luminance optics power scenes statistics view",
+        "plotting": "depth errors eye luminance optics scenes statistics view",
         "cli": "__init__ binocular calibration dataset depth design display errors examples eye files lab live "
         "luminance memory observers optics options parallel photographs plausibility plotting power progress "
         "psf quantities render report scenes statistics stimuli tasks termination user_tables video view web",
@@ -78,13 +80,9 @@ ROOMS = {
 ROOMS["__init__"] = {*ROOMS} - {"cli"}  # the front door, which loads each when it is first touched
 ROOMS["__main__"] = {"cli"}
 
-# What a room may import inside a function only: a result draws itself through the room of figures, which knows results;
-# the check of a scale passes answers through the statistics, which know scales; the power of a custom task is that of
-# its simulated observers, who look at stimuli, which are drawn by the room of figures, which draws power.
+# What a room may import inside a function only: a result draws itself through the room of figures, which knows results.
 WHEN_CALLED = {
     "depth": {"plotting"},
-    "scales": {"design", "statistics"},
-    "power": {"observers"},
 }
 
 # Libraries that live in one place: a room, or a folder beside src.

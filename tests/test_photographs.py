@@ -1,6 +1,8 @@
 import math
 import warnings
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -11,6 +13,7 @@ from PIL.PngImagePlugin import PngInfo
 from focalgradient import FocalGradientWarning, InputError
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
 from focalgradient.photographs import srgb_to_linear as decode
+from focalgradient.photographs.depths import PhotographedDepth
 
 RNG = np.random.default_rng(7)
 RGB16 = RNG.integers(0, 65000, (12, 16, 3), dtype=np.uint16)
@@ -372,3 +375,17 @@ def test_settings_become_views(tmp_path):
     assert near.pixel_angle == pytest.approx(310.0e-6)
     assert far.pixel_angle == pytest.approx(313.6e-6)
     np.testing.assert_array_equal(near.image, far.image[::-1])
+
+
+@pytest.mark.parametrize(
+    ("valid", "first"),
+    [(0, "No pixel is valid: there is no median distance"), (1, "(of 1 valid pixel only)"), (100, "from the sensor")],
+)
+def test_a_summary_states_of_how_few_pixels_its_median_is(valid: int, first: str) -> None:
+    """A median of 1 in 10,000 pixels is printed beside 0.0 % valid."""
+    is_valid = np.arange(10_000).reshape(100, 100) < valid
+    medians = dict.fromkeys(("distance_m", "vergence_sd_dioptres", "common_sd_dioptres", "distance_sd_m"), math.nan)
+    depth = SimpleNamespace(valid=is_valid, details={})
+    settings = SimpleNamespace(relative=False, plane="the sensor")
+    made: Any = SimpleNamespace(depth=depth, medians=medians | {"distance_m": 1.5}, settings=settings, views=())
+    assert PhotographedDepth.summary(made).endswith(first)

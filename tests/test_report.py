@@ -274,6 +274,7 @@ def test_normal_quantiles_and_residuals_are_drawn(ratings):
     for one, fixation in zip(found, part.result.fixations, strict=True):
         assert one.subjects.mean() == pytest.approx(fixation.rise.estimate)
         assert one.residual.mean() == pytest.approx(0, abs=1e-9)
+        assert one.what.startswith("log ratio")
     quantiles = residual_figure(found, simulated=True).axes[0]
     np.testing.assert_array_equal(quantiles.lines[-1].get_ydata(), np.sort(found[0].subjects))
 

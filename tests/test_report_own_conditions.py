@@ -16,7 +16,8 @@ from scipy import stats
 from focalgradient import InputError
 from focalgradient.plotting.conditions import draw_condition
 from focalgradient.report import make_report
-from focalgradient.statistics import Effect, read_ratings
+from focalgradient.report.conditions import conditions_of_table
+from focalgradient.statistics import Effect, Rules, read_ratings
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables.conditions import read_conditions
 from focalgradient.user_tables.files import UserTable, text_table
@@ -133,6 +134,19 @@ def test_conditions_between_subjects_are_covariates_of_one_another(people: Path)
         assert (test.effect.estimate, test.effect.statistic) == (pytest.approx(estimate), pytest.approx(t))
         assert test.effect.df == 13
         assert f"adjusted for {'age' if x == 'old' else 'group'}" in test.effect.method
+
+
+def test_the_figure_of_groups_says_that_its_means_are_not_adjusted(people: Path) -> None:
+    """An adjusted effect may have the other sign than the means drawn."""
+    captions = {
+        (len(by), figure.name): figure.caption
+        for by in (["group"], ["blur_D", "group", "age"])
+        for figure in conditions_of_table(read_conditions(people, by=by), Rules()).figures
+    }
+    adjusted = {key: "these means are not adjusted for" in caption for key, caption in captions.items()}
+    prefix = "ratings_by_condition"
+    expected = {(1, "group"): False, (3, "blur_D"): False, (3, "group"): True, (3, "age"): True}
+    assert adjusted == {(count, f"{prefix}_{name}"): says for (count, name), says in expected.items()}
 
 
 def test_a_number_between_subjects_is_the_line_over_subjects(people: Path) -> None:

@@ -1,7 +1,5 @@
 """The R scripts of a report, run in R where it is installed: they find what the report says."""
 
-import io
-import json
 import re
 from pathlib import Path
 
@@ -10,11 +8,7 @@ import pandas as pd
 import pytest
 import test_report_own_detection
 from r_process import has_package, needs_r, run_r
-from recorded import APPARATUS
-from test_scales import design_of, honest
 
-from focalgradient.dataset import Rated, Session
-from focalgradient.report import make_report
 from focalgradient.report.conditions import condition_part, conditions_of_table
 from focalgradient.report.detection import detection_part
 from focalgradient.report.export import report_files, safe_csv, trial_files
@@ -34,10 +28,9 @@ from focalgradient.statistics import (
     planned_tests,
     read_detection,
 )
-from focalgradient.statistics.cells import cells
+from focalgradient.statistics.cells import cells, slopes
 from focalgradient.statistics.conditions import condition_questions
 from focalgradient.statistics.questions import Answers
-from focalgradient.statistics.slope_questions import own_slopes
 from focalgradient.user_tables.conditions import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -226,7 +219,7 @@ def test_a_subject_without_answers_at_an_aperture_has_no_slope_of_means_over_sce
     table = eight_scenes("bipolar")
     table = table.drop(table.query(OF_ONE_SCENE).index).assign(rating=lambda rows: 3 - (rows["aperture_mm"] > 4))
     lacking = table.drop(table.query("participant_id == '00' and aperture == 'f/11'").index)
-    whole, less = (own_slopes(cells(_nearest(each))) for each in (table, lacking))
+    whole, less = (slopes(cells(_nearest(each))).to_numpy() for each in (table, lacking))
     assert np.isnan(less[0]).all()
     assert less[1:] == pytest.approx(whole[1:])
 
@@ -456,45 +449,3 @@ def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tupl
         wanted = [test.estimate, test.low, test.high, test.standard_error]
         wanted += [test.statistic, test.df, test.p]
         assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
-
-
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("scale", ["ratio", "bipolar", "visual-analogue"])
-def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale: str) -> None:
-    chance = np.random.default_rng(1)
-    factors = {"light": {"levels": ["dim", "bright"]}, "group": {"levels": ["1", "2"], "vary": "between"}}
-    for who in range(1, 5):
-        design = design_of(scale=scale, confidence=True, factors=factors)
-        with Session.begin(tmp_path / "data", design, f"{who:02}", apparatus=APPARATUS) as session:
-            for at, trial in enumerate(session.remaining()):
-                confidence = 0.3 + 0.04 * trial.aperture_mm + chance.uniform(0, 0.05)
-                rating = honest(session.design, trial, chance)
-                session.record(trial, Rated(onset=20.0 * at, rating=rating, response_time=1.2, confidence=confidence))
-    files = make_report(tmp_path / "data").files
-    results = pd.read_csv(io.BytesIO(files["results.csv"]))
-    slopes = results[results["name"] == "slope of confidence on aperture"]
-    assert slopes["level"].tolist() == ["nearest", "farthest"]
-    assert slopes["estimate"].to_numpy() == pytest.approx(0.04, abs=0.004)
-    assert slopes["p_corrected"].isna().all()
-    said = files["report.md"].decode()
-    assert "Confidence was asked after each answer." in said
-    assert said.count("slope of confidence on the aperture: 0.04") == 2
-
-
-@needs_r
-def test_r_finds_confidence_factors_and_places(tmp_path: Path) -> None:
-    """Four people rated in two lights, with a factor between them; two of them in a browser."""
-    test_confidence_that_rises_with_the_aperture_is_found(tmp_path, "bipolar")
-    for sidecar in sorted((tmp_path / "data").glob("sub-*/**/*_beh.json"))[2:]:
-        content = json.loads(sidecar.read_text("utf-8"))
-        content["Sittings"][0]["Versions"] = {"browser": "1"}
-        sidecar.write_text(json.dumps(content), "utf-8")
-    files = make_report(tmp_path / "data").files
-    rows = pd.read_csv(io.BytesIO(files["results.csv"]), keep_default_na=False).set_index(["name", "level"])
-    found = printed(run(tmp_path, {**files}, "further_tests.R"))
-    assert {name.rpartition(" ")[2] for name, _ in found} == {"aperture", "light", "group", "place"}
-    for key, values in found.items():
-        row = rows.loc[key]
-        assert (values is None) == bool(row["reason"])
-        for name, value in (values or {}).items():
-            assert value == pytest.approx(float(row[name]), rel=1e-5), (key, name)

@@ -11,7 +11,7 @@ from scipy import ndimage
 from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
-from focalgradient.depth.aperture_order import misordered_apertures
+from focalgradient.depth.hypotheses import misordered_apertures
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.psf import Disc, transfer

@@ -9,6 +9,7 @@ from scipy import special, stats
 
 from focalgradient import InputError
 from focalgradient.statistics import NeckerResult, necker
+from focalgradient.statistics.cube import percepts_in_order
 from focalgradient.statistics.cube_questions import log_odds
 from focalgradient.statistics.durations import fit_durations
 from focalgradient.statistics.means import share_interval
@@ -134,6 +135,14 @@ def test_what_cannot_be_tested_says_why(subjects: int, chosen: str, reason: str)
     found = necker(both.query(chosen.replace("subject", "participant_id")), durations=False)
     assert found.shares[0].time.low is None or subjects > 1 or "twin" in chosen
     assert reason in found.effects[0].odds_of_time.reason
+
+
+def test_readings_follow_in_order_of_report_without_those_that_lasted_no_time() -> None:
+    table = {"participant_id": "a", "trial": 0, "percept": ["nonrigid", "rigid", "rigid"]}
+    rows, first = percepts_in_order(pd.DataFrame(table | {"onset": [2.0, 2.0, 0.0], "duration": [3.0, 0.0, 2.0]}))
+    assert list(rows["duration"]) == [2, 3]
+    assert list(rows["reading"]) == [0.5, -0.5]
+    assert list(first) == [True, False]
 
 
 def test_catch_trials_are_left_out() -> None:

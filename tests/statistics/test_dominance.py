@@ -72,6 +72,13 @@ def test_parameters_are_recovered_within_their_standard_errors():
     assert len(fit.standard_errors) == 9
 
 
+def test_a_preference_is_not_fitted_where_one_reading_was_seen():
+    data = simulated(replace(TRUE, preference=0.0, preference_sd=0.0), 8, seed=1, trials=2)
+    fit = fit_dominance(replace(data, reading=np.full(len(data.seconds), 0.5)))
+    assert {"median", "spread"} <= {*fit.standard_errors}
+    assert not {"preference", "preference_sd"} & {*fit.standard_errors}
+
+
 def test_the_true_model_predicts_new_people_better_than_one_without_serial_correlation():
     fresh = simulated(TRUE, 20, seed=4)
     without = replace(TRUE, serial=0.0)

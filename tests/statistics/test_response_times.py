@@ -24,6 +24,8 @@ def test_a_condition_that_changes_answers_only_does_not_change_times_at_the_same
     assert choice.estimate == pytest.approx(-0.3, abs=0.02)
     assert choice.p_holm is not None
     assert choice.p_holm >= choice.p
+    scored = {"participant_id": who, "correct": ~deeper, "response_time": time}
+    assert response_times(scored).effects["answer wrong less right"].estimate == pytest.approx(0.3, abs=0.02)
 
 
 def test_gaps_and_confounded_answers_are_no_errors() -> None:

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from focalgradient.scales.analyses import ANALYSES
+from focalgradient.analyses import ANALYSES
 from focalgradient.statistics import Rules, analyse, quality
 from focalgradient.statistics.robustness import ALL_RULES, robustness
 

@@ -17,10 +17,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
 
 from focalgradient.dataset import read_dataset
+from focalgradient.design import NeckerDesign
 from focalgradient.display import Display
 from focalgradient.stimuli.cube_frames import frame_count, frames_of
 from focalgradient.stimuli.cube_frames import shown as as_shown
 from focalgradient.tasks import task_named
+from focalgradient.tasks.steps import LEAST_RIGHT
 from focalgradient.web import Lists
 
 TYPED = DEPTH + 'answer = "typed"\nconfidence = true\nmask = "noise"\n'
@@ -169,6 +171,13 @@ def test_the_server_judges_practice(tmp_path: Path) -> None:
             }
         main = [{**answers[0], "phase": "main"}]
         assert someone.ask("judge", round=1, answers=main).status_code == 400
+
+
+def test_a_task_states_by_what_a_page_without_a_server_judges_practice() -> None:
+    design = NeckerDesign()
+    lists, held = Lists(design), design.keys_of("001")
+    expected: list[Any] = [{"key": held[shape], "share": LEAST_RIGHT} for shape in ("rigid", "nonrigid")] + [None]
+    assert [lists.key("001", trial)["right"] for trial in design.trials("001")[:3]] == expected
 
 
 def test_the_focus_to_be_matched_is_a_picture_and_no_number(tmp_path: Path) -> None:

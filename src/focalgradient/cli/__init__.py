@@ -67,23 +67,8 @@ def main() -> None:
     """  # noqa: D301  click's marker against rewrapping is a literal backspace
 
 
-main.add_command(blur)
-main.add_command(calibrate)
-main.add_command(collect)
-main.add_command(demo)
-main.add_command(depth)
-main.add_command(doctor)
-main.add_command(eye)
-main.add_command(focus_series)
-main.add_command(power)
-main.add_command(repair)
-main.add_command(report)
-main.add_command(run)
-main.add_command(serve)
-main.add_command(simulate)
-main.add_command(stereo)
-main.add_command(stimuli)
-main.add_command(stream)
-main.add_command(trials)
-main.add_command(validate)
-main.add_command(withdraw)
+for command in (
+    *(blur, calibrate, collect, demo, depth, doctor, eye, focus_series, power, repair),
+    *(report, run, serve, simulate, stereo, stimuli, stream, trials, validate, withdraw),
+):
+    main.add_command(command)

@@ -147,7 +147,8 @@ def power(
         few = max(experiments // 5, 1)
         varied = fg.power.sensitivity(study, subjects, few, executor=executor) if sensitivity else None
     found = fg.power.power(table, logs=study.model.logs)
-    files = {f"power.{kind}": content for kind, content in as_files(power_figure(found, study)).items()}
+    drawn = fg.power.running.drawn(found, study)
+    files = {f"power.{kind}": content for kind, content in as_files(power_figure(**drawn)).items()}
     files["power.csv"] = _csv(fg.statistics.as_table(found))
     if varied is not None:
         files["sensitivity.csv"] = _csv(varied)

@@ -15,15 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.equalise.alternatives import likelier_slip
 from focalgradient.depth.equalise.signal import EXPLAINED, JPEG_BLOCK, steps_at_blocks
+from focalgradient.depth.filters import Image
+from focalgradient.depth.hypotheses import likelier_slip
 from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
 
 __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_causes"]
-
-Image = NDArray[np.float32]
 
 FINE, COARSE = 3.0, 9.0
 """Standard deviations in pixels of the two Gaussians whose difference is coarse detail, which survives small blur."""
@@ -124,18 +123,13 @@ def likely_causes(problem: Problem, estimate: Estimate, misordered: str | None =
 
     `misordered` names views whose f-numbers seem to be in the opposite order (`misordered_apertures`).
     """
-    found = measure_evidence(problem, estimate)
-    causes = rank_causes(found, problem.settings.method)
-    if estimate.details.get("share_outside_range", 0.0) > OUTSIDE:
-        outside = Cause("range", 1.0, str(estimate.details["rejected"]))
-        causes = sorted([outside if cause.name == "range" else cause for cause in causes], key=_rank)
-    slip = likelier_slip(estimate.details["fit_by_optics"]) if "fit_by_optics" in estimate.details else None
-    if slip is not None:
-        text = (
-            f"the optics seem to be stated wrongly, as the views fit better with {slip}: check the f-numbers and focus "
-            "distances, and their order (f_number, focus_distance)"
-        )
-        causes = sorted([Cause("optics", 1.0, text), *causes], key=_rank)
+    outside = estimate.details.get("share_outside_range", 0.0) > OUTSIDE
+    causes = rank_causes(
+        measure_evidence(problem, estimate),
+        problem.settings.method,
+        likelier_slip(estimate.details.get("fit_by_optics", {})),
+        str(estimate.details["rejected"]) if outside else None,
+    )
     if causes[0].name == "displacement" and (text := _magnification(problem)):
         causes = [Cause("optics", causes[0].evidence, text), *causes]
     if misordered is not None:
@@ -177,29 +171,13 @@ def _contradiction(problem: Problem, estimate: Estimate, explained: float) -> Ca
 BESIDE_EDGES = 0.99
 """Maximum evidence of compression relative to that of hard edges, so that it ranks after them."""
 
-ORDER = (
-    "scenes",
-    "displacement",
-    "reversal",
-    "optics",
-    "jpeg",
-    "range",
-    "noise",
-    "texture",
-    "contradiction",
-    "edges",
-    "saturation",
-    "blur",
-)
-"""Names of the causes, in order of precedence: an earlier cause also explains the symptoms of later ones."""
 
-
-def _rank(cause: Cause) -> tuple[float, int]:
-    return -cause.evidence, ORDER.index(cause.name)
-
-
-def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
+def rank_causes(
+    found: Evidence, method: str = "equalise", slip: str | None = None, outside: str | None = None
+) -> list[Cause]:
     """Rank causes by the measured quantities, for the method that is used.
+
+    `slip` names optics with which the views fit better, `outside` states that depth lies outside the range searched.
 
     Examples
     --------
@@ -217,6 +195,7 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
     edges = 0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3))
     # Beside hard edges compression leaves its blocks, too, which are then no cause by themselves.
     blocks = float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1 if edges < 1 else BESIDE_EDGES))
+    # An earlier cause also explains the symptoms of later ones.
     candidates = [
         (
             "scenes",
@@ -230,10 +209,30 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
             f"a view is displaced by {found.displacement:.1f} pixels: align the views (align=True)",
         ),
         (
+            "reversal",
+            1.0 if is_reversed else 0.0,
+            "the contrast of fine, regular texture is reversed in one view against another, as blur that is wider than "
+            "the texture's period does, where many depths fit alike: close the aperture, focus nearer to the scene, "
+            "or use texture without a period",
+        ),
+        (
+            "optics",
+            0.0 if slip is None else 1.0,
+            f"the optics seem to be stated wrongly, as the views fit better with {slip}: check the f-numbers and focus "
+            "distances, and their order (f_number, focus_distance)",
+        ),
+        (
+            "jpeg",
+            blocks,
+            "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
+        ),
+        (
             "range",
-            faint if one_is_sharp else 0.0,
-            "a view shows next to nothing of what another shows, as where its blur exceeds the search: close the "
-            "aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, far)",
+            1.0 if outside else faint * one_is_sharp,
+            outside
+            or "a view shows next to nothing of what another shows, as where its blur exceeds the search: close "
+            "the aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, "
+            "far)",
         ),
         (
             "noise",
@@ -254,21 +253,9 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
             "the method for edges (method='edges')",
         ),
         (
-            "jpeg",
-            blocks,
-            "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
-        ),
-        (
             "saturation",
             float(np.clip((1 - found.usable) / (1 - SHOWN), 0, 1)),
             f"{1 - found.usable:.0%} of the frame is saturated or masked: expose less",
-        ),
-        (
-            "reversal",
-            1.0 if is_reversed else 0.0,
-            "the contrast of fine, regular texture is reversed in one view against another, as blur that is wider than "
-            "the texture's period does, where many depths fit alike: close the aperture, focus nearer to the scene, "
-            "or use texture without a period",
         ),
         (
             "blur",
@@ -277,7 +264,7 @@ def rank_causes(found: Evidence, method: str = "equalise") -> list[Cause]:
             "focus nearer to the scene, close the aperture, or reduce the pictures",
         ),
     ]
-    return sorted((Cause(*one) for one in candidates), key=_rank)
+    return sorted((Cause(*row) for row in candidates), key=lambda cause: -cause.evidence)
 
 
 def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:

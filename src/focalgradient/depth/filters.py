@@ -34,6 +34,7 @@ __all__ = [
 ]
 
 FloatArray = NDArray[np.float64]
+Floats = NDArray[np.floating]
 Image = NDArray[np.float32]
 
 RADIAL = 512

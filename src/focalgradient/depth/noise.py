@@ -18,14 +18,15 @@ from numpy.typing import NDArray
 from scipy import fft, ndimage, optimize
 
 from focalgradient.depth import numerics
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, view_spectra
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
 from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile, quartile_by_chance
-from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Image, Spectra, smoothed
+from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, Image, Spectra, smoothed
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
 __all__ = [
     "LENIENCE",
+    "LOG_SETTLED",
     "NOISE_SIDE",
     "NoiseLaw",
     "band_power",
@@ -36,8 +37,6 @@ __all__ = [
     "noise_law",
     "storage",
 ]
-
-Picture = NDArray[np.floating]
 
 STORAGE = 2e-4
 """Minimum noise due to storage and rounding, relative to an image's standard deviation (our choice)."""
@@ -56,9 +55,9 @@ RIM = 12
 """Width in pixels of the rim that is excluded from the noise estimate, and over which weights then increase. Chosen by
 hand."""
 
-NOISE_ROUNDS, NOISE_SETTLED = 6, 0.05
-"""Maximum number of alternations between equalisation and noise estimation; and change of the logarithm of standard
-deviations below which they end. Chosen by hand."""
+NOISE_ROUNDS, LOG_SETTLED = 6, 0.05
+"""Maximum number of alternations between equalisation and noise estimation; and change of the logarithm of a standard
+deviation, or of a waveband's gain, below which its estimate has converged. Chosen by hand."""
 
 LEAST_PLACES = 128
 """Minimum number of places from which the noise law is fitted; with fewer, chance could produce one. Chosen by hand."""
@@ -129,18 +128,18 @@ class NoiseLaw:
     brightness: float
     by_contrast: float = 0.0
 
-    def variance(self, image: Picture, contrast: Picture | float = 0.0) -> Picture:
+    def variance(self, image: Floats, contrast: Floats | float = 0.0) -> Floats:
         """Return the noise variance at a brightness and local variation, relative to that at `brightness`."""
         even = 1 - self.share + self.share / self.brightness * np.maximum(image, 0)
         return even + self.by_contrast * contrast
 
 
-def storage(image: Picture) -> float:
+def storage(image: Floats) -> float:
     """Return the minimum standard deviation of noise in `image` due to storage and rounding."""
     return STORAGE * float(image.std())
 
 
-def noise_from_differences(image: Picture, mask: NDArray[np.bool_] | None = None) -> float:
+def noise_from_differences(image: Floats, mask: NDArray[np.bool_] | None = None) -> float:
     """Standard deviation of the image's white noise, from the median size of its finest detail.
 
     Second differences along rows and columns in turn, which leave nothing of a plane or of an edge along either; where
@@ -158,14 +157,14 @@ def noise_from_differences(image: Picture, mask: NDArray[np.bool_] | None = None
     return float(max(np.median(fine) / (6 * 0.6745), QUANTUM * np.ptp(image)))
 
 
-def noise_from_spectrum(image: Picture) -> float:
+def noise_from_spectrum(image: Floats) -> float:
     """Standard deviation of noise that would explain the finest detail (beyond 0.45 cycles per pixel) of `image`."""
     share, power = Spectra.of([np.asarray(image, np.float32)], 0).measure_and_power()
     fine = np.flatnonzero(share)  # a small image has no frequency at some samples
     return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
 
 
-def noise_floor(image: Picture, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
+def noise_floor(image: Floats, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
     """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
 
     The difference of differences along and across sees least of any texture and all of the noise; blur and plain
@@ -318,7 +317,7 @@ def noise_from_residuals(
     noise_sd = np.maximum(floor, np.minimum(finest, emptiest))
     usable = part.usable.astype(np.float32)
     taper = usable * np.outer(*(_ramp(n) for n in part.shape)).astype(np.float32)
-    gains, spectra = np.array(registered.gains), view_spectra(part.images, blurs)
+    gains, spectra = np.array(registered.gains), part.spectra(blurs.reach)
     for _ in range(NOISE_ROUNDS):
         equalised = equalise(spectra, blurs, noise_sd.tolist(), window=window, shares=part.shares, interpolate=False)
         nodes = equalised.read(usable)
@@ -327,12 +326,12 @@ def noise_from_residuals(
         alike = [(shape / noise_sd) ** 2 for shape in (1 / gains, np.ones_like(gains))]
         powers = band_power(equalised, nodes, images, taper)
         ratio = np.sqrt(_variances(*powers, alike, (white / noise_sd) ** 2))
-        settled = np.ptp(np.log(ratio)) < NOISE_SETTLED
+        settled = np.ptp(np.log(ratio)) < LOG_SETTLED
         if settled:
             ratio *= math.sqrt(equalised.noise_found(nodes) / float(np.mean(ratio**2)))
         before, found = noise_sd, noise_sd * ratio
         noise_sd = np.maximum(floor, found * min(1.0, float(np.min(most / found))))
-        if settled and np.abs(np.log(noise_sd / before)).max() < NOISE_SETTLED:
+        if settled and np.abs(np.log(noise_sd / before)).max() < LOG_SETTLED:
             break
     return [float(sd) for sd in noise_sd], float(np.min((most / noise_sd) ** 2))
 

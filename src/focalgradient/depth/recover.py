@@ -228,14 +228,10 @@ def completed(found: DepthMap, views: Sequence[View], window: float) -> DepthMap
 
 def _misordered(problem: Problem, estimate: Estimate) -> str | None:
     """Return a clause about f-numbers in the opposite order, unless a slip of the optics was already named."""
-    from focalgradient.depth.aperture_order import misordered_apertures
+    from focalgradient.depth.hypotheses import likelier_slip, misordered_apertures
 
-    if fits := estimate.details.get("fit_by_optics"):
-        from focalgradient.depth.equalise.alternatives import likelier_slip
-
-        if likelier_slip(fits) is not None:
-            return None
-    return misordered_apertures(problem.registered, problem.search)
+    is_named = likelier_slip(estimate.details.get("fit_by_optics", {})) is not None
+    return None if is_named else misordered_apertures(problem.registered, problem.search)
 
 
 def _causes(problem: Problem, estimate: Estimate, misordered: str | None) -> list[Cause]:

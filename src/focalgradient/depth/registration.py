@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
-from focalgradient.depth.filters import mean_in_squares
+from focalgradient.depth.filters import Image, Spectra, mean_in_squares
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens, capabilities
@@ -29,20 +29,15 @@ __all__ = [
     "shrunk",
 ]
 
-Image = NDArray[np.float32]
-
 SHIFT_WARNING = 0.25
 """Displacement between views in pixels above which a warning is issued. Chosen by hand."""
 
-SCALE_ALIKE = 0.3
+SCALE_ALIKE, FEET_ALIKE = 0.3, 0.05
 """Maximum relative difference between the remaining scale and that of reversed foci for the order to be named as
-reversed. Chosen by hand."""
+reversed (chosen by hand); and the same for foci in feet, whose scale is measured to 0.01 where it is named."""
 
 FOOT_M = 0.3048
 """Length of a foot in m."""
-
-FEET_ALIKE = 0.05
-"""`SCALE_ALIKE` for foci in feet, whose scale is measured to 0.01 where it is named."""
 
 CLEARLY_LESS = 0.9
 """Residual at the shift of highest correlation, relative to that without a shift, below which views are displaced: 0.02
@@ -186,10 +181,9 @@ def measure_placement(
 ) -> tuple[Placement, float]:
     """Measure the shift, turn and scale of `image` against `reference` (both H x W).
 
-    Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. Blur is symmetric:
-    a difference in blur between the images leaves these unbiased. Not so where light is clipped: where pixels are not
-    `usable` (H x W), and beside, nothing is compared. Also returns the standard deviation, in pixels, of the
-    displacement that the placement makes at most.
+    Least squares on smoothed images, to a few hundredths of a pixel, robust to regions that differ. A difference in
+    blur, which is symmetric, leaves these unbiased; clipped light does not: pixels that are not `usable` (H x W), and
+    those beside, are not compared. Also returns the sd (pixels) of the largest displacement.
     """
     factor = max(2, min(reference.shape) // 120)
     small = [shrunk(np.asarray(picture, np.float32), factor) for picture in (reference, image)]
@@ -282,13 +276,14 @@ class RegisteredViews:
     images: list[Image]
     usable: NDArray[np.bool_]
     gains: list[float]
-    placements: list[Placement]
-    """Displacement of each view beyond its pixel angle: removed only if the views were to be aligned."""
+    placements: list[Placement]  # of each view beyond its pixel angle; removed only if the views were to be aligned
     warnings: tuple[str, ...] = ()
-    shares: NDArray[np.floating] | None = None
-    """Share of each of the optics of which the blur is a mixture (`optics.Mixture`), C x H x W."""
+    shares: NDArray[np.floating] | None = None  # of each of the optics in an `optics.Mixture`, C x H x W
+    start: tuple[int, int] = (0, 0)  # row and column of the first pixel in the whole frame
+    whole: tuple[int, int] | None = None  # shape of the whole frame; None: it is this
     crops: dict[int, RegisteredViews] = field(init=False, default_factory=dict, compare=False, repr=False)
-    """Crops already made by `most_textured_crop`, by side."""
+    kept: dict[int, Spectra] = field(init=False, default_factory=dict, compare=False, repr=False)
+    """Crops already made by `most_textured_crop`, by side; and `spectra`, by reach."""
 
     @property
     def shape(self) -> tuple[int, int]:
@@ -350,11 +345,19 @@ class RegisteredViews:
         crop = self.crops[side] = self.part(part[0], part[1])
         return crop
 
+    def spectra(self, reach: int) -> Spectra:
+        """Return the views' spectra, with `reach` pixels of mirrored surround, and keep them: for crops."""
+        if reach not in self.kept:
+            self.kept[reach] = Spectra.of(self.images, reach)
+        return self.kept[reach]
+
     def part(self, rows: slice, columns: slice) -> RegisteredViews:
         """Return these rows and columns of the views."""
         images = [np.ascontiguousarray(image[rows, columns]) for image in self.images]
         shares = None if self.shares is None else self.shares[:, rows, columns]
-        return RegisteredViews(images, self.usable[rows, columns], self.gains, self.placements, shares=shares)
+        start = self.start[0] + rows.start, self.start[1] + columns.start
+        whole, usable = self.whole or self.shape, self.usable[rows, columns]
+        return replace(self, images=images, usable=usable, shares=shares, warnings=(), start=start, whole=whole)
 
 
 def _placement_warnings(

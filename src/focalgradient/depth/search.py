@@ -76,6 +76,11 @@ class Blurs:
         band = disc_pass(self.radius[:, :, None], limit=8.0, power=8, frequencies=self.frequencies)
         return (band * (self.transfer != 0)).astype(self.transfer.real.dtype)
 
+    @property
+    def reach(self) -> int:
+        """Width in pixels of the mirrored surround with which views are filtered: as far as their blurs reach."""
+        return int(np.clip(2 * self.radius.max(), 16, 64))
+
     def averaged(self, shares: NDArray[np.floating] | None) -> Blurs:
         """Average the blurs' transfer and contrast over their parts, weighted by `shares` (C x H x W) of the frame.
 

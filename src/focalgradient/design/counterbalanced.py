@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import replace
 from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import Field
 
 from focalgradient.design.draws import Draws, digest
+from focalgradient.design.order import spans_of
 from focalgradient.design.plan import Plan, Trial
 from focalgradient.errors import InputError
 
@@ -85,11 +84,9 @@ def constrained(
     >>> "".join(constrained([list("aabb")], levels, runs={"side": 1}, distances={}, draws=Draws("a")))
     'baba'
     """
-    items = [(item, levels[number]) for number, item in enumerate(item for block in blocks for item in block)]
-    spans, start = [], 0
-    for block in blocks:
-        spans += [(start, len(block))] * len(block)
-        start += len(block)
+    of_item = iter(levels)
+    items = [[(item, next(of_item)) for item in block] for block in blocks]
+    spans = spans_of(blocks)
     reach = max([*runs.values(), *distances.values()], default=0)
 
     def wrong(order: list[Any], place: int) -> int:
@@ -105,10 +102,7 @@ def constrained(
         return found
 
     for _ in range(MOST_SHUFFLES):
-        order, at = [], 0
-        for block in blocks:
-            order += draws.shuffled(items[at : at + len(block)])
-            at += len(block)
+        order = [item for block in items for item in draws.shuffled(block)]
         for _ in range(MOST_SWEEPS):
             broken = [place for place in range(len(order)) if wrong(order, place)]
             if not broken:
@@ -123,7 +117,7 @@ def constrained(
     limits = ", ".join([*(f"{name} at most {n} in a row" for name, n in runs.items())])
     limits += ", " * bool(limits and distances) + ", ".join(f"{name} {n} apart" for name, n in distances.items())
     raise InputError(
-        f"no order of the {len(items)} trials was found with {limits}: relax the constraints, or balance the "
+        f"no order of the {len(levels)} trials was found with {limits}: relax the constraints, or balance the "
         "conditions."
     )
 
@@ -189,14 +183,7 @@ class Counterbalanced(Plan):
         blocks = self._blocks(list(conditions), self.blocked, number, draws)
         order = self._within(blocks, number, draws)
         practice = draws.rounds(conditions, self.practice_trials)
-        shown: Counter[Hashable] = Counter()
-        main = []
-        for place, trial in enumerate(order, start=1):
-            shown[trial.condition] += 1
-            pause = bool(self.break_every and place > 1 and (place - 1) % self.break_every == 0)
-            main.append(replace(trial, trial=place, repetition=shown[trial.condition], break_before=pause))
-        trained = [replace(trial, phase="practice", trial=place) for place, trial in enumerate(practice, start=1)]
-        return (*trained, *main)
+        return tuple(self.numbered(practice, order))
 
     def _check_names(self, trial: Trial) -> None:
         for setting in ("blocked", "runs", "distances"):

@@ -15,7 +15,7 @@ from focalgradient.design.draws import Draws
 from focalgradient.design.factors import Factor, between, check_factors, crossed
 from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
 from focalgradient.errors import InputError
-from focalgradient.scales import ResponseScale, scale_of
+from focalgradient.scales import ResponseScale, scale_class, scale_of
 
 __all__ = ["EXAMPLES", "CatchPicture", "DepthRatingDesign", "DepthTrial", "Fixation", "aperture_mm"]
 
@@ -27,9 +27,6 @@ EXAMPLES: dict[str, str] = {"flatter": "example-flat", "deeper": "example-deep"}
 
 Fixation = str
 """Object that is fixated and in focus: "nearest", "farthest", or a user-defined name."""
-
-SCALE_SETTINGS = ("scale", "steps", "labels", "least_rating", "most_rating", "answer", "reference")
-"""Settings of a design that define its response scale."""
 
 FIXATION = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
 
@@ -197,8 +194,9 @@ class DepthRatingDesign(Plan):
 
     @property
     def response_scale(self) -> ResponseScale:
-        """Response scale defined by the settings, made once for equal settings."""
-        return _scale(tuple((name, getattr(self, name)) for name in SCALE_SETTINGS))
+        """Response scale defined by the settings that its class has, made once for equal settings."""
+        names = ("scale", *scale_class(self.scale).settings())
+        return _scale(tuple((name, getattr(self, name)) for name in names if hasattr(self, name)))
 
     def _check_scale(self) -> None:
         scale = self.response_scale

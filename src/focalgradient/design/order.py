@@ -16,7 +16,7 @@ from typing import Any, TypeVar
 from focalgradient.design.draws import Draws, digest
 from focalgradient.errors import InputError
 
-__all__ = ["Place", "check_label", "in_order", "scatter"]
+__all__ = ["Place", "check_label", "in_order", "scatter", "spans_of"]
 
 Item = TypeVar("Item")
 
@@ -118,8 +118,7 @@ def in_order(
     >>> in_order([["near", "near", "far", "far"]], lambda item: [item], longest=1, draws=Draws("a"))
     ['far', 'near', 'far', 'near']
     """
-    starts = accumulate((len(block) for block in blocks), initial=0)
-    spans = [(start, len(block)) for start, block in zip(starts, blocks, strict=False) for _ in block]
+    spans = spans_of(blocks)
     for _ in range(MOST_SHUFFLES):
         order = [item for block in blocks for item in draws.shuffled(block)]
         columns = [list(column) for column in zip(*(factors(item) for item in order), strict=True)]
@@ -132,6 +131,16 @@ def in_order(
         f"no order of the {sum(map(len, blocks))} trials was found with each condition at most {longest} times "
         "in a row: raise longest_run."
     )
+
+
+def spans_of(blocks: Sequence[Sequence[object]]) -> list[tuple[int, int]]:
+    """Return place of the first item and number of items of each item's block.
+
+    >>> spans_of(["ab", "c"])
+    [(0, 2), (0, 2), (2, 1)]
+    """
+    starts = accumulate((len(block) for block in blocks), initial=0)
+    return [(start, len(block)) for start, block in zip(starts, blocks, strict=False) for _ in block]
 
 
 def _check_possible(counts: Counter[Hashable], longest: int) -> None:

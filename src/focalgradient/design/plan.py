@@ -336,12 +336,14 @@ class Plan(Table):
             order.reverse()
         # Practice and catch trials must differ within a pair, which shares an order.
         own = self.draws(participant, session, "own, mirrored" if self.place(participant).mirrored else "own")
-        trained = [
-            replace(trial, phase="practice", trial=number) for number, trial in enumerate(practice(own), start=1)
-        ]
+        return self.numbered(practice(own), scatter(catches(own), order, own))
+
+    def numbered(self, practice: Sequence[Kind], order: Sequence[Kind]) -> list[Kind]:
+        """Return practice, then the main trials in their order, with numbers, repetitions and breaks."""
+        trained = [replace(trial, phase="practice", trial=number) for number, trial in enumerate(practice, start=1)]
         shown: Counter[Hashable] = Counter()
         main = []
-        for number, trial in enumerate(scatter(catches(own), order, own), start=1):
+        for number, trial in enumerate(order, start=1):
             shown[trial.catch, trial.condition] += 1
             repetition = shown[trial.catch, trial.condition]
             pause = bool(self.break_every and number > 1 and (number - 1) % self.break_every == 0)

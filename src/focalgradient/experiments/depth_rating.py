@@ -211,5 +211,8 @@ class DepthRating(Task[DepthRatingDesign, DepthTrial, Rated]):
     def check_answer(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> None:
         check_rating(design, answer)
 
+    def right_key(self, design: DepthRatingDesign, trial: DepthTrial, participant: str) -> dict[str, float] | None:
+        return design.right_side(trial)
+
     def right(self, design: DepthRatingDesign, trial: DepthTrial, answer: Rated) -> bool | None:
         return design.right(trial, answer.rating)

@@ -15,7 +15,7 @@ from focalgradient.files.columns import Column
 from focalgradient.scales import Held
 from focalgradient.tasks.base import Task
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL
-from focalgradient.tasks.steps import Step
+from focalgradient.tasks.steps import LEAST_RIGHT, Step
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -131,6 +131,11 @@ class NeckerRotation(Task[NeckerDesign, NeckerTrial, Watched]):
         if table is not None:
             return cube_questions_of(table, rules)
         return cube_questions([], design.gradients, max(design.strengths_mm), rules)
+
+    def right_key(self, design: NeckerDesign, trial: NeckerTrial, participant: str) -> dict[str, Any] | None:
+        if trial.is_ambiguous:
+            return None
+        return {"key": design.keys_of(participant)[trial.shape], "share": LEAST_RIGHT}
 
     def right(self, design: NeckerDesign, trial: NeckerTrial, answer: Watched, *, participant: str) -> float | None:
         return None if trial.is_ambiguous else answer.share_held(design.keys_of(participant), trial.shape)

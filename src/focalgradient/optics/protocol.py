@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -217,10 +218,6 @@ def own_blur(optics: Any) -> OwnBlur | None:
     return OwnBlur(optics, bool(stated))
 
 
-TOLERANCES = ("focus_tolerance", "aperture_tolerance")
-"""Attributes that give the relative standard deviations of focus and aperture."""
-
-
 class Optics(Protocol):
     """Image-forming optics: a lens, an eye or a user-defined class. An aperture and a focus are required.
 
@@ -330,6 +327,33 @@ class Capabilities:
         return self.blur is not None and self.blur.forms_views
 
 
+def _must_be(expected: str, fits: Callable[[Any], bool]) -> Callable[[str, Any], None]:
+    """Return a check that raises `InputError` unless a value `fits`."""
+
+    def check(name: str, value: Any) -> None:
+        if not fits(value):
+            raise InputError(f"{name} is {described(value)}, but must be {expected}.")
+
+    return check
+
+
+_flag = _must_be("True or False", lambda value: isinstance(value, bool | np.bool_))
+
+DECLARED: dict[str, tuple[Any, Callable[[str, Any], object]]] = {
+    "light": ("", _must_be("the waveband's name", lambda value: isinstance(value, str))),
+    "tells_side": (False, _flag),
+    "uniform": (True, _flag),
+    "residual_blur_variance": (0.0, partial(check_number, unit="rad^2")),
+    "focus_tolerance": (0.0, check_tolerance),
+    "aperture_tolerance": (0.0, check_tolerance),
+    "field_sd": (0.0, partial(check_number, unit="dioptres", least=0)),
+    "mixture": (None, _must_be("a Mixture or None", lambda value: value is None or isinstance(value, Mixture))),
+    "contrast": (None, _must_be("a method or None", lambda value: value is None or callable(value))),
+    "assumption": ("", _must_be("a sentence", lambda value: isinstance(value, str))),
+}
+"""Attributes that optics may declare: the default, and the check of a value by its name."""
+
+
 def capabilities(optics: Any) -> Capabilities:
     """Return the optional capabilities that `optics` declare.
 
@@ -345,53 +369,16 @@ def capabilities(optics: Any) -> Capabilities:
     >>> stated.blur, stated.isotropic, stated.tells_side
     (None, True, False)
     """
-    waveband, residual = getattr(optics, "light", ""), getattr(optics, "residual_blur_variance", 0.0)
-    if not isinstance(waveband, str):
-        raise InputError(f"light of {type(optics).__name__} is {described(waveband)}, but must be the waveband's name.")
-    check_number(f"residual_blur_variance of {type(optics).__name__}", residual, "rad^2")
-    tolerances = [getattr(optics, name, 0.0) for name in TOLERANCES]
-    for name, value in zip(TOLERANCES, tolerances, strict=True):
-        check_tolerance(f"{name} of {type(optics).__name__}", value)
-    field_sd = getattr(optics, "field_sd", 0.0)
-    check_number(f"field_sd of {type(optics).__name__}", field_sd, "dioptres", least=0)
-    blur = own_blur(optics)
-    mixture = getattr(optics, "mixture", None)
-    if not (mixture is None or isinstance(mixture, Mixture)):
-        raise InputError(f"mixture of {type(optics).__name__} is {described(mixture)}, but must be a Mixture or None.")
-    sides, uniform = _flag(optics, "tells_side", False), _flag(optics, "uniform", True)
-    own = dict(zip(TOLERANCES, tolerances, strict=True))
-    contrast = getattr(optics, "contrast", None)
-    if not (contrast is None or callable(contrast)):
-        raise InputError(f"contrast of {type(optics).__name__} is {described(contrast)}, but must be a method or None.")
-    assumption = getattr(optics, "assumption", "")
-    if not isinstance(assumption, str):
-        raise InputError(f"assumption of {type(optics).__name__} is {described(assumption)}, but must be a sentence.")
-    stated = Capabilities(
-        blur,
-        sides,
-        uniform,
-        waveband,
-        residual,
-        mixture=mixture,
-        contrast=contrast,
-        assumption=assumption,
-        **own,
-        field_sd=field_sd,
-    )
+    declared = {name: getattr(optics, name, default) for name, (default, _) in DECLARED.items()}
+    for name, (_, check) in DECLARED.items():
+        check(f"{name} of {type(optics).__name__}", declared[name])
+    stated = Capabilities(own_blur(optics), waveband=declared.pop("light"), **declared)
     if stated.tells_side and stated.blur is None:
         raise InputError(
             f"{type(optics).__name__} states tells_side = True, but implements no blur model: add "
             "`optical_transfer`, or leave tells_side out."
         )
     return stated
-
-
-def _flag(optics: Any, name: str, default: bool) -> bool:
-    """Return a boolean attribute of optics; raise `InputError` if it is of another type."""
-    value = getattr(optics, name, default)
-    if not isinstance(value, bool | np.bool_):
-        raise InputError(f"{name} of {type(optics).__name__} is {described(value)}, but must be True or False.")
-    return bool(value)
 
 
 def check_optics(optics: Any, *, vergences: ArrayLike | None = None, frequency: float | None = None) -> None:

@@ -36,6 +36,9 @@ from focalgradient.view import View
 
 __all__ = ["PhotographedDepth", "depth_from_photographs", "limits_beside_focus"]
 
+FEW_VALID = 5e-4
+"""Share of valid pixels, printed as 0.0 %, below which a summary states that its median is of few pixels."""
+
 BYTES_PER_PIXEL = 100
 """Memory of depth in bytes per pixel, apart from the images: 93 measured from 13 to 25 megapixels (1.6 and 2.7 GB),
 with the default method and two views full of occlusion boundaries."""
@@ -92,8 +95,15 @@ class PhotographedDepth:
             place = 1 + (medians["vergence_dioptres"] - 1) * (count - 1)
             lines = [f"Median place in the stack: {place:.2f} of {count} (order only)"]
         else:
-            known = "unknown" if math.isnan(distance) else f"{distance:.4g} m from {self.settings.plane}"
-            lines = [f"Median distance: {known}"]
+            valid = int(self.depth.valid.sum())
+            few = (
+                f" (of {valid} valid pixel{'s' * (valid > 1)} only)"
+                if valid < FEW_VALID * self.depth.valid.size
+                else ""
+            )
+            lines = [f"Median distance: {distance:.4g} m from {self.settings.plane}{few}"]
+            if not valid:
+                lines = ["No pixel is valid: there is no median distance"]
         if (difference := details.get("encoding_difference_D")) is not None:
             taken, other = ("sRGB", "linear") if self.photographs[0].encoding == "srgb" else ("linear", "sRGB")
             lines.append(

@@ -9,6 +9,7 @@ from concurrent.futures import Executor
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -18,7 +19,7 @@ from focalgradient.parallel import completed
 from focalgradient.power.study import Study
 from focalgradient.progress import Progress
 
-__all__ = ["Power", "experiment", "power", "run", "run_here", "share_interval", "subjects_needed"]
+__all__ = ["Power", "drawn", "experiment", "power", "run", "run_here", "share_interval", "subjects_needed"]
 
 KEPT = ("subjects", "number", "width", "far_width", "left_out")
 """Columns of an experiment other than its tests."""
@@ -243,3 +244,26 @@ def share_interval(share: float, experiments: int) -> tuple[float, float]:
 
     low, high = proportion_confint(share * experiments, experiments, method="wilson")
     return float(low), float(high)
+
+
+def drawn(found: Sequence[Power], study: Study) -> dict[str, Any]:
+    """Return what `focalgradient.plotting.power.power_figure` draws of experiments."""
+    powers = {meaning: [one.found[name] for one in found] for name, meaning in study.tests.items()}
+    if len(powers) > 1:
+        powers["all tests"] = [one.joint for one in found]
+    shares = {
+        meaning: [(share, *share_interval(share, one.experiments)) for share, one in zip(own, found, strict=True)]
+        for meaning, own in powers.items()
+    }
+    widths = {
+        label: [getattr(one, name) for one in found]
+        for name, label in zip(("width", "far_width"), study.widths, strict=True)
+    }
+    model = study.model
+    return {
+        "subjects": [one.subjects for one in found],
+        "shares": shares,
+        "widths": widths,
+        "width_label": model.width_label,
+        "logs": model.logs,
+    }

@@ -20,12 +20,12 @@ from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import times
-from focalgradient.statistics import ConditionTest, Rules
+from focalgradient.statistics import ConditionTest, Effect, Rules
 from focalgradient.statistics.conditions import condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Analysis, Answers
-from focalgradient.statistics.rating_conditions import RULES, rating_tests
+from focalgradient.statistics.rating_conditions import ADJUSTED, RULES, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
@@ -165,6 +165,13 @@ def _drawing(
     drawn = f"{drawn}, mean and its 95 % interval over subjects bold"
     if alike and any(test.factor == factor and test.level is None for test in tests):
         drawn = "a point for each subject, and the line of the tested slope"
+    adjusted = {
+        effect.method.partition(ADJUSTED)[2]
+        for test in tests
+        if test.factor == factor and isinstance(effect := test.effect, Effect) and ADJUSTED in effect.method
+    }
+    for others in sorted(adjusted):
+        drawn += f"; these means are not adjusted for {others}, as the tested effects are, which may differ in sign"
     noun = "Ratings" if names[2] == "rating" else "Answers"
     draw = partial(condition_figure, [*of.values()], units=units, simulated=simulated)
     file = file or f"{names[1]}_{factor}".replace(" ", "_").replace("/", "_")

@@ -11,14 +11,14 @@ import pandas as pd
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
 from focalgradient.report.analysed import Reports, analyse_report_table, trials_in
-from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet
+from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet, with_place
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
-from focalgradient.report.export import report_files
+from focalgradient.report.export import r_script, report_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, MEANS, Sheet, sheet
 from focalgradient.report.words import OF_TABLE, catches, counts, differing, setting, times
 from focalgradient.statistics import DominanceModel, NeckerResult, NotComputed, as_table
-from focalgradient.statistics.questions import Answers
+from focalgradient.statistics.questions import NO_ANSWERS, Answers
 from focalgradient.statistics.wording import listed
 from focalgradient.tasks import Task
 
@@ -86,12 +86,15 @@ def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
     notices = [result.reason] if isinstance(result, NotComputed) else []
     if computed and not computed.effects:
         notices = ["No trial had a gradient of blur: nothing was compared."]
+    places = place_effects_of_cube(seen, computed) if computed else NO_ANSWERS
+    table = with_place(seen, reports.table if exported is None else exported)
+    files = report_files(table, reports.kept, computed, data)
     figure = Drawing("necker", CAPTION, partial(necker_figure, computed, simulated=simulated)) if computed else None
     return Part(
         title="Necker cube",
         name="necker",
         plan=plan,
-        answers=Answers((*reports.answers, *(place_effects_of_cube(seen, computed) if computed else ()))),
+        answers=Answers((*reports.answers, *places)),
         simulated=simulated,
         sample=[counts(quality)],
         data=data,
@@ -101,7 +104,7 @@ def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
         figures=[figure] if figure else [],
         captions=CAPTIONS,
         sheets=[*(_sheets(computed) if computed else ()), *screens_sheet(seen, "necker")],
-        files=report_files(reports.table if exported is None else exported, reports.kept, computed, data),
+        files=files | ({"necker_places.R": r_script("necker_places", places)} if places else {}),
         observed=(reports.kept,),
     )
 

@@ -185,7 +185,12 @@ def with_place(seen: Sequence[ViewedScreen], table: pd.DataFrame) -> pd.DataFram
 
 
 def place_effects(
-    seen: Sequence[ViewedScreen], table: pd.DataFrame, *, ratios: bool = False, unit: str = ""
+    seen: Sequence[ViewedScreen],
+    table: pd.DataFrame,
+    *,
+    ratios: bool = False,
+    unit: str = "",
+    answer: str = "rating",
 ) -> Answers:
     """Compare participants tested in a browser with those in the laboratory; empty if all were tested in one place."""
     table = with_place(seen, table)
@@ -193,7 +198,7 @@ def place_effects(
         return NO_ANSWERS
     table = table[table[PLACE].notna()]
     factors = {PLACE: {"levels": [LABORATORY, BROWSER], "vary": "between"}}
-    return factor_effects(table, factors, ratios=ratios, unit=unit)
+    return factor_effects(table, factors, ratios=ratios, unit=unit, answer=answer)
 
 
 def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) -> Answers:
@@ -209,4 +214,4 @@ def place_effects_of_cube(seen: Sequence[ViewedScreen], result: NeckerResult) ->
         for share in result.subject_shares
         if share.log_odds is not None
     ]
-    return place_effects(seen, pd.DataFrame(rows), unit="log odds") if rows else NO_ANSWERS
+    return place_effects(seen, pd.DataFrame(rows), unit="log odds", answer="log_odds") if rows else NO_ANSWERS

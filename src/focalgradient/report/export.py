@@ -19,7 +19,7 @@ from focalgradient.statistics import (
     OrdinalResult,
 )
 from focalgradient.statistics.crossed import FEWEST_SCENES
-from focalgradient.statistics.ordinal_people import FAR, LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
+from focalgradient.statistics.ordinal_people import LARGEST_STEP, LEVEL_SD, NEWTON, RISE_SD, ROUNDS
 from focalgradient.statistics.questions import NO_ANSWERS, Answers, less
 from focalgradient.tasks import task_named
 from focalgradient.user_tables.tidy import FIXATIONS, fixations_of
@@ -50,7 +50,6 @@ CONSTANTS = {
     "FEWEST_SCENES": FEWEST_SCENES,
     "LEVEL_SD": LEVEL_SD,
     "RISE_SD": RISE_SD,
-    "FAR": FAR,
     "ROUNDS": ROUNDS,
     "NEWTON": NEWTON,
     "LARGEST_STEP": LARGEST_STEP,

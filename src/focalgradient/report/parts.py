@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from typing import Any, NamedTuple
 
 from focalgradient.dataset import DataSet
@@ -145,9 +146,14 @@ class Plan:
             *(text for other in self.questions.also if (text := other.method)),
         ]
 
-    def design(self, people: str) -> str:
-        """Return the design in sentences."""
-        return self.shown.replace("{people}", people)
+    def sections(self, people: str) -> dict[str, Sequence[str]]:
+        """Return all sentences by heading, in the order of a preregistration; `people` are the subjects."""
+        return {
+            "Primary outcome": [self.questions.outcome],
+            "Design": [self.shown.replace("{people}", people)],
+            "Exclusions": self.exclusions,
+            "Analysis": self.analysis,
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -295,8 +301,9 @@ class Part:
                 f"{many(trials, 'single trial')}; the recorded data stay as they were. Results are shown with and "
                 "without exclusions."
             )
-        texts = [plan.design(people), exclusions, plan.questions.outcome, *plan.analysis]
-        yield from map(Paragraph, filter(None, texts))
+        sections = plan.sections(people) | {"Exclusions": [exclusions]}
+        order = ("Design", "Exclusions", "Primary outcome", "Analysis")
+        yield from map(Paragraph, filter(None, chain.from_iterable(sections[heading] for heading in order)))
         yield from output.tables(self._design())
         yield from map(Notice, self.advice)
         yield chosen(plan.questions.choices)

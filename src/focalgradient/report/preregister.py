@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -60,6 +60,7 @@ STOPPING = (
     "before. For looks in between, state their number and bounds in advance: focalgradient power gives them with "
     "their error rates."
 )
+NEUTRAL = "They show that the data can answer the question, whatever the answer; they look at no effect."
 AFTERWARDS = "Results are shown with and without exclusions; the file rules.toml holds the rules."
 IN_WORDS = "In the words in which the report will describe it:"
 
@@ -100,32 +101,18 @@ class Preregistered:
 
     def blocks(self) -> list[Block]:
         """Return the document."""
-        plan, has_rules = self.plan, bool(self.plan.questions.rules)
-        return [
-            Heading("Hypotheses"),
-            *map(Paragraph, plan.questions.hypotheses),
-            Heading("Primary outcome"),
-            Paragraph(plan.questions.outcome),
-            Heading("Design"),
-            Paragraph(IN_WORDS),
-            Paragraph(plan.design("Subjects")),
-            Heading("Exclusions"),
-            *map(Paragraph, [*plan.exclusions, *[AFTERWARDS] * has_rules]),
-            *([self._rules()] if has_rules else []),
-            Heading("Analysis"),
-            *map(Paragraph, [IN_WORDS, *plan.analysis]),
-            Heading("Number of subjects"),
-            Paragraph(self._enough() if self.powers else self.subjects),
-            *([self._power()] if self.powers else []),
-            Heading("Registered Report"),
-            Heading("Outcome-neutral tests", 3),
-            Paragraph("They show that the data can answer the question, whatever the answer; they look at no effect."),
-            *map(Paragraph, self.neutral),
-            Heading("Stopping rule", 3),
-            Paragraph(STOPPING),
-            Heading("Where assumptions fail", 3),
-            *map(Paragraph, self.failed),
-        ]
+        sections: dict[str, list[str | Table]] = {"Hypotheses": [*self.plan.questions.hypotheses]}
+        for heading, texts in self.plan.sections("Subjects").items():
+            sections[heading] = [*[IN_WORDS] * (heading in ("Design", "Analysis")), *texts]
+        if self.plan.questions.rules:
+            sections["Exclusions"] += [AFTERWARDS, self._rules()]
+        sections["Number of subjects"] = [self._enough(), self._power()] if self.powers else [self.subjects]
+        registered: dict[str, list[str | Table]] = {
+            "Outcome-neutral tests": [NEUTRAL, *self.neutral],
+            "Stopping rule": [STOPPING],
+            "Where assumptions fail": [*self.failed],
+        }
+        return [*_blocks(sections, 2), Heading("Registered Report"), *_blocks(registered, 3)]
 
     def _rules(self) -> Table:
         """Return a table of the applicable rules, with the numbers on which they depend."""
@@ -154,6 +141,12 @@ class Preregistered:
         rows = [[str(subjects), *(f"{found[test]:.0%}" for test in there)] for subjects, found in self.powers.items()]
         header = ["subjects", *(self.tests[test] for test in there)]
         return Table("Share of simulated experiments that find", header, rows)
+
+
+def _blocks(sections: Mapping[str, Sequence[str | Table]], level: int) -> Iterator[Block]:
+    for heading, content in sections.items():
+        yield Heading(heading, level)
+        yield from (Paragraph(one) if isinstance(one, str) else one for one in content)
 
 
 def preregistration(

@@ -200,7 +200,7 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         figures=figures,
         captions={
             EFFECTS: _caption(ratings),
-            CHECKS: "Tests that decide nothing; p is not corrected",
+            CHECKS: "Supplementary tests; p is not corrected",
             MEANS: f"Means over subjects, 95 % intervals {within}",
         },
         sheets=[*_sheets(result, variants), *screens_sheet(seen, "depth_rating")],

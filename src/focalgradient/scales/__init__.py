@@ -4,7 +4,7 @@ A new scale is one class derived from `ResponseScale` in one file, registered by
 group "focalgradient.scales". `check_scale` verifies that it is complete.
 """
 
-from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
+from focalgradient.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.check import check_scale
 from focalgradient.scales.controls import Control, Held, OwnControl, Scale, Steps, Ways

@@ -6,17 +6,18 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
-from focalgradient.scales.analyses import Analysis
 from focalgradient.scales.controls import Control
+from focalgradient.words import Words
 
-__all__ = ["AnswerColumn", "ResponseScale", "Texts", "filled"]
+__all__ = ["AnswerColumn", "ResponseScale", "filled"]
 
 FloatArray = NDArray[np.float64]
 
@@ -37,28 +38,6 @@ def filled(text: str, what: str, values: Mapping[str, object]) -> str:
         raise InputError(
             f"{what} has a brace that is not a value's name ({known}): correct it, or double each brace to be shown."
         ) from error
-
-
-class Texts(Protocol):
-    """Protocol of the translated texts of a session, as `focalgradient.design.words.Words`."""
-
-    @property
-    def language(self) -> str:
-        """Language code, or name of a translation file."""
-        ...
-
-    @property
-    def entries(self) -> Mapping[str, Any]:
-        """Texts by section and name."""
-        ...
-
-    def __call__(self, entry: str, **values: object) -> str:
-        """Return the text of an entry, filled in with values."""
-        ...
-
-    def number(self, value: float, form: str = ".2f") -> str:
-        """Format a number as the language requires."""
-        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,6 +97,11 @@ class ResponseScale(ABC):
     """Property of the scale that an invalid number between its ends violates, completing "the scale"."""
 
     @classmethod
+    def settings(cls) -> tuple[str, ...]:
+        """Return the names of the settings of a design that configure the scale."""
+        return tuple(one.name for one in fields(cls))  # type: ignore[arg-type]
+
+    @classmethod
     def of(cls, settings: Mapping[str, Any]) -> Self:
         """Create the scale from the settings of a design, a journal or a sidecar.
 
@@ -126,7 +110,7 @@ class ResponseScale(ABC):
         InputError
             If a setting is invalid.
         """
-        given = {one.name: settings[one.name] for one in fields(cls) if one.name in settings}  # type: ignore[arg-type]
+        given = {name: settings[name] for name in cls.settings() if name in settings}
         return cls(**{key: tuple(value) if isinstance(value, list) else value for key, value in given.items()})
 
     @property
@@ -170,25 +154,25 @@ class ResponseScale(ABC):
         return math.isfinite(value) and least - ROUNDING <= value <= most + ROUNDING
 
     @abstractmethod
-    def control(self, texts: Texts) -> Control:
+    def control(self, texts: Words) -> Control:
         """Return the description of the response control, which the window and the browser draw."""
 
-    def instructions(self, texts: Texts) -> str:
+    def instructions(self, texts: Words) -> str:
         """Return the instruction page, with its title in the first line."""
         return self.text(texts, "instructions", **self.ends(texts))
 
-    def example_text(self, texts: Texts) -> str:
+    def example_text(self, texts: Words) -> str:
         """Return the text of the example page."""
         return self.text(texts, "example", **self.ends(texts))
 
-    def ends(self, texts: Texts, form: str = "g") -> dict[str, str]:
+    def ends(self, texts: Words, form: str = "g") -> dict[str, str]:
         """Format the ends and the example for the texts: `least`, `most`, and `example` if there is one."""
         values = dict(zip(("least", "most"), self.bounds, strict=True))
         if self.example is not None:
             values["example"] = self.example
         return {key: texts.number(value, form) for key, value in values.items()}
 
-    def text(self, texts: Texts, entry: str, **values: object) -> str:
+    def text(self, texts: Words, entry: str, **values: object) -> str:
         """Return a text of this scale, from its section in the translation file, else from `texts`.
 
         Raises

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
+from focalgradient.analyses import Analysis
 from focalgradient.errors import InputError, described
 from focalgradient.files.columns import cell, converted
-from focalgradient.scales.analyses import Analysis
-from focalgradient.scales.base import ResponseScale, Texts
+from focalgradient.scales.base import ResponseScale
 from focalgradient.scales.controls import Control, Scale, Steps, Ways
+from focalgradient.words import LANGUAGES, Words, read_words
 
 __all__ = ["check_scale"]
 
@@ -97,15 +98,13 @@ class _Checked:
             self.need(scale.is_answer(scale.example), f"example is {scale.example:g}, which is not an answer")
             self.need(scale.example > scale.middle, f"example is {scale.example:g}, not above the middle")
 
-    def languages(self) -> Iterable[Texts]:
+    def languages(self) -> Iterable[Words]:
         """Return the texts of the scale's own languages, or of all languages of the package."""
-        from focalgradient.design.words import LANGUAGES, load_words
-
         own = self.scale.texts
         self.need(not own or "en" in own, "texts has no 'en', the language of the package's own designs")
-        return [load_words(name) for name in LANGUAGES if not own or name in own]
+        return [read_words(name) for name in LANGUAGES if not own or name in own]
 
-    def texts(self, texts: Texts) -> Control:
+    def texts(self, texts: Words) -> Control:
         """Check that no text is empty; return the control."""
         scale, where = self.scale, f"in {texts.language!r}"
         control = scale.control(texts)
@@ -198,7 +197,7 @@ class _Checked:
 
     def analysis(self) -> None:
         """Check that the analysis recovers the sign of an aperture effect, and that the report has the texts for it."""
-        from focalgradient.statistics import Effect, analyse
+        from focalgradient.statistics import Effect, analyse  # with pandas and SciPy
 
         analysis = self.scale.analysis
         self.need(isinstance(analysis, Analysis), f"analysis is {described(analysis)}, no Analysis")

@@ -6,10 +6,11 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar, Literal
 
+from focalgradient.analyses import Ratios
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import Analysis, Ratios
-from focalgradient.scales.base import AnswerColumn, ResponseScale, Texts
+from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.controls import Scale
+from focalgradient.words import Words
 
 __all__ = ["Ratio"]
 
@@ -41,6 +42,9 @@ class Ratio(ResponseScale):
     name: ClassVar[str] = "ratio"
     standard: ClassVar[float | None] = 1.0
     off: ClassVar[str] = "has ratios"
+    middle = 1.0
+    analysis = Ratios()
+    column = AnswerColumn("Three-dimensionality as a ratio to the standard, a pinhole picture, which is 1.", above=0)
 
     def __post_init__(self) -> None:
         if not 0 < self.least_rating < 1 < self.most_rating < math.inf:
@@ -52,18 +56,6 @@ class Ratio(ResponseScale):
     @property
     def bounds(self) -> tuple[float, float]:
         return self.least_rating, self.most_rating
-
-    @property
-    def middle(self) -> float:
-        return 1.0
-
-    @property
-    def analysis(self) -> Analysis:
-        return Ratios()
-
-    @property
-    def column(self) -> AnswerColumn:
-        return AnswerColumn("Three-dimensionality as a ratio to the standard, a pinhole picture, which is 1.", above=0)
 
     @property
     def answered(self) -> str:
@@ -78,21 +70,21 @@ class Ratio(ResponseScale):
     def example(self) -> float:
         return 1.5 if self.most_rating >= 1.5 else float(f"{math.sqrt(self.most_rating):.4g}")
 
-    def control(self, texts: Texts) -> Scale:
+    def control(self, texts: Words) -> Scale:
         below = texts("depth.below_standard" if self.reference == "standard" else "depth.below_same")
         ends = (texts("depth.flatter"), texts("depth.deeper"))
         return Scale(texts("depth.question"), below, *self.bounds, ends=ends, typed=self.answer == "typed")
 
-    def instructions(self, texts: Texts) -> str:
+    def instructions(self, texts: Words) -> str:
         reference = texts("depth.reference_standard" if self.reference == "standard" else "depth.reference_same")
         return texts("depth.instructions_ratio", reference=reference, ratios=self.doubled(texts))
 
-    def doubled(self, texts: Texts) -> str:
+    def doubled(self, texts: Words) -> str:
         """Return the text about ratios 2 and 0.5; empty if the scale does not include both."""
         both = self.least_rating <= 0.5 and self.most_rating >= 2
         return texts("depth.ratios", half=texts.number(0.5, "g")) if both else ""
 
-    def example_text(self, texts: Texts) -> str:
+    def example_text(self, texts: Words) -> str:
         return texts("depth.example_ratio", **self.ends(texts))
 
     def simulated(self, log_ratio: float, largest: float) -> float:

@@ -7,11 +7,12 @@ from typing import ClassVar, Literal
 
 import numpy as np
 
+from focalgradient.analyses import BIPOLAR
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import BIPOLAR, Analysis
-from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale, Texts
+from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale
 from focalgradient.scales.controls import Steps
 from focalgradient.scales.steps import check_labels
+from focalgradient.words import Words
 
 __all__ = ["SignedComparison"]
 
@@ -42,6 +43,10 @@ class SignedComparison(ResponseScale):
     name: ClassVar[str] = "bipolar"
     standard: ClassVar[float | None] = 0.0
     off: ClassVar[str] = "has whole steps"
+    middle = 0.0
+    example = 1.0
+    analysis = BIPOLAR
+    column = AnswerColumn("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.")
 
     def __post_init__(self) -> None:
         if self.steps % 2 == 0 or self.steps < 3:
@@ -54,39 +59,23 @@ class SignedComparison(ResponseScale):
         return -half, half
 
     @property
-    def middle(self) -> float:
-        return 0.0
-
-    @property
-    def analysis(self) -> Analysis:
-        return BIPOLAR
-
-    @property
-    def column(self) -> AnswerColumn:
-        return AnswerColumn("Whether it looked flatter (below 0) or deeper (above 0) than the reference, in steps.")
-
-    @property
     def answered(self) -> str:
         return f"Answers were one of {self.steps} steps from much flatter to much deeper."
-
-    @property
-    def example(self) -> float:
-        return 1.0
 
     def is_answer(self, value: float) -> bool:
         return super().is_answer(value) and value % 1 == 0
 
-    def control(self, texts: Texts) -> Steps:
+    def control(self, texts: Words) -> Steps:
         labels = self.labels or tuple(texts(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))
         reference = texts("depth.the_standard" if self.reference == "standard" else "depth.the_one_before")
         half = self.steps // 2
         return Steps(texts("depth.question_bipolar", reference=reference), "", -half, half, labels)
 
-    def instructions(self, texts: Texts) -> str:
+    def instructions(self, texts: Words) -> str:
         reference = texts("depth.reference_standard" if self.reference == "standard" else "depth.reference_same")
         return texts("depth.instructions_bipolar", reference=reference)
 
-    def example_text(self, texts: Texts) -> str:
+    def example_text(self, texts: Words) -> str:
         return texts("depth.example_bipolar", **self.ends(texts, "+g"))
 
     def simulated(self, log_ratio: float, largest: float) -> float:

@@ -7,10 +7,11 @@ from typing import ClassVar
 
 import numpy as np
 
+from focalgradient.analyses import Analysis, OrdinalSteps
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import Analysis, OrdinalSteps
-from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale, Texts
+from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale
 from focalgradient.scales.controls import Steps
+from focalgradient.words import Words
 
 __all__ = ["REACH", "OrdinalScale", "check_labels"]
 
@@ -49,6 +50,7 @@ class OrdinalScale(ResponseScale):
 
     name: ClassVar[str] = "steps"
     off: ClassVar[str] = "has whole steps"
+    column = AnswerColumn("How three-dimensional it looked, in steps of the scale of the design.", least=1.0)
 
     def __post_init__(self) -> None:
         if self.steps < 2:
@@ -68,10 +70,6 @@ class OrdinalScale(ResponseScale):
         return OrdinalSteps(middle=self.middle)
 
     @property
-    def column(self) -> AnswerColumn:
-        return AnswerColumn("How three-dimensional it looked, in steps of the scale of the design.", least=1.0)
-
-    @property
     def answered(self) -> str:
         return f"Answers were steps from 1 to {self.steps}."
 
@@ -82,15 +80,15 @@ class OrdinalScale(ResponseScale):
     def is_answer(self, value: float) -> bool:
         return super().is_answer(value) and value % 1 == 0
 
-    def control(self, texts: Texts) -> Steps:
+    def control(self, texts: Words) -> Steps:
         labels = self.labels or (texts("depth.flat"), texts("depth.very_deep"))
         return Steps(texts("depth.question"), "", 1, self.steps, labels)
 
-    def instructions(self, texts: Texts) -> str:
+    def instructions(self, texts: Words) -> str:
         least, most = (texts.number(end, "g") for end in self.bounds)
         return texts("depth.instructions_steps", least=least, most=most)
 
-    def example_text(self, texts: Texts) -> str:
+    def example_text(self, texts: Words) -> str:
         return texts("depth.example_steps", **self.ends(texts))
 
     def simulated(self, log_ratio: float, largest: float) -> float:

@@ -7,9 +7,10 @@ from typing import ClassVar
 
 import numpy as np
 
-from focalgradient.scales.analyses import Analysis, Choices
-from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale, Texts
+from focalgradient.analyses import Choices
+from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale
 from focalgradient.scales.controls import Ways
+from focalgradient.words import Words
 
 __all__ = ["TwoIntervals"]
 
@@ -28,36 +29,21 @@ class TwoIntervals(ResponseScale):
     intervals: ClassVar[int] = 2
     again: ClassVar[str] = "depth.practice_again_choice"
     off: ClassVar[str] = "has whole steps"
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        return 0.0, 1.0
-
-    @property
-    def middle(self) -> float:
-        return 0.5
-
-    @property
-    def analysis(self) -> Analysis:
-        return Choices()
-
-    @property
-    def column(self) -> AnswerColumn:
-        return AnswerColumn(
-            "1 where the picture was judged deeper than the reference, 0 where the reference was.", least=0.0
-        )
-
-    @property
-    def answered(self) -> str:
-        return "The answer was which of two pictures looked deeper."
+    bounds = (0.0, 1.0)
+    middle = 0.5
+    analysis = Choices()
+    column = AnswerColumn(
+        "1 where the picture was judged deeper than the reference, 0 where the reference was.", least=0.0
+    )
+    answered = "The answer was which of two pictures looked deeper."
 
     def is_answer(self, value: float) -> bool:
         return super().is_answer(value) and value % 1 == 0
 
-    def control(self, texts: Texts) -> Ways:
+    def control(self, texts: Words) -> Ways:
         return Ways(texts("depth.question_choice"), (texts("depth.first"), texts("depth.second")))
 
-    def instructions(self, texts: Texts) -> str:
+    def instructions(self, texts: Words) -> str:
         return texts("depth.instructions_choice")
 
     def answer_in(self, given: float, interval: int) -> float:

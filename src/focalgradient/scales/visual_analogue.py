@@ -6,10 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-from focalgradient.scales.analyses import Analysis, Slopes
-from focalgradient.scales.base import AnswerColumn, ResponseScale, Texts
+from focalgradient.analyses import Slopes
+from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.controls import Scale
 from focalgradient.scales.steps import check_labels
+from focalgradient.words import Words
 
 __all__ = ["VisualAnalogue"]
 
@@ -54,38 +55,24 @@ class VisualAnalogue(ResponseScale):
             "ihrem Ende.",
         },
     }
+    bounds = (0.0, 100.0)
+    middle = 50.0
+    example = 70.0
+    analysis = Slopes(
+        name="visual-analogue", middle=50.0, answers="places on a line", unit="per cent of the line", mean="mean place"
+    )
+    column = AnswerColumn(
+        "How three-dimensional it looked: place on a line from flat (0) to very deep (100).",
+        units="%",
+        least=0.0,
+        most=100.0,
+    )
+    answered = "Answers were places on a line from flat (0) to very deep (100)."
 
     def __post_init__(self) -> None:
         check_labels(self.name, self.labels, {0, 2})
 
-    @property
-    def bounds(self) -> tuple[float, float]:
-        return 0.0, 100.0
-
-    @property
-    def middle(self) -> float:
-        return 50.0
-
-    @property
-    def analysis(self) -> Analysis:
-        return Slopes(
-            name=self.name, middle=50.0, answers="places on a line", unit="per cent of the line", mean="mean place"
-        )
-
-    @property
-    def column(self) -> AnswerColumn:
-        about = "How three-dimensional it looked: place on a line from flat (0) to very deep (100)."
-        return AnswerColumn(about, units="%", least=0.0, most=100.0)
-
-    @property
-    def answered(self) -> str:
-        return "Answers were places on a line from flat (0) to very deep (100)."
-
-    @property
-    def example(self) -> float:
-        return 70.0
-
-    def control(self, texts: Texts) -> Scale:
+    def control(self, texts: Words) -> Scale:
         first, last = self.labels or (texts("depth.flat"), texts("depth.very_deep"))
         return Scale(texts("depth.question"), "", *self.bounds, ratios=False, ends=(first, last), numbered=False)
 

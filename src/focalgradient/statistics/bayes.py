@@ -19,13 +19,13 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, analysis_named
+from focalgradient.statistics.cells import cells_of, differences, less, rises
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.posteriors import ORDINAL_PRIORS, RATIO_PRIORS, BayesResult, Name, Posterior, Prior
-from focalgradient.statistics.rating_questions import LogRatios
 from focalgradient.statistics.records import NotComputed
 from focalgradient.user_tables.tidy import FIXATIONS, check_steps, rating_table
 
@@ -177,10 +177,10 @@ def _ratios(
     table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
     """Fit one model to the depth effects of each fixation, and one to their difference."""
-    data = LogRatios.of(table)
-    of: dict[Name, pd.DataFrame | NotComputed] = {name: data.rises(name) for name in KINDS if name in data.cells}
+    data = cells_of(table)
+    of: dict[str, pd.DataFrame | NotComputed] = {name: rises(name, data[name]) for name in KINDS if name in data}
     if len(of) == 2:
-        of["difference"] = data.difference(*FIXATIONS)
+        of["difference"] = differences(of)[less(*FIXATIONS)]
     cells = {kind: _long(rises) for kind, rises in of.items() if not isinstance(rises, NotComputed)}
     found: dict[Name, Posterior | NotComputed] = {}
     for number, kind in enumerate(KINDS):

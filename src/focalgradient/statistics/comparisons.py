@@ -12,12 +12,13 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from focalgradient.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import Analysis, Choices, Slopes, analysis_named
+from focalgradient.statistics.cells import cells_of
 from focalgradient.statistics.means import only_difference, share_interval, t_interval
-from focalgradient.statistics.questions import Answers, less, stated
-from focalgradient.statistics.records import Effect, Interval, NotComputed, line
-from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, cells_of, slope_questions
+from focalgradient.statistics.questions import Answers, stated
+from focalgradient.statistics.records import Effect, Interval, NotComputed, line, summed
+from focalgradient.statistics.slope_questions import CHOICES, DIFFERENCE, LARGEST, SLOPE, slope_questions
 from focalgradient.user_tables.tidy import fixations_of, main_trials
 
 __all__ = [
@@ -116,8 +117,7 @@ class ComparisonResult:
             lines.append(line(f"{slope}, {name} in focus", change))
             if self.analysis.alike is not None:
                 lines.append(line(f"largest aperture against the reference, {name} in focus", compared))
-        pairs = [(f"difference, {less(*pair)}", test) for pair, test in self.differences.items()]
-        return "\n".join([*lines, *(line(*one) for one in pairs or [("difference", self.interaction)])])
+        return "\n".join([*lines, *summed([], self.differences, self.interaction)])
 
 
 def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonResult:

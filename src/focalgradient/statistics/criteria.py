@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+from focalgradient.analyses import Analysis
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range
-from focalgradient.scales.analyses import Analysis
 
 __all__ = ["BOUND", "OF_CUBE", "OF_RATINGS", "SHORTEST_BOTH", "AnalysisOptions", "Rules"]
 

@@ -214,24 +214,28 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
     subjects, scenes = shared.shape
     gaps = int(np.isnan(shared).sum())
     own = over_subjects(shared)
-    if isinstance(own, NotComputed) or scenes < FEWEST_SCENES:
+    # One cell each: subjects and scenes are confounded.
+    if isinstance(own, NotComputed) or scenes < FEWEST_SCENES or shared.size - gaps == subjects == scenes:
         return own
-    remarks: tuple[str, ...] = ()
-    if gaps:
-        if shared.size - gaps == subjects == scenes:  # one cell each: subjects and scenes are confounded
-            return own
-        left = reml.fit(shared)
-        mean, error, df = left.mean, left.standard_error, left.df
-        total = left.subjects**2 + left.scenes**2 + left.residual**2
-        remarks = (f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML.",)
-    else:
-        found = moments(shared)
-        mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
-        residual = float(found.residual)
-        of_subjects = max(float(found.subjects) - residual, 0.0) / scenes
-        total = of_subjects + max(float(found.scenes) - residual, 0.0) / subjects + residual
-    effect = student_effect(mean, error, subjects, CROSSED, df=df, remarks=remarks)
-    return replace(effect, d=size_interval(mean / math.sqrt(total), effect.statistic, effect.df, subjects))
+    why = f"{gaps} of {shared.size} cells of subjects by scenes have no answers: the rest is fitted by REML."
+    found = _model(shared)
+    total = found.subjects**2 + found.scenes**2 + found.residual**2
+    test = found.mean, found.standard_error, subjects, CROSSED
+    effect = student_effect(*test, df=found.df, remarks=(why,) if gaps else ())
+    return replace(effect, d=size_interval(found.mean / math.sqrt(total), effect.statistic, effect.df, subjects))
+
+
+def _model(cells: FloatArray) -> reml.Fit:
+    """Fit value = mean + subject + scene + residual: by REML with gaps, else by the mean squares."""
+    if np.isnan(cells).any():
+        return reml.fit(cells)
+    found, (subjects, scenes) = moments(cells), cells.shape
+    residual = float(found.residual)
+    of_subjects = math.sqrt(max(float(found.subjects) - residual, 0.0) / scenes)
+    of_scenes = math.sqrt(max(float(found.scenes) - residual, 0.0) / subjects)
+    left = cells - cells.mean(axis=1, keepdims=True) - cells.mean(axis=0, keepdims=True) + cells.mean()
+    mean, error, df = (float(one) for one in (found.mean, found.standard_error, found.df))
+    return reml.Fit(mean, error, df, of_subjects, of_scenes, math.sqrt(residual), left)
 
 
 def random_scenes(effect: Effect) -> bool:
@@ -290,28 +294,17 @@ def components(cells: ArrayLike, response: str) -> Components | NotComputed:
     subjects, scenes = shared.shape
     if subjects < 2 or scenes < 2 or np.isfinite(shared).sum() == subjects == scenes:
         return NotComputed("Variance components need two or more subjects with two or more scenes.")
-    if np.isnan(shared).any():
-        fitted = reml.fit(shared)
-        left = fitted.residuals[np.isfinite(shared)]
-        of_subjects, of_scenes, residual = fitted.subjects, fitted.scenes, fitted.residual
-    else:
-        found = moments(shared)
-        rows, columns = shared.mean(axis=1, keepdims=True), shared.mean(axis=0, keepdims=True)
-        left = (shared - rows - columns + shared.mean()).ravel()
-        of_subjects = math.sqrt(max(0.0, float(found.subjects - found.residual) / scenes))
-        of_scenes = math.sqrt(max(0.0, float(found.scenes - found.residual) / subjects))
-        residual = math.sqrt(float(found.residual))
+    found = _model(shared)
+    left, residual = found.residuals[np.isfinite(shared)], found.residual
     if residual <= 1e-12 or len(left) < 4:  # minimum of the Shapiro-Wilk test
         return NotComputed("Subjects and scenes account for all variance: there are no residuals to check.")
     w, p = stats.shapiro(left[:: -(-len(left) // 5000)])  # its p is inaccurate above 5000 values
     formula = f"{response} ~ 1 + (1 | participant_id) + (1 | scene)"
-    largest = float(np.abs(left).max() / residual)
-    own = own_means(shared)
+    parts = found.subjects, found.scenes, residual, float(w), float(p), float(np.abs(left).max() / residual)
     if subjects < 4:
-        return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest)
-    skewness, (own_w, own_p) = float(stats.skew(own, bias=False)), map(float, stats.shapiro(own))
-    check = skewness, own_w, own_p
-    return Components(formula, of_subjects, of_scenes, residual, float(w), float(p), largest, *check)
+        return Components(formula, *parts)
+    own = own_means(shared)
+    return Components(formula, *parts, float(stats.skew(own, bias=False)), *map(float, stats.shapiro(own)))
 
 
 def own_means(cells: FloatArray) -> FloatArray:

@@ -7,15 +7,15 @@ integral over v is centred on each subject's mode (Liu and Pierce 1994); one nod
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
 from focalgradient.progress import Progress
-from focalgradient.statistics.hessian import polished
+from focalgradient.statistics.hessian import ascending, curvature_at, free_of, polished
 from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
@@ -26,9 +26,6 @@ SEPARATED = 25.0
 """Absolute value of a parameter (log odds) beyond which the answers are separated and the search ends without a
 maximum.
 """
-
-STEP = 1e-4
-"""Step of the finite differences of gradients, in units of about a standard deviation."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,10 +93,9 @@ def cumulative_fit(
     size = last + columns + len(lower[0])
 
     def unpack(free: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        thresholds = free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:last]))])
         cholesky = np.zeros((q, q))
         cholesky[lower] = free[last + columns :]
-        return thresholds, free[last : last + columns], cholesky
+        return ascending(free[:last]), free[last : last + columns], cholesky
 
     def cost(free: FloatArray) -> tuple[float, FloatArray]:
         thresholds, fixed, cholesky = unpack(free)
@@ -125,22 +121,16 @@ def cumulative_fit(
     exact = nodes > 1  # the gradient is exact for quadrature, but not for Laplace's approximation
     slope = (lambda at: cost(at)[1]) if exact else None
     tolerance = max(1e-4, 3e-6 * len(category))  # the gradient scales with the number of trials
+    search: dict[str, Any] = {"method": "BFGS", "callback": watched, "options": {"gtol": tolerance}}
     with np.errstate(all="ignore"):
         if exact:
-            found = optimize.minimize(
-                cost, free, jac=True, method="BFGS", callback=watched, options={"gtol": tolerance}
-            )
+            found = optimize.minimize(cost, free, jac=True, **search)
         else:
-            found = optimize.minimize(
-                height, free, jac="3-point", method="BFGS", callback=watched, options={"gtol": tolerance}
-            )
+            found = optimize.minimize(height, free, jac="3-point", **search)
         free = found.x if np.abs(found.x).max() > SEPARATED else polished(height, found.x, gradient=slope)
         if free is None or np.abs(free).max() > SEPARATED:
             return None
-        if exact:
-            information = _curvature(lambda at: cost(at)[1], free)
-        else:
-            information = _curvature(lambda at: np.asarray(optimize.approx_fprime(at, height, 1e-3)), free, 1e-3)
+        information = curvature_at(height, slope, free)
         covariance, at_boundary = _covariance(information, last + columns)
     if covariance is None:
         return None
@@ -155,8 +145,7 @@ def cumulative_fit(
 def _first_thresholds(category: NDArray[np.int_]) -> FloatArray:
     """Return start values from the cumulative proportions: first threshold, then logarithms of the gaps."""
     odds = np.cumsum(np.bincount(category))[:-1] / len(category)
-    start = np.log(odds / (1 - odds))
-    return np.concatenate([start[:1], np.log(np.diff(start))])
+    return free_of(np.log(odds / (1 - odds)))
 
 
 def _covariance(information: FloatArray, wanted: int) -> tuple[FloatArray | None, bool]:
@@ -229,10 +218,6 @@ class _Marginal:
         self.log_weights = log_weights + (self.points**2).sum(axis=0) / 2
         self.mode = np.zeros((self.subjects, q))
 
-    def log_likelihood(self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray) -> float:
-        """Return the log likelihood of all answers."""
-        return self.evaluate(thresholds, level, cholesky)[0]
-
     def evaluate(
         self, thresholds: FloatArray, level: FloatArray, cholesky: FloatArray
     ) -> tuple[float, FloatArray, FloatArray, FloatArray]:
@@ -265,14 +250,6 @@ class _Marginal:
         lost = np.bincount(self.category, by_low, last + 1)[1:]
         by_threshold = np.asarray(np.bincount(self.category, by_high, last + 1)[:-1] - lost, dtype=float)
         return value, by_threshold, by_level, self.random.T @ by_v
-
-
-def _curvature(gradient: Callable[[FloatArray], FloatArray], at: FloatArray, step: float = STEP) -> FloatArray:
-    """Return second derivatives as finite differences of the gradient."""
-    here = gradient(at)
-    rows = [(gradient(at + step * one) - here) / step for one in np.eye(len(at))]
-    second = np.stack(rows)
-    return np.asarray((second + second.T) / 2)
 
 
 def _is_positive(matrix: FloatArray) -> bool:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special, stats
 
 from focalgradient.errors import InputError
-from focalgradient.statistics.hessian import covariance_at, polished
+from focalgradient.statistics.hessian import ascending, covariance_at, free_of, polished
 from focalgradient.statistics.means import paired_effect, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Outcome, Question, Tested, less
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
@@ -289,13 +289,13 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
 
     def cost(free: FloatArray, sd: float | None = None) -> float:
         spread = math.exp(free[1]) if sd is None else sd
-        cuts = np.concatenate([[-np.inf], free[2] + np.concatenate([[0], np.cumsum(np.exp(free[3:]))]), [np.inf]])
+        cuts = np.concatenate([[-np.inf], ascending(free[2:]), [np.inf]])
         p = np.diff(special.ndtr(cuts))
         q = np.diff(special.ndtr((cuts - free[0]) / spread))
         return -float((n * np.log(np.maximum(p, 1e-12))).sum() + (s * np.log(np.maximum(q, 1e-12))).sum())
 
     even = special.ndtri(np.clip(np.cumsum(s + n)[:-1] / (s + n).sum(), 1e-3, 1 - 1e-3))
-    start = np.concatenate([[1.0, 0.0], even[:1], np.log(np.maximum(np.diff(even), 0.05))])
+    start = np.concatenate([[1.0, 0.0], free_of(even, 0.05)])
     bounds = [(-LARGEST, 2 * LARGEST), (-2.0, 2.0), (-LARGEST, LARGEST), *[(-6.0, 3.0)] * (len(start) - 3)]
     low, high = np.array(bounds).T
     found = polished(cost, optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds).x, low=low, high=high)
@@ -326,7 +326,7 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
         roc_area(signal, noise),
         Interval(d_a, d_a - z * error, d_a + z * error),
         Interval(sd, sd * math.exp(-z * sd_error), sd * math.exp(z * sd_error)),
-        tuple(map(float, found[2] + np.concatenate([[0], np.cumsum(np.exp(found[3:]))]))),
+        tuple(map(float, ascending(found[2:]))),
         float(special.ndtr(mean / math.sqrt(1 + sd**2))),
         float(stats.chi2.sf(max(0.0, 2 * (cost(equal, 1.0) - cost(found))), 1)),
     )

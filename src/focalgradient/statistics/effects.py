@@ -9,8 +9,8 @@ from typing import Any
 
 import pandas as pd
 
+from focalgradient.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
 from focalgradient.statistics.criteria import BOUND, OF_RATINGS, Rules
 from focalgradient.statistics.exclusions import quality

@@ -13,8 +13,8 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
 from focalgradient.statistics.judging import (
     SubjectQuality,

@@ -17,7 +17,7 @@ from focalgradient.statistics.records import Effect, NotComputed
 __all__ = ["factor_effects", "factor_questions"]
 
 
-def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Analysis:
+def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = "", answer: str = "rating") -> Analysis:
     """Return the questions about the levels of each factor of a design, asked of a table of ratings.
 
     Parameters
@@ -28,6 +28,8 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
         True to analyse the logarithm of the answers.
     unit
         Unit of the effects; empty: "log ratio" or "units of the scale".
+    answer
+        Name of the answers in R code.
     """
     unit = unit or ("log ratio" if ratios else "units of the scale")
 
@@ -35,8 +37,8 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
         if missing := [name for name in factors if name not in table]:
             raise InputError(f"the table has no column {missing[0]}, a factor of the design: write the tables again.")
         table = table[~table["catch"]]
-        answer = np.log(table["rating"]) if ratios else table["rating"]
-        return table.assign(answer=answer.astype(float))
+        answers = np.log(table["rating"]) if ratios else table["rating"]
+        return table.assign(answer=answers.astype(float))
 
     def compared(table: pd.DataFrame, name: str, of: Measure) -> dict[str, Effect | NotComputed]:
         first, *others = factors[name]["levels"]
@@ -51,7 +53,7 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
     def in_r(what: str, name: str, function: str) -> str:
         first, *others = factors[name]["levels"]
         test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
-        of = function, "log_rating" if ratios else "rating", name
+        of = function, "log_rating" if ratios else answer, name
         return "".join(
             f"show({quoted(what)}, {quoted(less(level, first))}, {test}({_at(*of, level)}, {_at(*of, first)}))\n"
             for level in others
@@ -76,14 +78,16 @@ Measure = Callable[[pd.DataFrame, str], "pd.Series[float]"]
 """Value of each subject at each level of a factor."""
 
 
-def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool, unit: str = "") -> Answers:
+def factor_effects(
+    table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: bool, unit: str = "", answer: str = "rating"
+) -> Answers:
     """Compare the levels of each factor of a design.
 
     Parameters
     ----------
     table
         Ratings with one column per factor; catch trials are excluded.
-    factors, ratios, unit
+    factors, ratios, unit, answer
         As in `factor_questions`.
 
     Returns
@@ -108,7 +112,7 @@ def factor_effects(table: pd.DataFrame, factors: Mapping[str, Any], *, ratios: b
     >>> [(answer.name, answer.level, round(answer.outcome.estimate, 2)) for answer in found]
     [('answer by light', 'bright less dim', 0.1), ('change with blur by light', 'bright less dim', 0.2)]
     """
-    return factor_questions(factors, ratios=ratios, unit=unit).asked(table)
+    return factor_questions(factors, ratios=ratios, unit=unit, answer=answer).asked(table)
 
 
 def _means(table: pd.DataFrame, name: str) -> pd.Series[float]:

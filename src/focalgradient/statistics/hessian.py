@@ -11,7 +11,7 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["MIN_CURVATURE", "covariance_at", "hessian", "polished"]
+__all__ = ["MIN_CURVATURE", "ascending", "covariance_at", "curvature_at", "free_of", "hessian", "polished"]
 
 FloatArray = NDArray[np.float64]
 
@@ -30,6 +30,24 @@ CONVERGED = 3e-8
 """Length of the last Newton step, in units of the parameters, below which a minimum counts as reached; what is left is
 at most a third of it.
 """
+
+
+def ascending(free: FloatArray) -> FloatArray:
+    """Return ascending values, such as thresholds, of their free parameters: the first, and the logarithms of the gaps.
+
+    >>> ascending(np.array([-1.0, 0.0, 0.0])).tolist()
+    [-1.0, 0.0, 1.0]
+    """
+    return np.asarray(free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]))
+
+
+def free_of(values: FloatArray, least_gap: float = 0.0) -> FloatArray:
+    """Return the free parameters of ascending values: see `ascending`.
+
+    >>> free_of(np.array([-1.0, 0.0, 1.0])).tolist()
+    [-1.0, 0.0, 0.0]
+    """
+    return np.concatenate([values[:1], np.log(np.maximum(np.diff(values), least_gap))])
 
 
 def hessian(function: Callable[[FloatArray], float], at: FloatArray) -> FloatArray:
@@ -98,7 +116,7 @@ def polished(
             return point if np.isfinite(slope).all() else None
         if not (len(curvature) and np.array_equal(inner, moved)):
             moved = inner
-            curvature = _curvature(cost, gradient, point)[np.ix_(moved, moved)]
+            curvature = curvature_at(cost, gradient, point)[np.ix_(moved, moved)]
             if not np.isfinite(curvature).all():
                 return None
             values, vectors = np.linalg.eigh(curvature)
@@ -141,9 +159,10 @@ def _slope(cost: Callable[[FloatArray], float], at: FloatArray) -> FloatArray:
     return slope
 
 
-def _curvature(
+def curvature_at(
     cost: Callable[[FloatArray], float], gradient: Callable[[FloatArray], FloatArray] | None, at: FloatArray
 ) -> FloatArray:
+    """Return the second derivatives of a cost, of its gradient if there is one."""
     if gradient is None:
         return hessian(cost, at)
     from statsmodels.tools.numdiff import approx_fprime

@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 from scipy import stats
 
-from focalgradient.scales.analyses import Analysis
+from focalgradient.analyses import Analysis
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import moments
 

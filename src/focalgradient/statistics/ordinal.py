@@ -17,8 +17,8 @@ from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
 from focalgradient.statistics.means import only_difference, paired_effect, student_effect
 from focalgradient.statistics.ordinal_people import own_rises
-from focalgradient.statistics.questions import HERE, Answers, Outcome, less
-from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, line
+from focalgradient.statistics.questions import HERE, Answers, Outcome
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, summed
 from focalgradient.statistics.step_questions import DIFFERENCE, EFFECT, SLOPE, step_outcomes, step_questions
 from focalgradient.user_tables.tidy import fixations_of
 
@@ -138,10 +138,12 @@ class OrdinalResult:
 
     def summary(self) -> str:
         """Return the effects in log odds and their differences as text, one per line."""
-        rises = zip(self.fixations, self.rises, strict=True)
-        pairs = [(f"difference, {less(*pair)}", test) for pair, test in self.differences.items()]
-        tests = [(f"log odds, {name} in focus", rise) for name, rise in rises]
-        return "\n".join(line(*one) for one in [*tests, *(pairs or [("difference", self.interaction)])])
+        return "\n".join(self.lines())
+
+    def lines(self) -> list[str]:
+        """Return the lines of `summary`."""
+        names = (f"log odds, {name} in focus" for name in self.fixations)
+        return summed(zip(names, self.rises, strict=True), self.differences, self.interaction)
 
 
 def design_matrix(amount: FloatArray, kinds: NDArray[np.object_]) -> FloatArray:
@@ -197,9 +199,30 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
     formula = _formula(fixations)
     scenes = rows["scene"].nunique()
 
+    pairs = list(combinations(range(len(fixations)), 2))
+
+    def result(
+        tests: Sequence[Effect | NotComputed],
+        fixed: Sequence[Effect | NotComputed],
+        fit: CumulativeFit | None = None,
+        half: float | None = None,
+        *,
+        by_people: bool = False,
+    ) -> OrdinalResult:
+        places = [] if fit is None else zip(fit.thresholds.tolist(), fit.threshold_errors.tolist(), strict=True)
+        thresholds = tuple(
+            Threshold(
+                low, high, Interval(at, *((None, None) if half is None else (at - half * error, at + half * error)))
+            )
+            for low, high, (at, error) in zip(steps[:-1].tolist(), steps[1:].tolist(), places, strict=False)
+        )
+        outcomes = step_outcomes(fixations, tests, fixed, width)
+        height = None if fit is None else fit.log_likelihood
+        return OrdinalResult(formula, fixations, outcomes, scenes, thresholds, shares, height, by_people)
+
     def missing(reason: str) -> OrdinalResult:
-        tests = [NotComputed(reason)] * (len(fixations) + math.comb(len(fixations), 2))
-        return OrdinalResult(formula, fixations, step_outcomes(fixations, tests, tests, 0), scenes, (), shares)
+        tests = [NotComputed(reason)] * (len(fixations) + len(pairs))
+        return result(tests, tests)
 
     if len(names) < 2 or width == 0:
         return missing("An ordinal slope over subjects needs two or more subjects, and two or more apertures.")
@@ -207,35 +230,25 @@ def ordinal_rating(rows: pd.DataFrame, remarks: list[str], progress: Progress | 
         return missing("All answers are the same: there is no variation to test a slope against.")
     design, random = _columns(rows, fixations, width, remarks)
     fit = cumulative_fit(category, design, random, subject, nodes_for(subject), progress)
-    if fit is not None and not np.isfinite(fit.standard_errors[: len(fixations)]).all():
+    size = len(fixations)
+    if fit is not None and not np.isfinite(fit.standard_errors[:size]).all():
         fit = None
     ends = np.bincount(category)[[0, -1]].max() / len(category)
     if fit is None or fit.at_boundary or ends >= FLOOR:
-        return _by_people(category, random, design, subject, fixations, width, steps, shares, fit, scenes)
-    contrasts = list(np.eye(design.shape[1])[: len(fixations)])
-    pairs = list(combinations(range(len(fixations)), 2))
+        own = own_rises(category, random[:, 1:], design[:, size : 2 * size - 1], subject)
+        why = NO_MAXIMUM if fit is None else SINGULAR if fit.at_boundary else AT_END
+        values = [*own.T, *(own[:, one] - own[:, other] for one, other in pairs)]
+        tests = [paired_effect(each, PEOPLE_METHOD) for each in values]
+        tests = [replace(test, remarks=(why,)) if isinstance(test, Effect) else test for test in tests]
+        return result(tests, tests, fit, by_people=True)
+    contrasts = list(np.eye(design.shape[1])[:size])
     contrasts += [contrasts[one] - contrasts[other] for one, other in pairs]
     fixed = [_contrast(fit, contrast, len(names)) for contrast in contrasts]
     scene = pd.factorize(rows["scene"], sort=True)[0]
     levels = design @ fit.fixed + (random * fit.effects[subject]).sum(axis=1)
     deviations = _scene_deviations(answer_derivatives(category, levels, fit.thresholds), random, scene)
-    tests = [
-        _over_scenes(test, deviations, contrast[: len(fixations)])
-        for test, contrast in zip(fixed, contrasts, strict=True)
-    ]
-    half = float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1))
-    return OrdinalResult(
-        formula,
-        fixations,
-        step_outcomes(fixations, tests, fixed, width),
-        scenes,
-        tuple(
-            Threshold(int(low), int(high), Interval(float(at), float(at - half * error), float(at + half * error)))
-            for low, high, at, error in zip(steps[:-1], steps[1:], fit.thresholds, fit.threshold_errors, strict=True)
-        ),
-        shares,
-        fit.log_likelihood,
-    )
+    over = [_over_scenes(test, deviations, weights[:size]) for test, weights in zip(fixed, contrasts, strict=True)]
+    return result(over, fixed, fit, float(stats.t.ppf((1 + CONFIDENCE) / 2, len(names) - 1)))
 
 
 def _formula(fixations: Sequence[str]) -> str:
@@ -280,50 +293,9 @@ AT_END = (
 )
 
 
-def _by_people(
-    category: NDArray[np.int_],
-    random: FloatArray,
-    design: FloatArray,
-    subject: NDArray[np.int_],
-    fixations: Sequence[str],
-    width: float,
-    steps: NDArray[np.int_],
-    shares: tuple[StepShare, ...],
-    fit: CumulativeFit | None,
-    scenes: int,
-) -> OrdinalResult:
-    """Test within-subject effects by t-tests if the mixed model's standard errors are unreliable."""
-    size = len(fixations)
-    own = own_rises(category, random[:, 1:], design[:, size : 2 * size - 1], subject)
-    remarks = (NO_MAXIMUM if fit is None else SINGULAR if fit.at_boundary else AT_END,)
-    pairs = list(combinations(range(size), 2))
-    values = [*own.T, *(own[:, one] - own[:, other] for one, other in pairs)]
-    tests: list[Effect | NotComputed] = []
-    for each in values:
-        test = paired_effect(each, PEOPLE_METHOD)
-        tests.append(replace(test, remarks=remarks) if isinstance(test, Effect) else test)
-    thresholds: tuple[Threshold, ...] = ()
-    if fit is not None:
-        thresholds = tuple(
-            Threshold(int(low), int(high), Interval(float(at), None, None))
-            for low, high, at in zip(steps[:-1], steps[1:], fit.thresholds, strict=True)
-        )
-    return OrdinalResult(
-        _formula(fixations),
-        tuple(fixations),
-        step_outcomes(fixations, tests, tests, width),
-        scenes,
-        thresholds,
-        shares,
-        None if fit is None else fit.log_likelihood,
-        by_people=True,
-    )
-
-
 def _contrast(fit: CumulativeFit, weights: FloatArray, subjects: int) -> Effect:
     error = math.sqrt(float(weights @ fit.covariance @ weights))
-    estimate = float(weights @ fit.fixed)
-    return student_effect(estimate, error, subjects, METHOD)
+    return student_effect(float(weights @ fit.fixed), error, subjects, METHOD)
 
 
 def _scene_deviations(

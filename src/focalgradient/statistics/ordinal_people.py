@@ -9,10 +9,12 @@ over these effects.
 from __future__ import annotations
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy import optimize, special
 
-from focalgradient.statistics.hessian import polished
+from focalgradient.statistics.cumulative import answer_derivatives
+from focalgradient.statistics.hessian import ascending, free_of, polished
 
 __all__ = ["own_rises"]
 
@@ -24,9 +26,6 @@ the effects, in log odds: one standard deviation is an odds ratio of 7. Weakly i
 t-test of a zero mean effect rejects .049 of 2,000 data sets of 6 normal subjects if 69 % of answers are the lowest step
 (benchmarks/statistics_error_rates.py --tables steps).
 """
-
-FAR = 50.0
-"""Log odds that represent infinity."""
 
 ROUNDS, NEWTON, LARGEST_STEP = 8, 6, 2.0
 """Alternations between thresholds and subjects; Newton steps per subject in each; and maximum step, in log odds."""
@@ -59,12 +58,8 @@ def own_rises(
     people = int(subject.max()) + 1
     count = offsets.shape[1]
     kind = offsets @ np.arange(1, count + 1)
-    centered = amounts.astype(float).copy()
-    for who in range(people):  # within a subject and fixation; a subject with constant answers has no effect
-        for each in range(amounts.shape[1]):
-            own = (subject == who) & (kind == (each if count else 0))
-            if own.any():
-                centered[own, each] -= centered[own, each].mean()
+    # Within a subject and fixation; a subject with constant answers has no effect.
+    centered = pd.DataFrame(amounts) - pd.DataFrame(amounts).groupby([subject, kind]).transform("mean")
     design = np.column_stack([np.ones(len(category)), offsets, centered])
     penalty = np.diag(np.concatenate([np.full(1 + count, LEVEL_SD), np.full(amounts.shape[1], RISE_SD)]) ** -2.0)
     share = np.cumsum(np.bincount(category))[:-1] / len(category)
@@ -83,14 +78,10 @@ def _fitted(
     category: NDArray[np.int_], design: FloatArray, cuts: FloatArray, penalty: FloatArray, start: FloatArray
 ) -> FloatArray:
     """Maximise the penalised log likelihood of one subject by Newton's method; it is concave."""
-    edges = np.concatenate([[-FAR], cuts, [FAR]])
-    low, high = edges[category], edges[category + 1]
     effects = start
     for _ in range(NEWTON):
-        eta = design @ effects
-        below, above = special.expit(low - eta), special.expit(high - eta)
-        gradient = (below + above - 1) @ design - penalty @ effects
-        curvature = below * (1 - below) + above * (1 - above)
+        slope, curvature = answer_derivatives(category, design @ effects, cuts)
+        gradient = slope @ design - penalty @ effects
         step = np.linalg.solve((design.T * curvature) @ design + penalty, gradient)
         effects = effects + np.clip(step, -LARGEST_STEP, LARGEST_STEP)
     return np.asarray(effects, dtype=float)
@@ -100,14 +91,12 @@ def _thresholds(category: NDArray[np.int_], level: FloatArray, cuts: FloatArray)
     """Maximise the likelihood over the thresholds for given levels, starting from `cuts`."""
 
     def cost(free: FloatArray) -> float:
-        edges = np.concatenate([[-FAR], free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), [FAR]])
+        edges = np.concatenate([[-np.inf], ascending(free), [np.inf]])
         p = special.expit(edges[category + 1] - level) - special.expit(edges[category] - level)
         return -float(np.log(np.maximum(p, 1e-12)).sum())
 
-    start = np.concatenate([cuts[:1], np.log(np.maximum(np.diff(cuts), 1e-3))])
     bounds = [(-20.0, 20.0), *[(-7.0, 3.0)] * (len(cuts) - 1)]
-    free = optimize.minimize(cost, start, method="L-BFGS-B", bounds=bounds).x
+    free = optimize.minimize(cost, free_of(cuts, 1e-3), method="L-BFGS-B", bounds=bounds).x
     low, high = np.transpose(bounds)
     end = polished(cost, free, low=low, high=high)
-    free = free if end is None else end
-    return np.asarray(free[0] + np.concatenate([[0.0], np.cumsum(np.exp(free[1:]))]), dtype=float)
+    return ascending(free if end is None else end)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.scales.analyses import Analysis
+from focalgradient.analyses import Analysis
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["ORDINAL_PRIORS", "RATIO_PRIORS", "BayesResult", "Name", "Posterior", "Prior"]
@@ -145,7 +145,7 @@ class BayesResult:
 
     Examples
     --------
-    >>> from focalgradient.scales.analyses import Ratios
+    >>> from focalgradient.analyses import Ratios
     >>> alone = {"nearest": NotComputed("one subject only")}
     >>> result = BayesResult(Ratios(), 1.2, "log_rating ~ amount", RATIO_PRIORS, alone, "4 chains", {})
     >>> result, result.summary()

@@ -11,9 +11,9 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
 
 from focalgradient.statistics.bootstrap import BootstrapT
+from focalgradient.statistics.cells import less
 from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
@@ -31,14 +31,13 @@ __all__ = [
     "Caution",
     "Outcome",
     "Question",
-    "Test",
     "Tested",
+    "Tests",
     "corrections",
     "in_r",
     "less",
     "quoted",
     "stated",
-    "tested",
 ]
 
 COLUMNS = (
@@ -54,19 +53,6 @@ SECONDARY = "secondary comparisons"
 """Family of all effects but the primary one and the differences between fixations."""
 
 
-def less(one: object, other: object) -> str:
-    """Name the difference of two levels.
-
-    >>> less("nearest", "farthest")
-    'nearest less farthest'
-    """
-    return f"{one} less {other}"
-
-
-Test = Callable[[ArrayLike], Effect | NotComputed]
-"""Test of values of subjects x scenes."""
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Tested:
     """Outcome with the values that it was made of, subjects (rows) x scenes (columns), or its number of subjects."""
@@ -74,11 +60,6 @@ class Tested:
     outcome: Outcome
     values: pd.DataFrame | None = None
     n: int | None = None
-
-
-def tested(values: pd.DataFrame | NotComputed, test: Test) -> Tested | NotComputed:
-    """Return the test of values, or the reason why there are none."""
-    return values if isinstance(values, NotComputed) else Tested(test(values), values)
 
 
 class Estimate(Protocol):
@@ -93,6 +74,7 @@ class Estimate(Protocol):
 
 
 Outcome = Effect | NotComputed | Estimate
+Tests = dict[str, Tested | NotComputed]
 Role = Literal["primary", "main", "secondary", "check", "description"]
 
 
@@ -132,7 +114,7 @@ class Question:
     """
 
     name: str
-    fit: Callable[[Any], Mapping[str, Outcome | Tested]] = field(compare=False)
+    fit: Callable[[Any], Mapping[str, Outcome | Tested]] = field(default=lambda data: {}, compare=False)
     role: Role = "secondary"
     unit: str = ""
     family: str = ""

@@ -27,10 +27,14 @@ from focalgradient.statistics.questions import quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.user_tables.conditions import OwnConditions
 
-__all__ = ["RULES", "rating_tests"]
+__all__ = ["ADJUSTED", "RULES", "rating_tests"]
 
 RULES = ("response_time", "dropped_frames")
 """Exclusion rules that apply to ratings by condition: of single trials, whatever the conditions."""
+
+
+ADJUSTED = ", adjusted for "
+"""Beginning of the end of a method that names the other conditions between subjects."""
 
 
 def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[ConditionTest, ...]:
@@ -120,7 +124,7 @@ def _over_people(
         for at, (test, effect) in enumerate(zip(tests, effects, strict=True)):
             others = " and ".join(name for name in factors if name != test.factor)
             if others and isinstance(effect, Effect):
-                effects[at] = replace(effect, method=f"{effect.method}, adjusted for {others}")
+                effects[at] = replace(effect, method=f"{effect.method}{ADJUSTED}{others}")
         terms = [
             f"amount({quoted(test.factor)})"
             if test.level is None

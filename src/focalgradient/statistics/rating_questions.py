@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import replace
 from itertools import combinations
 
-import numpy as np
-import pandas as pd
-from numpy.typing import NDArray
-
 from focalgradient.statistics.bootstrap import bootstrap_t
-from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
+from focalgradient.statistics.cells import Cells, Values, cells_of, differences, less, rises, slopes
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, over_subjects, own_means, random_scenes
+from focalgradient.statistics.crossed_questions import OVER_SCENES, in_two_ways
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.questions import (
     HERE,
@@ -23,12 +20,8 @@ from focalgradient.statistics.questions import (
     Caution,
     Outcome,
     Question,
-    Test,
-    Tested,
     corrections,
     in_r,
-    less,
-    tested,
 )
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import (
@@ -46,7 +39,7 @@ from focalgradient.statistics.wording import (
     size,
     statistic,
 )
-from focalgradient.user_tables.tidy import fixations_of, main_trials
+from focalgradient.user_tables.tidy import main_trials
 
 __all__ = [
     "BOOTSTRAP",
@@ -56,75 +49,20 @@ __all__ = [
     "EQUIVALENT",
     "PINHOLE",
     "SLOPE",
-    "LogRatios",
-    "no_ratio",
     "rating_questions",
 ]
-
-FloatArray = NDArray[np.float64]
 
 EFFECT, DIFFERENCE, PINHOLE = "depth effect", "difference of the depth effects", "ratio to the pinhole"
 SLOPE, EQUIVALENT, BOOTSTRAP = "slope on aperture", "equivalence to zero", "depth effect, bootstrap-t"
 """Names of the questions about ratios."""
 
 
-Tests = dict[str, Tested | NotComputed]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class LogRatios:
-    """Log ratings of each fixation in cells, and the depth effects over them.
-
-    Parameters
-    ----------
-    cells
-        Cells of each fixation.
-    apertures
-        Names of the apertures, by their diameters in mm.
-    effects
-        Depth effects that are already computed, by fixation.
-    """
-
-    cells: Mapping[str, Cells]
-    apertures: Mapping[float, str]
-    effects: dict[str, Tested | NotComputed] = field(default_factory=dict)
-
-    @classmethod
-    def of(cls, table: pd.DataFrame) -> LogRatios:
-        """Average a table of trials whose column `answer` is the log rating."""
-        names = table.drop_duplicates("aperture_mm")
-        return cls(
-            {name: cells(table[table["fixation"] == name]) for name in fixations_of(table)},
-            dict(zip(names["aperture_mm"].astype(float), names["aperture"].astype(str), strict=True)),
-        )
-
-    def level(self, fixation: str, mm: float) -> str:
-        """Name a fixation with an aperture."""
-        return f"{fixation}, {self.apertures[mm]}"
-
-    def rises(self, fixation: str, aperture: int = -1) -> pd.DataFrame | NotComputed:
-        """Return log ratios of an aperture to the pinhole (subjects x scenes)."""
-        own, missing = self.cells[fixation], no_ratio(self.cells[fixation], fixation)
-        return missing if missing.reason else own.table(own.against_smallest(aperture))
-
-    def effect(self, fixation: str) -> Tested | NotComputed:
-        """Return the depth effect over subjects and scenes."""
-        if fixation not in self.effects:
-            self.effects[fixation] = tested(self.rises(fixation), crossed_effect)
-        return self.effects[fixation]
-
-    def difference(self, one: str, other: str) -> pd.DataFrame | NotComputed:
-        """Return differences of two depth effects within subject and scene; of the means if no scene has both."""
-        first, second = self.rises(one), self.rises(other)
-        if isinstance(first, NotComputed):
-            return first
-        if isinstance(second, NotComputed):
-            return second
-        return paired_differences(first, second)
+Data = Mapping[str, Cells]
+"""Log ratings of each fixation in cells."""
 
 
 def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Analysis:
-    """Return the questions about ratings on a ratio scale, asked of `LogRatios`.
+    """Return the questions about ratings on a ratio scale, asked of the cells of their logarithms by fixation.
 
     Parameters
     ----------
@@ -143,40 +81,30 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
     first, *others = fixations
     pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
 
-    def effects(data: LogRatios) -> Tests:
-        return {name: data.effect(name) for name in data.cells}
+    def effects(data: Data) -> dict[str, Values]:
+        return {name: rises(name, own) for name, own in data.items()}
 
-    def against(data: LogRatios, test: Test) -> Tests:
-        found: Tests = {}
-        for fixation, own in data.cells.items():
-            for number in range(1, len(own.amounts) - 1):
-                if not isinstance(rises := data.rises(fixation, number), NotComputed):
-                    found[data.level(fixation, float(own.amounts[number]))] = Tested(test(rises), rises)
-        return found
-
-    def differences(data: LogRatios, test: Test) -> Tests:
-        return {less(*pair): tested(data.difference(*pair), test) for pair in combinations(data.cells, 2)}
-
-    def slopes(data: LogRatios) -> dict[str, Outcome]:
-        weights = {name: slope_weights(own.amounts) for name, own in data.cells.items()}
+    def against(data: Data) -> dict[str, Values]:
         return {
-            name: one if isinstance(one, NotComputed) else crossed_effect(data.cells[name].contrast(one))
-            for name, one in weights.items()
+            f"{name}, {own.apertures[number]}": rises(name, own, number)
+            for name, own in data.items()
+            for number in range(1, len(own.amounts) - 1)
+            if own.amounts[0] == 0
         }
 
-    def equal(data: LogRatios) -> dict[str, Outcome]:
-        tests = {name: test.outcome if isinstance(test, Tested) else test for name, test in effects(data).items()}
+    def equal(data: Data) -> dict[str, Outcome]:
+        values = effects(data).items()
+        tests = {name: one if isinstance(one, NotComputed) else crossed_effect(one) for name, one in values}
         return {
             name: equivalence(test, math.log(bound)) if isinstance(test, Effect) else test
             for name, test in tests.items()
         }
 
-    def resampled(data: LogRatios) -> dict[str, Outcome]:
-        name = next(iter(data.cells))
-        rises = data.rises(name)
-        if isinstance(rises, NotComputed) or isinstance(fixed := over_subjects(rises), NotComputed):
-            return {name: rises if isinstance(rises, NotComputed) else fixed}
-        return {name: bootstrap_t(own_means(rises.to_numpy()))}
+    def resampled(data: Data) -> dict[str, Outcome]:
+        name, values = next(iter(effects(data).items()))
+        if isinstance(values, NotComputed) or isinstance(fixed := over_subjects(values), NotComputed):
+            return {name: values if isinstance(values, NotComputed) else fixed}
+        return {name: bootstrap_t(own_means(values.to_numpy()))}
 
     def effect_sentence(level: str, answers: Answers) -> str:
         effect = answers.to(EFFECT)[level]
@@ -199,109 +127,84 @@ def rating_questions(fixations: Sequence[str], bound: float, scenes: int) -> Ana
         return f"With {in_focus(level)}, for these {scenes} scenes alone: {ends}; {statistic(fixed)}."
 
     log = "log ratio"
-    questions = [
-        Question(
-            EFFECT,
-            effects,
-            "primary",
-            log,
-            SECONDARY,
-            "depth effect at the largest aperture (ratio to the pinhole), {level} in focus",
-            ratio=True,
-            sentence=effect_sentence,
-            hypothesis=(
-                expected_rise(fixations, "ratings of depth change", "from the pinhole to the largest aperture"),
+    apart = "The difference of the two depth effects was"
+    if len(pairs) != 1:
+        apart = "The pairwise differences of the depth effects were"
+    asked = [
+        in_two_ways(
+            *(OVER_SCENES, effects, "effects"),
+            Question(
+                EFFECT,
+                role="primary",
+                unit=log,
+                family=SECONDARY,
+                headline="depth effect at the largest aperture (ratio to the pinhole), {level} in focus",
+                ratio=True,
+                sentence=effect_sentence,
+                hypothesis=(
+                    expected_rise(fixations, "ratings of depth change", "from the pinhole to the largest aperture"),
+                ),
+                method=f"The mean depth effect was tested {ENOUGH_SCENES if scenes >= FEWEST_SCENES else FEW_SCENES}.",
+                r_code="effects <- each_fixation(d, function(e) log_ratio(e, max(e$aperture_mm)))\n",
             ),
-            method=f"The mean depth effect was tested {ENOUGH_SCENES if scenes >= FEWEST_SCENES else FEW_SCENES}.",
-            r_code=EFFECT_R,
+            here_sentence,
         ),
-        Question(
-            EQUIVALENT,
-            equal,
-            "secondary",
-            log,
-            ratio=True,
-            sentence=equal_sentence,
-            hypothesis=tuple(
-                f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {bound:g}, the "
-                "smallest depth effect that would matter."
-                for other in others
+        in_two_ways(
+            *(OVER_SCENES, lambda data: differences(effects(data)), "differing"),
+            Question(
+                DIFFERENCE,
+                unit=log,
+                family="differences" * (len(pairs) > 1),
+                headline="ratio of the depth effects, {pair}",
+                ratio=True,
+                sentence=apart_sentence,
+                hypothesis=expected_differences(fixations),
+                method=f"{apart} tested as the depth effect was.",
+                r_code="differing <- differences(effects)\n",
             ),
-            method="Equivalence to zero was tested by two one-sided tests by Student’s t at .05 (Schuirmann, 1987) "
-            f"against a factor of {bound:.3g}, the smallest depth effect that would matter; a change that is both "
-            "significant and equivalent to zero is reported as both.",
-            r_code=in_r(EQUIVALENT, "effects", f"(function(y) equivalence(crossed(y), log({bound!r})))"),
         ),
-        Question(
-            DIFFERENCE,
-            lambda data: differences(data, crossed_effect),
-            "secondary",
-            log,
-            "differences" * (len(pairs) > 1),
-            "ratio of the depth effects, {pair}",
-            ratio=True,
-            sentence=apart_sentence,
-            hypothesis=expected_differences(fixations),
-            method="The difference of the two depth effects was tested as the depth effect was."
-            if len(pairs) == 1
-            else "The pairwise differences of the depth effects were tested as the depth effect was.",
-            r_code=DIFFERENCE_R,
+        in_two_ways(
+            *(OVER_SCENES, against, "ratios"),
+            Question(PINHOLE, unit=log, family=SECONDARY, ratio=True, r_code="ratios <- intermediate(d)\n"),
         ),
-        Question(
-            PINHOLE,
-            lambda data: against(data, crossed_effect),
-            "secondary",
-            log,
-            SECONDARY,
-            ratio=True,
-            r_code=PINHOLE_R,
-        ),
+    ]
+    (effect, difference_, pinhole), checks = zip(*asked, strict=True)
+    slope, _ = in_two_ways(
+        *(OVER_SCENES, lambda data: {name: slopes(own) for name, own in data.items()}, "slopes"),
         Question(
             SLOPE,
-            slopes,
-            "secondary",
-            f"{log} per mm",
-            SECONDARY,
+            unit=f"{log} per mm",
+            family=SECONDARY,
             method="As a trend, the least-squares slope of the log rating on aperture diameter was tested as the depth "
             "effect was.",
-            r_code=SLOPE_R,
+            r_code='slopes <- slopes_of(d, "log_rating")\n',
         ),
-        Question(
-            EFFECT + HERE,
-            lambda data: {name: tested(data.rises(name), over_subjects) for name in data.cells},
-            "check",
-            log,
-            ratio=True,
-            sentence=here_sentence,
-            r_code=in_r(EFFECT + HERE, "effects", "over_subjects"),
+    )
+    equivalent = Question(
+        *(EQUIVALENT, equal, "secondary", log),
+        ratio=True,
+        sentence=equal_sentence,
+        hypothesis=tuple(
+            f"With {in_focus(other)}, that change is equivalent to zero: within a factor of {bound:g}, the "
+            "smallest depth effect that would matter."
+            for other in others
         ),
-        Question(
-            DIFFERENCE + HERE,
-            lambda data: differences(data, over_subjects),
-            "check",
-            log,
-            ratio=True,
-            r_code=in_r(DIFFERENCE + HERE, "differing", "over_subjects"),
-        ),
-        Question(
-            PINHOLE + HERE,
-            lambda data: against(data, over_subjects),
-            "check",
-            log,
-            ratio=True,
-            r_code=in_r(PINHOLE + HERE, "ratios", "over_subjects"),
-        ),
-        Question(BOOTSTRAP, resampled, "check", log, ratio=True, sentence=_bootstrapped, method=BOOTSTRAP_METHOD),
-    ]
+        method="Equivalence to zero was tested by two one-sided tests by Student’s t at .05 (Schuirmann, 1987) "
+        f"against a factor of {bound:.3g}, the smallest depth effect that would matter; a change that is both "
+        "significant and equivalent to zero is reported as both.",
+        r_code=in_r(EQUIVALENT, "effects", f"(function(y) equivalence(crossed(y), log({bound!r})))"),
+    )
+    robust = Question(BOOTSTRAP, resampled, "check", log, ratio=True, sentence=_bootstrapped, method=BOOTSTRAP_METHOD)
+    questions = [replace(effect, r_code=effect.r_code + BY_LMER), equivalent, difference_, pinhole, slope]
     secondary = ["the other depth effects"] * bool(others)
     secondary += ["the comparisons of intermediate apertures with the pinhole", "the slopes"]
     return Analysis(
-        [question for question in questions if pairs or not question.name.startswith(DIFFERENCE)],
+        [question for question in [*questions, *checks, robust] if pairs or not question.name.startswith(DIFFERENCE)],
         "The primary outcome is the depth effect: the log ratio of the rating at the largest aperture to that at the "
         f"pinhole with {in_focus(first)}, one value for each subject and scene, averaged over repetitions.",
         "Ratings were analysed on their logarithm and are reported as ratios; means are geometric.",
         f"{corrections(secondary, len(pairs))} {INTERVALS}",
-        prepare=lambda table: LogRatios.of(main_trials(table)),
+        prepare=lambda table: cells_of(main_trials(table)),
     )
 
 
@@ -337,15 +240,7 @@ INTERVALS = (
     "noncentral t of the test (Steiger and Fouladi, 1997)."
 )
 
-EFFECT_R = """effects <- each_fixation(d, function(e) log_ratio(e, max(e$aperture_mm)))
-for (f in names(effects)) { show("depth effect", f, crossed(effects[[f]])); by_lmer(effects[[f]]) }
-"""
-DIFFERENCE_R = f"""differing <- differences(effects)
-{in_r(DIFFERENCE, "differing", "crossed")}"""
-PINHOLE_R = f"""ratios <- intermediate(d)
-{in_r(PINHOLE, "ratios", "crossed")}"""
-SLOPE_R = f"""slopes <- each_fixation(d, function(e) table_of(e, d, slope(sort(unique(e$aperture_mm)), "log_rating")))
-{in_r(SLOPE, "slopes", "crossed")}"""
+BY_LMER = "for (f in names(effects)) by_lmer(effects[[f]])\n"
 
 
 def _changed(fixation: str, effect: Effect) -> str:
@@ -389,10 +284,3 @@ def _bootstrapped(level: str, answers: Answers) -> str:
         "effects are normally distributed. Look at each subject’s effect (Q-Q plot), and do not rely on the result "
         "before it is repeated with more subjects."
     )
-
-
-def no_ratio(own: Cells, fixation: str) -> NotComputed:
-    """Return the reason why there is no ratio to the pinhole; an empty reason if there is one."""
-    if own.amounts[0] != 0:
-        return NotComputed(f"The {fixation} object is fixated in no pinhole trial: there is no ratio to the pinhole.")
-    return NotComputed("The pinhole is the only aperture." if len(own.amounts) < 2 else "")

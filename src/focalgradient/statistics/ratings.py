@@ -16,16 +16,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from focalgradient.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.errors import InputError
 from focalgradient.progress import Progress
-from focalgradient.scales.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.statistics.bootstrap import BootstrapT
-from focalgradient.statistics.cells import Cells
+from focalgradient.statistics.cells import Cells, cells_of, less, rises
 from focalgradient.statistics.crossed import Components, components
 from focalgradient.statistics.hypotheses import Equivalence, check_bound
 from focalgradient.statistics.means import t_interval, within_half_widths
 from focalgradient.statistics.ordinal import OrdinalResult, ordinal_rating
-from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, less, stated
+from focalgradient.statistics.questions import HERE, NO_ANSWERS, Answers, stated
 from focalgradient.statistics.rating_questions import (
     BOOTSTRAP,
     DIFFERENCE,
@@ -33,11 +33,9 @@ from focalgradient.statistics.rating_questions import (
     EQUIVALENT,
     PINHOLE,
     SLOPE,
-    LogRatios,
-    no_ratio,
     rating_questions,
 )
-from focalgradient.statistics.records import Effect, Interval, NotComputed, line
+from focalgradient.statistics.records import Effect, Interval, NotComputed, summed
 from focalgradient.user_tables.tidy import FIXATIONS, fixations_of, main_trials
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
@@ -221,17 +219,11 @@ class DepthRatingResult:
     def summary(self) -> str:
         """Return the depth effects and their difference as text, one per line."""
         lines = [f"{len(self.participants)} subjects, {self.trials} ratings, {len(self.scenes)} scenes"]
+        if isinstance(self.ordinal, OrdinalResult):
+            return "\n".join([*lines, *self.ordinal.lines()])
         tests = [(f"log depth effect, {each.fixation} in focus", each.rise) for each in self.fixations]
         differences = {pair: test for pair, (test, _) in self.differences.items()}
-        interaction = self.interaction
-        if isinstance(self.ordinal, OrdinalResult):
-            names = (f"log odds, {name} in focus" for name in self.ordinal.fixations)
-            tests = list(zip(names, self.ordinal.rises, strict=True))
-            differences, interaction = dict(self.ordinal.differences), self.ordinal.interaction
-        pairs = [(f"difference, {less(*pair)}", test) for pair, test in differences.items()]
-        for name, test in [*tests, *(pairs or [("difference", interaction)])]:
-            lines.append(line(name, test))
-        return "\n".join(lines)
+        return "\n".join([*lines, *summed(tests, differences, self.interaction)])
 
 
 def depth_rating(
@@ -285,10 +277,10 @@ def depth_rating(
     remarks: list[str] = []
     present = fixations_of(table)
     ordinal = RATIO if analysis.ratios else ordinal_rating(table, remarks, progress)
-    data = LogRatios.of(table)
+    data = cells_of(table)
     asked = rating_questions(present, equivalence_bound, table["scene"].nunique())
     answers = asked.answers(data) if analysis.ratios else Answers()
-    fixations = [_fixation(name, data.cells[name], answers, remarks) for name in present] if analysis.ratios else []
+    fixations = [_fixation(name, data[name], answers, remarks) for name in present] if analysis.ratios else []
     means = _means(table, data, answers, remarks) if analysis.ratios else ()
     usual = set(present) <= {*FIXATIONS}
     apart, here = (answers.to(f"{DIFFERENCE}{end}") for end in ("", HERE))
@@ -299,7 +291,7 @@ def depth_rating(
         missing = _not_fixated(next(name for name in FIXATIONS if name not in present))
     pair = less(*FIXATIONS)
     described = [
-        stated("mean rating", data.level(mean.fixation, mean.aperture_mm), mean.rating, "description", n=mean.subjects)
+        stated("mean rating", f"{mean.fixation}, {mean.aperture}", mean.rating, "description", n=mean.subjects)
         for mean in means
     ]
     return DepthRatingResult(
@@ -309,7 +301,7 @@ def depth_rating(
         scenes=tuple(sorted(set(table["scene"].astype(str)))),
         largest_mm=float(table["aperture_mm"].max()),
         subject_means=_subject_means(table),
-        scene_means=_scene_means(table, data.cells) if analysis.ratios else (),
+        scene_means=_scene_means(data) if analysis.ratios else (),
         means=means,
         fixations=tuple(fixations) or tuple(FixationResult(name, *[ORDINAL] * 6) for name in present),
         interaction=apart.get(pair, missing),
@@ -339,15 +331,14 @@ def _fixation(fixation: str, own: Cells, answers: Answers, remarks: list[str]) -
         remarks.append("Scenes and apertures are confounded: nothing is corrected for scenes.")
     names = (EFFECT, EFFECT + HERE, SLOPE, EQUIVALENT)
     rise, fixed, slope, equal = (answers.to(name)[fixation] for name in names)
-    missing = no_ratio(own, fixation)
-    rises = own.against_smallest(-1)
-    parts = missing if missing.reason else components(rises, "log_ratio")
+    values = rises(fixation, own)
+    parts = values if isinstance(values, NotComputed) else components(values, "log_ratio")
     if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
-        left = _names(np.array(own.subjects)[~np.isfinite(rises).any(axis=1)])
+        left = _names(np.array(own.subjects)[~np.isfinite(own.against_smallest(-1)).any(axis=1)])
         remarks.append(
             f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
         )
-    bootstrap = missing if missing.reason else answers.to(BOOTSTRAP).get(fixation, SECONDARY)
+    bootstrap = values if isinstance(values, NotComputed) else answers.to(BOOTSTRAP).get(fixation, SECONDARY)
     return FixationResult(fixation, rise, fixed, slope, equal, parts, bootstrap)
 
 
@@ -368,28 +359,25 @@ def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
     return tuple(sorted(means, key=lambda mean: (mean.participant_id, order.index(mean.fixation), mean.aperture_mm)))
 
 
-def _scene_means(table: pd.DataFrame, of: Mapping[str, Cells]) -> tuple[SceneMean, ...]:
-    names = table.drop_duplicates("aperture_mm").set_index("aperture_mm")["aperture"]
+def _scene_means(data: Mapping[str, Cells]) -> tuple[SceneMean, ...]:
     means = []
-    for fixation, own in of.items():
-        if own.amounts[0] != 0:
-            continue
-        for column, scene in enumerate(own.scenes):
-            for number, mm in enumerate(own.amounts):
+    for fixation, own in data.items():
+        for column, scene in enumerate(own.scenes if own.amounts[0] == 0 else ()):
+            for number, (aperture, mm) in enumerate(zip(own.apertures, own.amounts, strict=True)):
                 logs = own.against_smallest(number)[:, column]
-                logs = logs[np.isfinite(logs)]
-                if len(logs):
-                    ratio = t_interval(logs).ratio
-                    means.append(SceneMean(scene, fixation, str(names[mm]), float(mm), ratio))
+                if len(logs := logs[np.isfinite(logs)]):
+                    means.append(SceneMean(scene, fixation, aperture, float(mm), t_interval(logs).ratio))
     return tuple(means)
 
 
-def _means(table: pd.DataFrame, data: LogRatios, answers: Answers, remarks: list[str]) -> tuple[RatingMean, ...]:
+def _means(
+    table: pd.DataFrame, data: Mapping[str, Cells], answers: Answers, remarks: list[str]
+) -> tuple[RatingMean, ...]:
     """Return the means of all conditions, each with its test against the pinhole."""
     logs = table.pivot_table(
         index="participant_id", columns=["fixation", "aperture_mm"], values="answer", aggfunc="mean"
     )
-    keys = [(name, mm) for name in data.cells for mm in sorted(data.apertures) if (name, mm) in logs]
+    keys = [(name, mm) for name, own in data.items() for mm in own.amounts]
     whole = logs.dropna()
     if len(whole) < len(logs):
         left = _names(logs.index.difference(whole.index))
@@ -397,7 +385,9 @@ def _means(table: pd.DataFrame, data: LogRatios, answers: Answers, remarks: list
     widths = within_half_widths(whole[keys]) if len(whole) else np.full(len(keys), np.nan)
     means = []
     for (fixation, mm), width in zip(keys, widths, strict=True):
-        level, own = float(logs[fixation, mm].mean()), data.cells[fixation]
+        level, own = float(logs[fixation, mm].mean()), data[fixation]
+        number = int(np.searchsorted(own.amounts, mm))
+        aperture, ratios = own.apertures[number], rises(fixation, own, number)
         ends = (level - width, level + width) if math.isfinite(width) else (None, None)
         test: Effect | NotComputed
         fixed: Effect | NotComputed
@@ -405,25 +395,22 @@ def _means(table: pd.DataFrame, data: LogRatios, answers: Answers, remarks: list
         if mm == 0:
             test = fixed = NotComputed("The pinhole is the reference of the comparisons.")
             ratio = Interval(1.0, 1.0, 1.0)
-        elif (missing := no_ratio(own, fixation)).reason:
-            ratio = test = fixed = missing
+        elif isinstance(ratios, NotComputed):
+            ratio = test = fixed = ratios
         else:
-            name, place = (EFFECT, fixation) if mm == own.amounts[-1] else (PINHOLE, data.level(fixation, mm))
+            name, place = (EFFECT, fixation) if mm == own.amounts[-1] else (PINHOLE, f"{fixation}, {aperture}")
             test, fixed = (answers.to(name + end)[place] for end in ("", HERE))
-            rises = own.against_smallest(int(np.searchsorted(own.amounts, mm)))
-            ratio = test.ratio if isinstance(test, Effect) else _untested(rises, data.apertures[mm])
+            ratio = test.ratio if isinstance(test, Effect) else _untested(ratios, aperture)
         rating = Interval(level, *ends).ratio
         subjects = int(logs[fixation, mm].notna().sum())
-        means.append(RatingMean(fixation, data.apertures[mm], mm, subjects, rating, ratio, test, fixed))
+        means.append(RatingMean(fixation, aperture, mm, subjects, rating, ratio, test, fixed))
     return tuple(means)
 
 
-def _untested(rises: FloatArray, aperture: str) -> Interval | NotComputed:
+def _untested(ratios: pd.DataFrame, aperture: str) -> Interval | NotComputed:
     """Return the mean ratio if it cannot be tested: with one subject, or identical subjects."""
-    own = np.array([row[np.isfinite(row)].mean() for row in rises if np.isfinite(row).any()])
-    if not len(own):
-        return NotComputed(f"No subject has both {aperture} and pinhole trials.")
-    return t_interval(own).ratio
+    own = ratios.mean(axis=1).dropna()
+    return NotComputed(f"No subject has both {aperture} and pinhole trials.") if own.empty else t_interval(own).ratio
 
 
 def _names(index: Iterable[object]) -> str:

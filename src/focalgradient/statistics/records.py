@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import pandas as pd
 
-__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line", "size_interval"]
+__all__ = ["ALPHA", "CONFIDENCE", "Effect", "Interval", "NotComputed", "as_table", "line", "size_interval", "summed"]
 
 ALPHA = 0.05
 """Significance level of all tests."""
@@ -166,6 +166,20 @@ def line(name: str, found: Effect | NotComputed) -> str:
     'log depth effect: one subject only'
     """
     return f"{name}: {found.reason if isinstance(found, NotComputed) else found.summary()}"
+
+
+def summed(
+    tests: Iterable[tuple[str, Effect | NotComputed]],
+    differences: Mapping[tuple[str, str], Effect | NotComputed],
+    only: Effect | NotComputed,
+) -> list[str]:
+    """Return lines of a summary: named tests, then their differences by pair of levels, or the `only` one.
+
+    >>> summed([], {}, NotComputed("one fixation only"))
+    ['difference: one fixation only']
+    """
+    pairs = [(f"difference, {one} less {other}", test) for (one, other), test in differences.items()]
+    return [line(*one) for one in [*tests, *(pairs or [("difference", only)])]]
 
 
 def as_table(records: Iterable[Any]) -> pd.DataFrame:

@@ -8,11 +8,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from focalgradient.statistics.cells import cells
+from focalgradient.statistics.cells import cells, slopes
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.rating_questions import EFFECT
 from focalgradient.statistics.records import NotComputed
-from focalgradient.statistics.slope_questions import own_slopes
 
 __all__ = ["Residuals", "rating_residuals"]
 
@@ -66,8 +65,8 @@ def rating_residuals(answers: Answers, table: pd.DataFrame) -> tuple[Residuals, 
     """
     found = []
     for answer in answers.primary:
-        values = _slopes(table, answer.level) if answer.values is None else answer.values.to_numpy(float)
-        if isinstance(values, NotComputed) or not np.isfinite(values).any():
+        tested = _slopes(table, answer.level) if answer.values is None else answer.values
+        if isinstance(tested, NotComputed) or not np.isfinite(values := tested.to_numpy(float)).any():
             continue
         whole = values[np.isfinite(values).any(axis=1)]
         subjects = np.nanmean(whole, axis=1)
@@ -82,7 +81,7 @@ def rating_residuals(answers: Answers, table: pd.DataFrame) -> tuple[Residuals, 
     return tuple(found)
 
 
-def _slopes(table: pd.DataFrame, fixation: str) -> FloatArray | NotComputed:
+def _slopes(table: pd.DataFrame, fixation: str) -> pd.DataFrame | NotComputed:
     """Return the slopes of the answers with one object in focus (subjects x scenes)."""
     rows = table[~table["catch"] & (table["fixation"] == fixation)]
-    return own_slopes(cells(rows.rename(columns={"rating": "answer"})))
+    return slopes(cells(rows.rename(columns={"rating": "answer"})))

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.scales.analyses import Analysis
+from focalgradient.analyses import Analysis
 from focalgradient.statistics.criteria import OF_RATINGS, Rules
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.exclusions import kept_rows

@@ -2,60 +2,38 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
 from itertools import combinations
-from typing import Any
 
-import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
-from focalgradient.scales.analyses import Choices, Slopes
-from focalgradient.statistics.cells import Cells, cells, paired_differences, slope_weights
-from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, over_subjects, random_scenes
-from focalgradient.statistics.questions import (
-    HERE,
-    SECONDARY,
-    Analysis,
-    Answers,
-    Question,
-    Test,
-    Tested,
-    corrections,
-    in_r,
-    less,
-    tested,
-)
+from focalgradient.analyses import Choices, Slopes
+from focalgradient.statistics.cells import Cells, Values, cells_of, differences, less, slopes
+from focalgradient.statistics.crossed import FEWEST_SCENES, random_scenes
+from focalgradient.statistics.crossed_questions import OVER_SCENES, OVER_SUBJECTS, in_two_ways
+from focalgradient.statistics.questions import SECONDARY, Analysis, Answers, Question, corrections
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import expected_differences, expected_rise, in_focus, over, summary
-from focalgradient.user_tables.tidy import fixations_of, main_trials
+from focalgradient.user_tables.tidy import main_trials
 
 __all__ = [
     "DIFFERENCE",
     "LARGEST",
     "SLOPE",
-    "cells_of",
     "confidence_questions",
-    "own_slopes",
     "slope_questions",
 ]
 
-FloatArray = NDArray[np.float64]
-
 CHOICES = NotComputed("Slopes of choices are not compared between fixations.")
 UNLIKE = NotComputed("No answer of the scale means that two pictures are alike.")
-
-RANDOM = ", subjects and scenes"
-"""End of the name of a question about choices that is asked over subjects and scenes."""
 
 SLOPE, DIFFERENCE = "slope on aperture", "difference of the slopes"
 LARGEST = "largest aperture against identical pictures"
 CONFIDENCE_SLOPE = "slope of confidence on aperture"
 """Names of the questions."""
 
-Tests = dict[str, Tested | NotComputed]
-Values = pd.DataFrame | NotComputed
+Data = Mapping[str, Cells]
+"""Answers of each fixation in cells."""
 
 
 def slope_questions(
@@ -85,35 +63,17 @@ def slope_questions(
         pairs = {}
     what = f"the {analysis.mean}"
     # Choices are tested over subjects, as the test over subjects and scenes finds fewer effects of few of both.
-    deciding, other, end = crossed_effect, over_subjects, HERE
-    decides, beside_it = "crossed", "over_subjects"
-    if analysis.binary:
-        deciding, other, end = over_subjects, crossed_effect, RANDOM
-        decides, beside_it = beside_it, decides
+    decides, end = (OVER_SUBJECTS, OVER_SCENES.end) if analysis.binary else (OVER_SCENES, OVER_SUBJECTS.end)
 
-    def slopes(of: Mapping[str, Cells]) -> dict[str, Values]:
-        return {name: _slope_table(own) for name, own in of.items()}
+    def apart(data: Data) -> dict[str, Values]:
+        found = differences(_slopes_of(data))
+        return found if analysis.compares_slopes else dict.fromkeys(found, CHOICES)
 
-    def apart(one: Cells, another: Cells) -> Values:
-        first, second = _slope_table(one), _slope_table(another)
-        if isinstance(first, NotComputed):
-            return first
-        return second if isinstance(second, NotComputed) else paired_differences(first, second)
-
-    def differences(of: Mapping[str, Cells]) -> dict[str, Values]:
-        both = {less(*pair): pair for pair in combinations(of, 2)}
-        if not analysis.compares_slopes:
-            return dict.fromkeys(both, CHOICES)
-        return {name: apart(*(of[one] for one in pair)) for name, pair in both.items()}
-
-    def largest(of: Mapping[str, Cells]) -> dict[str, Values]:
+    def largest(data: Data) -> dict[str, Values]:
         alike = analysis.alike
         if alike is None:
-            return dict.fromkeys(of, UNLIKE)
-        return {name: own.table(own.values[:, :, -1] - alike) for name, own in of.items()}
-
-    def asked_of(values: Callable[[Mapping[str, Cells]], dict[str, Values]], test: Test) -> Callable[[Any], Tests]:
-        return lambda of: {name: tested(found, test) for name, found in values(of).items()}
+            return dict.fromkeys(data, UNLIKE)
+        return {name: own.table(own.values[:, :, -1] - alike) for name, own in data.items()}
 
     def changed(level: str, answers: Answers) -> str:
         slope = answers.to(SLOPE)[level]
@@ -164,62 +124,54 @@ def slope_questions(
     described = _choices(reference) if analysis.binary else _slopes(analysis, reference, steps, bool(compared))
     outcome, line, changes = described
     asked = [
-        Question(
-            SLOPE,
-            asked_of(slopes, deciding),
-            "primary",
-            unit,
-            SECONDARY,
-            f"slope, {{level}} in focus ({unit})",
-            sentence=changed,
-            hypothesis=(expected_rise(fixations, changes),),
-            method=f"{line} tested {method}.",
-            r_code=in_r(SLOPE, "slopes", decides),
+        in_two_ways(
+            *(decides, _slopes_of, "slopes"),
+            Question(
+                SLOPE,
+                role="primary",
+                unit=unit,
+                family=SECONDARY,
+                headline=f"slope, {{level}} in focus ({unit})",
+                sentence=changed,
+                hypothesis=(expected_rise(fixations, changes),),
+                method=f"{line} tested {method}.",
+            ),
         ),
-        Question(
-            DIFFERENCE,
-            asked_of(differences, deciding),
-            "secondary",
-            unit,
-            "differences" * (len(pairs) > 1),
-            "difference of the slopes, {level}",
-            sentence=differed,
-            hypothesis=expected_differences(fixations) if compared else (),
-            r_code=f"differing <- differences(slopes)\n{in_r(DIFFERENCE, 'differing', decides)}" * bool(compared),
+        in_two_ways(
+            *(decides, apart, "differing" if compared else ""),
+            Question(
+                DIFFERENCE,
+                unit=unit,
+                family="differences" * (len(pairs) > 1),
+                headline="difference of the slopes, {level}",
+                sentence=differed,
+                hypothesis=expected_differences(fixations) if compared else (),
+                r_code="differing <- differences(slopes)\n" * bool(compared),
+            ),
         ),
-        Question(
-            LARGEST,
-            asked_of(largest, deciding),
-            "secondary",
-            analysis.unit,
-            SECONDARY,
-            sentence=unlike,
-            method=""
-            if analysis.alike is None
-            else f"The {analysis.mean.removesuffix(' of choices')}s of subjects and scenes at the largest aperture "
-            f"were compared with those of identical pictures {test}.",
-            r_code=""
-            if analysis.alike is None
-            else f"against <- lapply(largest, function(y) y - {analysis.alike!r})\n{in_r(LARGEST, 'against', decides)}",
-        ),
-        Question(SLOPE + end, asked_of(slopes, other), "check", unit, r_code=in_r(SLOPE + end, "slopes", beside_it)),
-        Question(
-            DIFFERENCE + end,
-            asked_of(differences, other),
-            "check",
-            unit,
-            r_code=in_r(DIFFERENCE + end, "differing", beside_it) * bool(compared),
-        ),
-        Question(
-            LARGEST + end,
-            asked_of(largest, other),
-            "check",
-            analysis.unit,
-            r_code=in_r(LARGEST + end, "against", beside_it) * (analysis.alike is not None),
+        in_two_ways(
+            *(decides, largest, "" if analysis.alike is None else "against"),
+            Question(
+                LARGEST,
+                unit=analysis.unit,
+                family=SECONDARY,
+                sentence=unlike,
+                method=""
+                if analysis.alike is None
+                else f"The {analysis.mean.removesuffix(' of choices')}s of subjects and scenes at the largest aperture "
+                f"were compared with those of identical pictures {test}.",
+                r_code=f"against <- lapply(largest, function(y) y - {analysis.alike!r})\n"
+                * (analysis.alike is not None),
+            ),
         ),
     ]
     return Analysis(
-        [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],
+        [
+            question
+            for part in zip(*asked, strict=True)
+            for question in part
+            if pairs or not question.name.startswith(DIFFERENCE)
+        ],
         f"The primary outcome is {outcome} with {in_focus(first)}, one value for each subject and scene.",
         after=f"{corrections(secondary, len(compared))} {_generality(random, generalises)}",
         prepare=lambda table: cells_of(main_trials(table, analysis)),
@@ -275,11 +227,6 @@ CONFIDENCE_METHOD = (
 )
 
 
-CONFIDENCE_R = f"""\
-confidence <- slopes_of(d[!is.na(d$confidence), ], "confidence")
-{in_r(CONFIDENCE_SLOPE, "confidence", "crossed")}"""
-
-
 def confidence_questions() -> Analysis:
     """Return the question whether confidence changes with the aperture at each fixation.
 
@@ -287,8 +234,9 @@ def confidence_questions() -> Analysis:
 
     Examples
     --------
-    >>> rows = [{"participant_id": who, "scene": "room", "fixation": "nearest", "aperture_mm": mm, "catch": False,
-    ...          "confidence": 0.2 + (0.05 + 0.01 * who) * mm} for who in range(4) for mm in (0.0, 4.0, 8.0)]
+    >>> rows = [{"participant_id": who, "scene": "room", "fixation": "nearest", "aperture": f"{mm:g} mm",
+    ...          "aperture_mm": mm, "catch": False, "confidence": 0.2 + (0.05 + 0.01 * who) * mm}
+    ...         for who in range(4) for mm in (0.0, 4.0, 8.0)]
     >>> [answer] = confidence_questions().asked(pd.DataFrame(rows))
     >>> round(answer.outcome.estimate, 3)
     0.065
@@ -298,37 +246,23 @@ def confidence_questions() -> Analysis:
         rows = table[~table["catch"] & table["confidence"].notna()]
         return cells_of(rows.assign(answer=rows["confidence"].astype(float))) if len(rows) else {}
 
-    def slopes(of: Mapping[str, Cells]) -> Tests:
-        return {name: tested(_slope_table(own), crossed_effect) for name, own in of.items()}
-
     def sentence(level: str, answers: Answers) -> str:
         slope = answers.to(CONFIDENCE_SLOPE)[level]
         return f"With {in_focus(level)}, slope of confidence on the aperture: {summary(slope)}"
 
-    unit = "confidence per millimetre"
-    described: dict[str, Any] = {"sentence": sentence, "method": CONFIDENCE_METHOD, "r_code": CONFIDENCE_R}
-    return Analysis([Question(CONFIDENCE_SLOPE, slopes, "check", unit, **described)], prepare=prepare)
+    question, _ = in_two_ways(
+        *(OVER_SCENES, _slopes_of, "confidence"),
+        Question(
+            CONFIDENCE_SLOPE,
+            role="check",
+            unit="confidence per millimetre",
+            sentence=sentence,
+            method=CONFIDENCE_METHOD,
+            r_code='confidence <- slopes_of(d[!is.na(d$confidence), ], "confidence")\n',
+        ),
+    )
+    return Analysis([question], prepare=prepare)
 
 
-def cells_of(trials: pd.DataFrame) -> dict[str, Cells]:
-    """Return the cells of each fixation of trials that have a column `answer`."""
-    return {name: cells(trials[trials["fixation"] == name]) for name in fixations_of(trials)}
-
-
-def _slope_table(own: Cells) -> Values:
-    slopes = own_slopes(own)
-    return slopes if isinstance(slopes, NotComputed) else own.table(slopes)
-
-
-def own_slopes(own: Cells) -> FloatArray | NotComputed:
-    """Return least-squares slopes per mm of aperture (subjects x scenes; per subject if no scene has all apertures)."""
-    weights = slope_weights(own.amounts)
-    if isinstance(weights, NotComputed):
-        return weights
-    slopes = own.contrast(weights)
-    if np.isfinite(slopes).any():
-        return slopes
-    seen = np.isfinite(own.values)
-    with np.errstate(invalid="ignore"):
-        means = np.where(seen, own.values, 0).sum(axis=1, keepdims=True) / seen.sum(axis=1, keepdims=True)
-    return replace(own, values=means).contrast(weights)
+def _slopes_of(data: Data) -> dict[str, Values]:
+    return {name: slopes(own) for name, own in data.items()}

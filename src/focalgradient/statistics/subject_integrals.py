@@ -45,33 +45,9 @@ def _interval_probability(low: float, high: float) -> tuple[float, float, float]
 
 
 @_compiled
-def _solved(matrix: FloatArray, right: FloatArray, found: FloatArray) -> None:
-    """Solve `matrix` x = `right` by Cholesky decomposition for a positive definite matrix; write x to `found`."""
-    q = len(right)
-    factor = np.zeros((q, q))
-    for j in range(q):
-        for k in range(j + 1):
-            rest = matrix[j, k]
-            for m in range(k):
-                rest -= factor[j, m] * factor[k, m]
-            factor[j, k] = math.sqrt(rest) if j == k else rest / factor[k, k]
-    for j in range(q):
-        found[j] = right[j]
-        for m in range(j):
-            found[j] -= factor[j, m] * found[m]
-        found[j] /= factor[j, j]
-    for j in range(q - 1, -1, -1):
-        for m in range(j + 1, q):
-            found[j] -= factor[m, j] * found[m]
-        found[j] /= factor[j, j]
-
-
-@_compiled
 def _height(low: FloatArray, high: FloatArray, random: FloatArray, start: int, end: int, effects: FloatArray) -> float:
     """Return the log density of one subject's answers and effects, up to a constant."""
-    height = 0.0
-    for j in range(len(effects)):
-        height -= effects[j] ** 2 / 2
+    height = -(effects**2).sum() / 2
     for t in range(start, end):
         eta = 0.0
         for j in range(len(effects)):
@@ -92,10 +68,8 @@ def _rise(
 ) -> None:
     """Compute the gradient of that density and its curvature (negative second derivatives) in place."""
     q = len(effects)
-    for j in range(q):
-        gradient[j] = -effects[j]
-        for k in range(q):
-            curvature[j, k] = 1.0 if j == k else 0.0
+    gradient[:] = -effects
+    curvature[:] = np.eye(q)
     for t in range(bounds[0], bounds[1]):
         eta = 0.0
         for j in range(q):
@@ -119,32 +93,26 @@ def conditional_modes(
     """
     subjects, q = mode.shape
     curvature = np.zeros((subjects, q, q))
-    gradient, step, reached = np.empty(q), np.empty(q), np.empty(q)
+    gradient, reached = np.empty(q), np.empty(q)
     for s in range(subjects):
         start, end = first[s], first[s + 1]
         best = _height(low, high, random, start, end, mode[s])
         for _ in range(NEWTON):
             _rise(low, high, random, (start, end), mode[s], gradient, curvature[s])
-            _solved(curvature[s], gradient, step)
-            largest = 0.0
-            for j in range(q):
-                if not math.isfinite(step[j]):
-                    mode[:] = 0.0
-                    return curvature, False
-                largest = max(largest, abs(step[j]))
-            if largest < NEAR:
+            if not (np.isfinite(gradient).all() and np.isfinite(curvature[s]).all()):
+                mode[:] = 0.0
+                return curvature, False
+            step = np.linalg.solve(curvature[s], gradient)
+            if np.abs(step).max() < NEAR:
                 break
             for _ in range(HALVINGS):
-                for j in range(q):
-                    reached[j] = mode[s, j] + step[j]
+                reached = mode[s] + step
                 height = _height(low, high, random, start, end, reached)
                 if height >= best - 1e-9:
                     break
-                for j in range(q):
-                    step[j] /= 2
+                step /= 2
             best = height
-            for j in range(q):
-                mode[s, j] = reached[j]
+            mode[s] = reached
     return curvature, True
 
 

@@ -18,6 +18,7 @@ from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, add
 from focalgradient.tasks.noted import Noted
 from focalgradient.tasks.response import Response
 from focalgradient.tasks.steps import Interval, Pictured, Step
+from focalgradient.words import Words
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,15 +27,6 @@ if TYPE_CHECKING:
     from focalgradient.statistics.questions import Analysis
 
 __all__ = ["Response", "Task"]
-
-
-class Language(Protocol):
-    """Texts of a session, of which a task needs the language."""
-
-    @property
-    def language(self) -> str:
-        """Name of the language, such as "en"."""
-        ...
 
 
 class Plans(Protocol):
@@ -145,6 +137,11 @@ class Task(Generic[Design, Trial, Answer]):
     For held keys, the share of the trial for which the right one was held, at least one half if correct. It may have
     the parameter `participant`.
     """
+    right_key: Callable[..., Mapping[str, Any] | None] | None = None
+    """Return by what a page without a server judges a practice answer, from design, trial and participant: the number
+    that a correct one is "below" or "above", or the "key" to be held and its least "share" of the time; None if there
+    is no correct answer.
+    """
     simulated: Callable[..., Answer] | None = None
     """Return a simulated observer's answer with an arbitrary `onset`, from design, trial, observer and a generator."""
     check_answer: Callable[..., None] | None = None
@@ -232,7 +229,7 @@ class Task(Generic[Design, Trial, Answer]):
         time = Column("response_time", "From the question to the answer.", "number", "s", least=0)
         return (TRIAL, *shown, REPETITION, catch, onset, *answered, time, DROPPED, SITTING)
 
-    def text(self, words: Language, entry: str, **values: object) -> str:
+    def text(self, words: Words, entry: str, **values: object) -> str:
         """Return a text of the task in the session's language.
 
         Raises

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 import pandas as pd
 
+from focalgradient.analyses import Choices, Ratios
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.scales.analyses import Choices, Ratios
 from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers

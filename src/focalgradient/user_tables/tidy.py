@@ -10,8 +10,8 @@ from typing import Final
 import numpy as np
 import pandas as pd
 
+from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError
-from focalgradient.scales.analyses import Analysis, analysis_named
 from focalgradient.user_tables.schema import GRADIENTS, PERCEPTS
 
 __all__ = ["FIXATIONS", "PINHOLE", "fixations_of", "in_order", "main_trials", "rating_table", "report_table"]

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset import Manifest, check_stimuli
-from focalgradient.design import DepthTrial, Design, NeckerTrial, Trial
+from focalgradient.design import Design, Trial
 from focalgradient.design.consent import Consent
 from focalgradient.design.given_list import PARTICIPANT
 from focalgradient.design.pages import pages_of
@@ -23,7 +23,7 @@ from focalgradient.errors import InputError
 from focalgradient.scales import OwnControl
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import Task, check_task, task_named
-from focalgradient.tasks.steps import LEAST_RIGHT, control_of
+from focalgradient.tasks.steps import control_of
 from focalgradient.web import texts
 from focalgradient.web.pictures import (
     CONTENT,
@@ -206,12 +206,8 @@ class Lists:
 
     def key(self, participant: str, trial: Trial) -> dict[str, Any]:
         """Return the correct response to a practice trial, by which a page without a server judges it."""
-        design: Any = self.design
-        if isinstance(trial, DepthTrial):
-            return {"right": design.right_side(trial), "interval": trial.interval}
-        if not isinstance(trial, NeckerTrial) or trial.is_ambiguous:
-            return {"right": None}
-        return {"right": {"key": design.keys_of(participant)[trial.shape], "share": LEAST_RIGHT}}
+        right = self._task.right_key and self._task.right_key(self.design, trial, participant)
+        return {"right": right, "interval": getattr(trial, "interval", None)}
 
     @property
     def _task(self) -> Task:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 from scipy.ndimage import gaussian_filter
 
+from focalgradient.depth.filters import Floats, Image
 from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.read import parabola_minimum
 from focalgradient.depth.search import Estimate, Problem
@@ -24,8 +25,6 @@ from focalgradient.optics import DualPixel
 from focalgradient.optics.dual_pixel import half_transfer
 
 __all__ = ["MODEL_ERROR", "estimate", "half_asymmetry", "half_radius"]
-
-FloatArray = NDArray[np.floating]
 
 FINE_SD, COARSE_SD = 1.2, 12.0
 """Standard deviations (pixels) of the Gaussians that limit the compared detail: finer detail is aliased in half pixels,
@@ -57,13 +56,13 @@ PADDED = 16
 
 
 def half_radius(
-    left: NDArray[np.floating],
-    right: NDArray[np.floating],
-    asymmetry: NDArray[np.floating],
+    left: Floats,
+    right: Floats,
+    asymmetry: Floats,
     limits: tuple[float, float],
     window: float,
     usable: NDArray[np.bool_] | None = None,
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], float]:
+) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
     """Estimate the signed blur radius of two halves, positive nearer than focus.
 
     Parameters
@@ -100,7 +99,7 @@ def half_radius(
     for level, radius in enumerate(radii):
         each = compared.energies(radius, sets)
         energies[level] = each[0] if len(each) == 1 else np.maximum((shares * each).sum(axis=0), 1e-12)
-    found: list[NDArray[np.floating]] = []
+    found: list[Floats] = []
     for wider in range(WINDOWS):
         size = window * 2**wider
         if wider and size > min(left.shape) / 4:
@@ -116,13 +115,13 @@ def half_radius(
 
 
 def half_asymmetry(
-    left: NDArray[np.floating],
-    right: NDArray[np.floating],
+    left: Floats,
+    right: Floats,
     radius: float,
-    candidates: FloatArray,
+    candidates: Floats,
     window: float,
     usable: NDArray[np.bool_] | None = None,
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """Estimate the asymmetry of two halves of a flat sheet whose blur `radius` (pixels, signed) is known.
 
     Returns
@@ -141,15 +140,15 @@ class _Compared:
     """Two halves' spectra in the band that is compared."""
 
     spectra: tuple[NDArray[np.complex64], NDArray[np.complex64]]
-    frequencies: tuple[FloatArray, FloatArray]
+    frequencies: tuple[Floats, Floats]
     shape: tuple[int, int]
-    weight: NDArray[np.float32]
-    count: NDArray[np.float32]
+    weight: Image
+    count: Image
     share: float  # independent values in a pixel after these filters
     power: float  # of white noise that the band passes
 
     @classmethod
-    def of(cls, left: NDArray[np.floating], right: NDArray[np.floating], usable: NDArray[np.bool_] | None) -> _Compared:
+    def of(cls, left: Floats, right: Floats, usable: NDArray[np.bool_] | None) -> _Compared:
         weight = np.ones(left.shape, np.float32) if usable is None else usable.astype(np.float32)
         padded = [
             np.pad(_flattened(np.asarray(half, np.float32), weight), PADDED, mode="reflect") for half in (left, right)
@@ -171,7 +170,7 @@ class _Compared:
             float(whole.mean()),
         )
 
-    def energies(self, radius: float, asymmetries: FloatArray) -> NDArray[np.float32]:
+    def energies(self, radius: float, asymmetries: Floats) -> Image:
         """Return the mean energy of the halves' difference in each block, at one radius and several asymmetries."""
         height, width = self.shape
         even, odd = (part.astype(np.float32) for part in half_transfer(*self.frequencies, radius))
@@ -186,9 +185,7 @@ class _Compared:
             each.append(_blocks(off**2 * self.weight) / self.count)
         return np.stack(each)
 
-    def minimum(
-        self, energies: NDArray[np.floating], radii: FloatArray, window: float
-    ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    def minimum(self, energies: Floats, radii: Floats, window: float) -> tuple[Floats, Floats, Floats, Floats]:
         """Locate the minimum of the mean energy in a `window` (pixels) over `radii`.
 
         Returns radius, sd, whether it is unambiguous (1 or 0), and value.
@@ -209,13 +206,13 @@ class _Compared:
         return radius, sd, clear.astype(float), least
 
 
-def _flattened(image: NDArray[np.float32], weight: NDArray[np.float32]) -> NDArray[np.float32]:
+def _flattened(image: Image, weight: Image) -> Image:
     """Divide an image by its local mean, and with it the smooth ratio of the halves' brightness."""
     mean = gaussian_filter(image * weight, EVEN) / np.maximum(gaussian_filter(weight, EVEN), 1e-3)
     return np.where(weight > 0, image / np.maximum(mean, 1e-12), 1.0).astype(np.float32)
 
 
-def _blocks(values: NDArray[np.float32]) -> NDArray[np.float32]:
+def _blocks(values: Image) -> Image:
     """Return the means of blocks of `POOL` x `POOL` pixels; the last take the remainder."""
     height, width = values.shape
     rows, columns = height // POOL, width // POOL
@@ -273,7 +270,7 @@ def estimate(problem: Problem) -> Estimate:
     )
 
 
-def _local_spread(values: NDArray[np.floating], window: float) -> NDArray[np.float64]:
+def _local_spread(values: Floats, window: float) -> NDArray[np.float64]:
     """Return the standard deviation of values within a Gaussian window, in blocks."""
     middle = np.asarray(values, float) - float(np.median(values))
     square = gaussian_filter(middle**2, window) - gaussian_filter(middle, window) ** 2

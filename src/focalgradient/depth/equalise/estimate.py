@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.equalise.alternatives import check_model, error_with, judge_alternatives
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
@@ -24,15 +23,16 @@ from focalgradient.depth.equalise.outlines import curves, find_outlines
 from focalgradient.depth.equalise.parts import (
     ERRS,
     Likelihood,
-    Part,
     Tile,
     detail_halves,
     refine,
     tiles,
+    usable_at_first,
 )
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.filters import FloatArray, Image, Spectra
+from focalgradient.depth.hypotheses import check_model, error_with, judge_blur
 from focalgradient.depth.noise import (
     LENIENCE,
     NOISE_SIDE,
@@ -118,11 +118,7 @@ class Whitening:
         step = step_of(settings.window)
         parts = list(tiles(registered.shape, step))
         is_large = len(parts) > 1
-        crop, inward = registered, parts[0].inward(registered.shape)
-        if is_large:
-            crop = registered.most_textured_crop(COMMON_SIDE)
-            inward = np.full(crop.shape, max(registered.shape))
-        part = Part(crop, inward, settings.false_alarm, problem.search)
+        crop = registered.most_textured_crop(COMMON_SIDE) if is_large else registered
         at = None if raisable is None else _brightness_of_noise(registered)
         for again in (False, True):
             power = None
@@ -131,7 +127,9 @@ class Whitening:
             first = equalise(
                 crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
             )
-            law, nodes, energy = _even_out(first, part, at, shared is None, compressed)
+            # A crop of a large frame has no border.
+            is_used = crop.usable if is_large else usable_at_first(crop, first)
+            law, nodes, energy = _even_out(first, crop, is_used, at, shared is None, compressed)
             if again or raisable is None or law is None or not law.by_contrast or len(set(noise_sd)) == 1:
                 break
             # Compression's errors have the spectrum of neither view's noise, by which these were distinguished: all
@@ -139,7 +137,9 @@ class Whitening:
             noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
         scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
         if not is_large:
-            return cls(problem, blurs, shared, noise_sd, scale, law, power, parts, (first, energy))
+            return cls(
+                problem, blurs, shared, noise_sd, scale, law, power, parts, (replace(first, scale=scale), energy)
+            )
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
         return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
@@ -154,18 +154,17 @@ class Whitening:
         """Whether noise rises with contrast, as that of compression does."""
         return self.law is not None and self.law.by_contrast > 0
 
-    def of_tile(self, tile: Tile) -> tuple[Part, Equalised, Image | None]:
-        """Return a tile as a part of the frame, its views whitened at every candidate, and their energy if known."""
+    def of_tile(self, tile: Tile) -> tuple[RegisteredViews, Equalised, Image | None]:
+        """Return the views of a tile, the same whitened at every candidate, and their energy if known."""
         settings, registered = self.problem.settings, self.problem.registered
         if len(self.tiles) > 1:
             number = self.tiles.index(tile)
             share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
             settings.progress(0.4 + 0.5 * share, words)
-        views = registered if self.whole is not None else tile.of(registered)
-        part = Part(views, tile.inward(registered.shape), settings.false_alarm, self.problem.search, self.is_compressed)
         if self.whole is not None:
-            whole, self.whole = self.whole, None
-            return part, *whole
+            (equalised, energy), self.whole = self.whole, None
+            return registered, replace(equalised, compressed=self.is_compressed), energy
+        views = registered.part(*tile.outer)
         equalised = equalise(
             views.images,
             self.blurs,
@@ -177,7 +176,7 @@ class Whitening:
         )
         if self.law is not None:
             equalised.divide(uneven_noise(self.law, views))
-        return part, equalised, None
+        return views, replace(equalised, compressed=self.is_compressed), None
 
 
 def _brightness_of_noise(registered: RegisteredViews) -> float:
@@ -187,14 +186,20 @@ def _brightness_of_noise(registered: RegisteredViews) -> float:
 
 
 def _even_out(
-    equalised: Equalised, part: Part, at: float | None, one_waveband: bool, compressed: bool
+    equalised: Equalised,
+    views: RegisteredViews,
+    is_used: NDArray[np.bool_],
+    at: float | None,
+    one_waveband: bool,
+    compressed: bool,
 ) -> tuple[NoiseLaw | None, Nodes, Image]:
     """Equalise noise that rises with brightness or contrast, in place; return the law, depth and energy.
 
-    At brightness `at` noise is as assumed. None: noise is given, and alike in bright and in dark places. Photons of
-    different wavebands, with textures of their own, are not compared. `compressed`: whether the views show JPEG blocks.
+    Over the pixels that are used (H x W). At brightness `at` noise is as assumed. None: noise is given, and alike in
+    bright and in dark places. Photons of different wavebands, with textures of their own, are not compared.
+    `compressed`: whether the views show JPEG blocks.
     """
-    weight, views, step = part.usable(equalised).astype(np.float32), part.views, equalised.step
+    weight, step = is_used.astype(np.float32), equalised.step
 
     def read() -> tuple[Nodes, Image]:  # every other node
         energy = equalised.energy(weight)
@@ -264,15 +269,15 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     frame = Frame.empty(views.shape)
     for tile in whitening.tiles:
         part, whitened, energy = whitening.of_tile(tile)
-        likelihood = Likelihood.of(whitened, part.usable(whitened), whitening.scale, energy)
-        beyond = repeat_blocks(beyond_ends(likelihood.nodes, search), whitened.step, part.views.shape)
-        refined = refine(whitened, part, likelihood)
-        halves = detail_halves(whitened, part, refined, one_waveband)
+        likelihood = Likelihood.of(whitened, usable_at_first(part, whitened), energy)
+        beyond = repeat_blocks(beyond_ends(likelihood.nodes, search), whitened.step, part.shape)
+        refined = refine(whitened, part, likelihood, settings.false_alarm)
+        halves = detail_halves(whitened, refined, one_waveband)
         split, outlines = halves.test(), None
         if settings.outlines and one_waveband:
-            outlines = find_outlines(whitened, refined, part, blurs.radius, split.tau)
+            outlines = find_outlines(whitened, refined, part, settings.false_alarm, split.tau)
             if outlines is not None:  # whose windows hold two depths: no error of the model
-                split = halves.test(outlines.is_clear(whitened, refined.nodes, blurs.radius))
+                split = halves.test(outlines.is_clear(whitened, refined.nodes))
         frame.fill(tile, beyond, refined, split, outlines)
         grid = whitened.without_images()
         # Before the next tile's are made, for memory.
@@ -280,10 +285,8 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
 
     settings.progress(0.9, "estimating depth")
     noise_sd = whitening.noise_found
-    nodes, split, jump_variance = depth_at_nodes(
-        frame, grid, blurs, search.levels_per_pixel, gains, settings.outlines, compressed
-    )
-    alternative = judge_alternatives(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
+    nodes, split, jump_variance = depth_at_nodes(frame, grid, blurs, gains, settings.outlines, compressed)
+    alternative = judge_blur(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
     tau = error_with(split, alternative)
     signal = Signal.of(problem, nodes, gains, grid.step)
     vergence, sd, is_valid, beside_sd = depth_at_pixels(

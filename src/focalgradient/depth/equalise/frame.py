@@ -16,7 +16,6 @@ from focalgradient.depth.equalise.outline_jumps import (
     between_surfaces,
     variance_beside_jumps,
 )
-from focalgradient.depth.equalise.outline_places import Conditions
 from focalgradient.depth.equalise.outlines import HALF, Outlines, curvature_variance
 from focalgradient.depth.equalise.parts import Refined, Tile, join_nodes
 from focalgradient.depth.equalise.residuals import BAND
@@ -104,7 +103,6 @@ def depth_at_nodes(
     frame: Frame,
     equalised: Equalised,
     blurs: Blurs,
-    levels_per_pixel: float,
     gains: BandGains | None,
     outlines: bool,
     compressed: bool,
@@ -119,8 +117,8 @@ def depth_at_nodes(
         What the tiles give. In different wavebands, pixels between two surfaces are made inconsistent.
     equalised
         The step, the window and the levels that all tiles share.
-    blurs, levels_per_pixel
-        The views' blur at each level, and levels to a pixel of blur radius.
+    blurs
+        The views' blur at each level.
     gains
         What views in different wavebands share; None: all are in one.
     outlines
@@ -130,7 +128,7 @@ def depth_at_nodes(
     """
     shape = frame.is_consistent.shape
     nodes = join_nodes(frame.tiles, shape, equalised.step)
-    given, split = Conditions(blurs.radius, levels_per_pixel), join_splits(frame.splits)
+    split, blur = join_splits(frame.splits), equalised.blur(nodes.level)
     if gains is None:
         # Where the views contradict each other, as on dark bars, depth is not claimed, and bends none beside it; but
         # where most of them do in JPEG, as on blank paper, what agrees is chance.
@@ -139,18 +137,18 @@ def depth_at_nodes(
             is_seen |= ndimage.gaussian_filter(is_seen.astype(float), equalised.window / equalised.step) < HALF
         variance = np.zeros(nodes.level.shape)
         if outlines:
-            variance = curvature_variance(equalised, nodes, informative_nodes(nodes) & is_seen, given)
+            variance = curvature_variance(equalised, nodes, informative_nodes(nodes) & is_seen)
             # An error of the model bends depth, too, and is part of the sd already.
-            by_model = split.tau * np.maximum(LEAST_BLUR, given.blur(nodes.level)) * levels_per_pixel
+            by_model = split.tau * np.maximum(LEAST_BLUR, blur) * equalised.levels_per_pixel
             variance = np.maximum(variance - by_model**2, 0)
         counted = replace(nodes, sd=np.where(is_seen, nodes.sd, np.inf))
         beside = variance_beside_jumps(equalised, counted, SCATTER_WINDOWS)
         return replace(nodes, sd=np.sqrt(nodes.sd**2 + beside)), split, variance
     # No outline is looked for, and filters carry one side over the other as far as blur reaches.
-    reach = FILTER_REACH * float(np.median(given.blur(nodes.level)))
+    reach = FILTER_REACH * float(np.median(blur))
     beside, farther = (variance_beside_jumps(equalised, nodes, ALL_WINDOWS, pixels) for pixels in (0.0, reach))
     variance, nodes = np.maximum(farther - beside, 0), replace(nodes, sd=np.sqrt(nodes.sd**2 + beside))
-    is_between, added = between_surfaces(equalised, nodes, informative_nodes(nodes, one_waveband=False), given)
+    is_between, added = between_surfaces(equalised, nodes, informative_nodes(nodes, one_waveband=False))
     frame.is_consistent &= ~equalised.to_blocks(is_between, shape)
     moved = np.interp(nodes.level, np.arange(equalised.levels), common_error(gains, blurs))
     return replace(nodes, sd=np.hypot(nodes.sd, moved)), split, variance + added
@@ -223,12 +221,11 @@ def _coherent_error(
     none = np.zeros(nodes.level.shape)
     if not is_informative.any() or (np.median(nodes.misfit[is_informative]) < MODEL_ERRS and not by_contrast.any()):
         return none
-    place = np.arange(equalised.levels)
-    noise, slope = (sum(getattr(r, name) for r in equalised.residuals) for name in ("noise", "noise_slope"))
+    noise = np.interp(nodes.level, np.arange(equalised.levels), equalised.noise / equalised.scale)
+    slope = np.interp(nodes.level, np.arange(equalised.levels), equalised.noise_slope)
     # The derivative's power is the texture times what noise adds to the variance of the score.
-    power = np.maximum(nodes.texture, 1) * np.interp(nodes.level, place, slope)
     beyond = COHERENT**2 * np.maximum(nodes.misfit - 1, 0) + COMPRESSED**2 * by_contrast
-    error = np.sqrt(beyond * np.interp(nodes.level, place, noise) / power)
+    error = np.sqrt(beyond * noise / (np.maximum(nodes.texture, 1) * slope))
     nearest = ndimage.distance_transform_edt(~is_informative, return_distances=False, return_indices=True)
     return np.asarray(error[tuple(nearest)], float)
 

@@ -39,6 +39,7 @@ from focalgradient.depth.filters import (
 from focalgradient.depth.planes import SMOOTH, STEEP, Growth, grow_planes
 from focalgradient.depth.read import EvenCoordinate, read_minima, summed_levels
 from focalgradient.depth.search import Blurs
+from focalgradient.depth.validity import MIN_SUPPORT
 from focalgradient.parallel import linear_algebra_on_one_thread
 
 __all__ = [
@@ -51,7 +52,6 @@ __all__ = [
     "comparing_filters",
     "equalise",
     "scene_power",
-    "view_spectra",
 ]
 
 MIN_NOISE_VARIANCE = 1e-4
@@ -123,8 +123,8 @@ class Nodes:
 
     @property
     def is_textured(self) -> NDArray[np.bool_]:
-        """Return the nodes with more texture than noise whose depth is unambiguous and within the searched range."""
-        return self.unambiguous & self.inside & (self.texture >= 1)
+        """Return the usable nodes with more texture than noise whose depth is unambiguous and in the searched range."""
+        return self.unambiguous & self.inside & (self.texture >= 1) & (self.support >= MIN_SUPPORT)
 
     def part(self, rows: slice, columns: slice) -> Nodes:
         """Return the nodes of these rows and columns."""
@@ -152,12 +152,39 @@ class Equalised:
     even: EvenCoordinate
     summed: NDArray[np.intp]  # M: the levels at which residuals are summed
     weights: Image  # L x M: with which all levels follow from these
+    radii: FloatArray  # n x L: each view's blur radius in pixels
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
+    scale: float = 1.0  # noise variance in units of the one assumed
+    compressed: bool = False  # whether noise rises with contrast, as compression makes it
 
     @property
     def levels(self) -> int:
         """Number of candidate levels."""
         return len(self.weights)
+
+    @property
+    def noise(self) -> FloatArray:
+        """Variance that noise leaves of the residuals at each level (L)."""
+        return np.asarray(self.scale * np.sum([r.noise for r in self.residuals], axis=0))
+
+    @property
+    def noise_slope(self) -> FloatArray:
+        """What noise of the variance assumed adds to the variance of the score, per level^2, at each level (L)."""
+        return np.asarray(np.sum([r.noise_slope for r in self.residuals], axis=0))
+
+    @property
+    def noise_derivative(self) -> FloatArray:
+        """Variance of the residuals' derivative by level, from noise, at each level (L)."""
+        return np.asarray(self.scale * np.sum([r.noise_derivative for r in self.residuals], axis=0))
+
+    @property
+    def levels_per_pixel(self) -> float:
+        """Number of levels per pixel of blur radius in the most blurred view."""
+        return float(1 / np.abs(np.diff(self.radii, axis=1)).max())
+
+    def blur(self, level: FloatArray) -> FloatArray:
+        """Return the blur radius in pixels of the most blurred view at each `level`."""
+        return np.interp(level, np.arange(self.levels), self.radii.max(axis=0))
 
     def window_size(self) -> float:
         """Return the effective number of pixels of the window: 1 / sum of its squared weights."""
@@ -180,16 +207,13 @@ class Equalised:
         for residual in self.residuals:
             np.divide(residual.images, noise_sd, out=residual.images)
 
-    def reach(self, nodes: Nodes, radii: FloatArray) -> FloatArray:
-        """Return the reach of window and blur about each node, in nodes (h x w); `radii` in pixels, n x L."""
-        return (self.window + np.interp(nodes.level, np.arange(self.levels), radii.max(axis=0))) / self.step
+    def reach(self, nodes: Nodes) -> FloatArray:
+        """Return the reach of window and blur about each node, in nodes (h x w)."""
+        return (self.window + self.blur(nodes.level)) / self.step
 
-    def read(self, weight: Image, noise: float = 1.0) -> Nodes:
-        """Return the depth of least cost at each node, over the pixels of `weight` (H x W, 0 or 1).
-
-        `noise` is the noise variance in units of the one assumed.
-        """
-        return self.minima(*self.averages(self.energy(weight), weight), noise)
+    def read(self, weight: Image) -> Nodes:
+        """Return the depth of least cost at each node, over the pixels of `weight` (H x W, 0 or 1)."""
+        return self.minima(*self.averages(self.energy(weight), weight))
 
     def energy(self, weight: Image) -> Image:
         """Return the squared residuals of the M `candidates`, summed over each node's block (M x h x w)."""
@@ -212,12 +236,11 @@ class Equalised:
         mean /= np.maximum(count, 1e-6 * full)
         return mean, (count[0] / full).astype(float)
 
-    def minima(self, mean: Image, support: FloatArray, noise: float = 1.0) -> Nodes:
+    def minima(self, mean: Image, support: FloatArray) -> Nodes:
         """Return the depth of least cost at each node, of what `averages` returns."""
-        expected = noise * np.sum([r.noise for r in self.residuals], axis=0)
+        expected, slope = self.noise, self.noise_slope
         # Noise that is blurred with the scene changes by level; the filters take that in, the images do not.
-        more = noise * integrate.cumulative_trapezoid(self.change, initial=0)
-        slope = np.sum([r.noise_slope for r in self.residuals], axis=0)
+        more = self.scale * integrate.cumulative_trapezoid(self.change, initial=0)
         size = np.maximum(self.window_size() * support.ravel(), 1e-3)
         by_node, weights = mean.reshape(len(mean), -1).T, self.weights.T
         values, flags = np.empty((4, size.size)), np.empty((2, size.size), np.bool_)
@@ -227,7 +250,7 @@ class Equalised:
             with linear_algebra_on_one_thread:
                 every = np.matmul(by_node[some], weights)
             every += more.astype(np.float32)
-            values[:, some], flags[:, some] = read_minima(every, expected, slope, noise, size[some])
+            values[:, some], flags[:, some] = read_minima(every, expected, slope, self.scale, size[some])
         level, sd, misfit, texture = values.reshape(4, *support.shape)
         # That also adds to the least cost, but is not misfit, of which a little always stays.
         added = np.interp(level, np.arange(self.levels), more / expected)
@@ -265,9 +288,7 @@ class Equalised:
         level = self.even.changing(nodes.level)
         return self.evaluate(replace(nodes, level=level)) if (level != nodes.level).any() else local
 
-    def refine(
-        self, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float = 1.0, growth: Growth = SMOOTH
-    ) -> Nodes:
+    def refine(self, nodes: Nodes, local: ResidualStatistics, weight: Image, growth: Growth = SMOOTH) -> Nodes:
         """Fit a local plane through the levels that pixels give, so that depth may slope within the window.
 
         A window estimates the depth where its texture happens to lie, not at its middle. Linearised at the depth of
@@ -276,11 +297,11 @@ class Equalised:
         residuals change evenly.
         """
         # What noise alone puts into r r' on average is known, and taken out.
-        drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (noise / 2)
+        drift = (sum(np.gradient(r.noise) for r in self.residuals) - self.change) * (self.scale / 2)
         rate, start = self.even.rate_at_pixels(local.level), self.even.at_pixels(local.level)
         score, slope = (numerics.at_levels(drift, local.level) - local.cross) / rate, local.slope / rate**2
         # Noise in r'^2 makes the fit look more certain than it is; misfit adds to noise.
-        noise_sd = np.sqrt(noise * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
+        noise_sd = np.sqrt(self.scale * np.maximum(1, nodes.misfit)) * (1 + 1 / np.maximum(nodes.texture, 0.5))
         # The noise's part of r'^2 is uninformative: on blank paper near the focus, whose levels stray to one side, it
         # would pull depth that way.
         share = np.maximum(nodes.texture, 0.01) / (1 + nodes.texture)
@@ -308,7 +329,7 @@ class Equalised:
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
 
     def agreement(
-        self, local: ResidualStatistics, noise: float, side: int, false_alarm: float, tolerance: FloatArray
+        self, local: ResidualStatistics, side: int, false_alarm: float, tolerance: FloatArray
     ) -> NDArray[np.bool_]:
         """Test by chi-square whether each pixel's views agree at the depth of `local`, with this false-alarm rate.
 
@@ -319,9 +340,9 @@ class Equalised:
         """
         rest, cross, slope = (mean_in_squares(image, side) for image in (local.rest, local.cross, local.slope))
         energy = rest - cross**2 / (slope + np.float32(1e-12))
-        expected = noise * sum(r.noise for r in self.residuals)
+        expected = self.noise
         samples = [independent_samples(r.gains.sum(axis=0) * r.measure, side) for r in self.residuals]
-        variance = sum((noise * r.noise) ** 2 / count for r, count in zip(self.residuals, samples, strict=True))
+        variance = sum((self.scale * r.noise) ** 2 / count for r, count in zip(self.residuals, samples, strict=True))
         freedom = expected**2 / variance
         limit = np.asarray(expected * stats.chi2.isf(false_alarm, freedom) / freedom)
         forgiven = slope * numerics.at_levels(tolerance**2, local.level)
@@ -334,11 +355,6 @@ class Equalised:
     def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
         """Repeat values at nodes over all pixels of their blocks."""
         return numerics.repeat_blocks(values, self.step, shape)
-
-
-def view_spectra(images: Sequence[Image], blurs: Blurs) -> Spectra:
-    """Return the spectra of the views (H x W each), with as much mirrored surround as their blurs reach."""
-    return Spectra.of(images, int(np.clip(2 * blurs.radius.max(), 16, 64)))
 
 
 def equalise(
@@ -358,7 +374,7 @@ def equalise(
     Parameters
     ----------
     images
-        The views on one grid and at one exposure, each H x W; or their spectra (`view_spectra`).
+        The views on one grid and at one exposure, each H x W; or their spectra, mirrored as far as `Blurs.reach`.
     blurs
         Each view's blur at each candidate level.
     noise_sd
@@ -379,7 +395,7 @@ def equalise(
         noise.
     """
     assumed = assumed_sd(noise_sd, shared)
-    spectra = (images if isinstance(images, Spectra) else view_spectra(images, blurs)).over(assumed)
+    spectra = (images if isinstance(images, Spectra) else Spectra.of(images, blurs.reach)).over(assumed)
     frequencies = blurs.frequencies
     if filters is None:
         power = scene_power(spectra, assumed, frequencies) if power is None else power
@@ -408,6 +424,7 @@ def equalise(
         EvenCoordinate.of(blurs.radius, blurs.even),
         levels,
         weights,
+        blurs.radius,
         blurs.limited,
     )
 

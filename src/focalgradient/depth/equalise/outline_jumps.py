@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.equalise.outline_places import Conditions, blurs_at, moved_to_edges
+from focalgradient.depth.equalise.outline_places import blurs_at, moved_to_edges
 from focalgradient.depth.filters import FloatArray, Image
 from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import APART, JUMP_SDS, LEAST_SD, NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
@@ -110,7 +110,7 @@ def variance_beside_jumps(equalised: Equalised, nodes: Nodes, windows: float, re
 
 
 def find_small_jumps(
-    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions, images: Sequence[Image]
+    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], images: Sequence[Image]
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray, FloatArray, FloatArray] | None:
     """Return the surfaces on either side of small jumps among reliable nodes; None where there are none.
 
@@ -123,13 +123,13 @@ def find_small_jumps(
         The views, compared at every level; and depth as windows give it.
     is_reliable
         h x w: nodes whose depth counts.
-    given
-        Each view's blur at the candidate levels.
     images
         The views themselves, H x W each.
     """
-    shape, reach = images[0].shape, equalised.reach(nodes, given.radii)
-    far, near, between = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
+    shape, reach = images[0].shape, equalised.reach(nodes)
+    far, near, between = _surfaces(
+        nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * equalised.levels_per_pixel
+    )
     blur = reach * equalised.step - equalised.window
     found = (near > far) & ((blur >= SMALL_MIN_BLUR) | (blur < IN_FOCUS))
     if not found.any():
@@ -159,7 +159,7 @@ def find_small_jumps(
         return None
     distance, nearest = ndimage.distance_transform_edt(~border, return_indices=True)
     distance += 0.5
-    blurs = blurs_at(np.maximum(level, high), given.radii)
+    blurs = blurs_at(np.maximum(level, high), equalised.radii)
     moved = moved_to_edges(np.where(is_near, distance, -distance), border, images, blurs)[tuple(nearest)]
     inward = np.where(is_near, distance, -distance) - moved
     is_near, distance = inward > 0, np.abs(inward)
@@ -169,15 +169,15 @@ def find_small_jumps(
 
 
 def between_surfaces(
-    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], given: Conditions
+    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_]
 ) -> tuple[NDArray[np.bool_], FloatArray]:
     """Nodes at which depth alone shows a jump, and the variance of depth about the two surfaces in levels squared.
 
     h x w each. At these nodes windows give a depth between the surfaces, and farther from the jump it may still be part
     of the rise. Arguments are those of `find_small_jumps`.
     """
-    reach = equalised.reach(nodes, given.radii)
-    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * given.levels_per_pixel)
+    reach = equalised.reach(nodes)
+    far, near, _ = _surfaces(nodes.level, nodes.sd, is_reliable, reach, SMALL_MIN_JUMP * equalised.levels_per_pixel)
     found = near > far
     if not found.any():
         return found, np.zeros(found.shape)

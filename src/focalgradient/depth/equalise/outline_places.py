@@ -23,13 +23,14 @@ from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = [
     "CLEAR_REACHES",
-    "Conditions",
     "Located",
     "blurs_at",
     "few_large",
+    "jump_gap",
     "locate",
     "moved_to_edges",
     "squared_residual",
+    "zone_reach",
 ]
 
 EDGE_SEARCH = 10
@@ -165,28 +166,14 @@ MIN_JUMP = 0.5
 `MADE_WITH`."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Conditions:
-    """Blur of the views at each candidate level, their noise, and the error of the blur model."""
+def jump_gap(equalised: Equalised) -> float:
+    """Return the levels by which depth differs at a jump."""
+    return MIN_JUMP * equalised.levels_per_pixel
 
-    radii: FloatArray  # n x L: each view's blur radius in pixels
-    levels_per_pixel: float  # levels to a pixel of blur radius
-    noise: float = 1.0  # noise variance in units of the one assumed
-    model_error: float = 0.0  # as a share of the blur radius: what it explains is not a jump
 
-    @property
-    def gap(self) -> float:
-        """Levels by which depth differs at a jump."""
-        return MIN_JUMP * self.levels_per_pixel
-
-    def blur(self, level: FloatArray) -> FloatArray:
-        """Blur radius in pixels in the most blurred view at each `level`."""
-        widest = self.radii.max(axis=0)
-        return np.interp(level, np.arange(len(widest)), widest)
-
-    def zone_reach(self, window: float) -> int:
-        """Return the distance (pixels) from a jump within which depth may be due to it."""
-        return int(2 * self.radii.max() + 3 * window)
+def zone_reach(equalised: Equalised, window: float) -> int:
+    """Return the distance (pixels) from a jump within which depth in a `window` may be due to it."""
+    return int(2 * equalised.radii.max() + 3 * window)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -213,22 +200,21 @@ def locate(
     jump_sd: FloatArray,
     is_reliable: NDArray[np.bool_],
     is_settled: NDArray[np.bool_],
-    given: Conditions,
     images: Sequence[Image],
 ) -> Located | None:
     """Return outlines between the surfaces that are continued from reliable nodes (h x w); None where there are none.
 
     No outline runs through pixels that are settled (H x W): windows give their depth.
     """
-    planes = surface_planes(nodes.level, nodes.sd, is_reliable, given.gap)
-    pairs = jump_pairs(planes, jump_sd, is_reliable, given.gap)
+    gap, radii = jump_gap(equalised), equalised.radii
+    planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
+    pairs = jump_pairs(planes, jump_sd, is_reliable, gap)
     if pairs is None:
         return None
-    reach = given.zone_reach(equalised.window)
+    reach = zone_reach(equalised, equalised.window)
     zone = nearest_surfaces(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)
     near, far = (
-        squared_residual(equalised, level, sd, given)
-        for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
+        squared_residual(equalised, level, sd) for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))
     )
     is_explained_by_near, is_explained_by_far = few_large(near), few_large(far)
     # Where both surfaces explain the views, the better one does, if it is clearly better.
@@ -238,10 +224,10 @@ def locate(
     if not (is_only_near.any() and is_only_far.any()):
         return None
     del near, far, better  # each as large as the tile
-    reach_near, reach_far = _reach(*(blurs_at(level, given.radii) for level in (zone.near, zone.far)))
+    reach_near, reach_far = _reach(*(blurs_at(level, radii) for level in (zone.near, zone.far)))
     to_near, to_far = (ndimage.distance_transform_edt(~part) for part in (is_only_near, is_only_far))
     inward = smoothed(((to_far - ONSET * reach_far) - (to_near - ONSET * reach_near)) / 2, OUTLINE_SMOOTHING)
-    is_near = _at_edges(inward > 0, zone, is_settled, images, blurs_at(zone.near, given.radii))
+    is_near = _at_edges(inward > 0, zone, is_settled, images, blurs_at(zone.near, radii))
     distance, nearest = _distance(is_near, zone, is_settled)
     undecided = to_near + to_far - ONSET * (reach_near + reach_far)
     return Located(
@@ -302,7 +288,7 @@ def _reach(near: FloatArray, far: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (np.max([near[i] + near[j] for i, j in pairs], axis=0), np.max([near[i] + far[j] for i, j in pairs], axis=0))
 
 
-def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, given: Conditions) -> FloatArray:
+def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray) -> FloatArray:
     """Squared residual at `level` (H x W, known to `sd`), over its expectation by noise, `sd` and the error of blur."""
     level = np.clip(level, 0, equalised.levels - 1)
     left, slope = np.zeros(level.shape, np.float32), np.zeros(level.shape, np.float32)
@@ -310,9 +296,8 @@ def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray, gi
         value, derivative = residual.at(level.astype(np.float32))
         left += value**2
         slope += derivative**2
-    place = np.arange(equalised.levels)
-    expected = given.noise * np.interp(level, place, sum(residual.noise for residual in equalised.residuals))
-    error = BLUR_ERROR * given.levels_per_pixel * given.blur(level)
+    expected = np.interp(level, np.arange(equalised.levels), equalised.noise)
+    error = BLUR_ERROR * equalised.levels_per_pixel * equalised.blur(level)
     return left / (expected + slope * (sd**2 + error**2))
 
 

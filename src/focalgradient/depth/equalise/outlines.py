@@ -27,20 +27,21 @@ from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_
 from focalgradient.depth.equalise.outline_places import (
     CLEAR_REACHES,
     OUTLINE_SD,
-    Conditions,
     Located,
     few_large,
+    jump_gap,
     locate,
     squared_residual,
+    zone_reach,
 )
 from focalgradient.depth.equalise.parts import (
     Likelihood,
-    Part,
     Refined,
     Tile,
     refine,
     refine_without,
     tiles_about,
+    usable_at_first,
 )
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.filters import FloatArray, Image
@@ -54,6 +55,7 @@ from focalgradient.depth.planes import (
     jump_pairs,
     surface_planes,
 )
+from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.validity import LEAST_BLUR, blur_is_known
 
 __all__ = ["HALF", "Outlines", "curvature_variance", "curves", "find_outlines"]
@@ -146,12 +148,11 @@ class Outlines:
         for name in ("level", "sd", "side_sd"):
             getattr(self, name)[tile.core][at] = getattr(part, name)[tile.within][at]
 
-    def is_clear(self, equalised: Equalised, nodes: Nodes, radii: FloatArray) -> NDArray[np.bool_]:
-        """Return the nodes (h x w) whose widest window holds one side only, with the blur of `radii` (L x views)."""
+    def is_clear(self, equalised: Equalised, nodes: Nodes) -> NDArray[np.bool_]:
+        """Return the nodes (h x w) whose widest window, with blur, holds one side only."""
         step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
         distance = _at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
-        blur = np.interp(nodes.level, np.arange(equalised.levels), np.max(radii, axis=0))
-        return np.asarray(distance > SCATTER_WINDOWS * widest + blur)
+        return np.asarray(distance > SCATTER_WINDOWS * widest + equalised.blur(nodes.level))
 
     def before(self, other: Outlines) -> Outlines:
         """Return these outlines, and the `other` ones where these replace nothing."""
@@ -159,31 +160,30 @@ class Outlines:
 
 
 def find_outlines(
-    equalised: Equalised, refined: Refined, part: Part, radii: FloatArray, model_error: float
+    equalised: Equalised, refined: Refined, views: RegisteredViews, false_alarm: float, model_error: float
 ) -> Outlines | None:
     """Return outlines of a part of the frame, and depth near them, from narrower windows; None where there are none.
 
     Parameters
     ----------
-    equalised, refined, part
-        The views, compared at every level; their depth as windows give it; and the part that they show.
-    radii
-        Each view's blur radius in pixels at each level.
+    equalised, refined, views
+        The views, compared at every level; their depth as windows give it; and the views themselves.
+    false_alarm
+        Probability with which pixels are rejected whose views do agree.
     model_error
         Error of the blur model as a share of the blur: what it explains is not a jump.
     """
-    given = Conditions(radii, part.search.levels_per_pixel, refined.likelihood.scale, model_error)
     narrow = equalised.in_windows(max(LEAST_WINDOW, FINER * equalised.window))
     is_consistent, found = refined.is_consistent, None
     shape = is_consistent.shape
-    may_jump = _may_jump(equalised, refined.nodes, is_consistent, given)
+    may_jump = _may_jump(equalised, refined.nodes, is_consistent, model_error)
     may_jump = block_sum(equalised.to_blocks(may_jump, shape).astype(np.float32), narrow.step) > 0
-    for tile in tiles_about(may_jump, narrow.step, shape, given.zone_reach(equalised.window), _overlap(narrow)):
-        finer, here = narrow.part(*tile.outer), part.of(tile)
-        is_used = here.usable(finer) & refined.likelihood.is_summed[tile.outer]
-        likelihood = Likelihood.of(finer, is_used, given.noise)
-        fine = refine(finer, here, likelihood, HELD_APART)
-        outlines = _outlines_of_tile(finer, fine, here.views.images, given, equalised.window)
+    reach = zone_reach(equalised, equalised.window)
+    for tile in tiles_about(may_jump, narrow.step, shape, reach, _overlap(narrow)):
+        finer, here = narrow.part(*tile.outer), views.part(*tile.outer)
+        is_used = usable_at_first(here, finer) & refined.likelihood.is_summed[tile.outer]
+        fine = refine(finer, here, Likelihood.of(finer, is_used), false_alarm, HELD_APART)
+        outlines = _outlines_of_tile(finer, fine, here.images, model_error, equalised.window)
         if outlines is not None:
             found = found or Outlines.none(shape)
             found.fill(tile, outlines)
@@ -191,7 +191,7 @@ def find_outlines(
 
 
 def _outlines_of_tile(
-    equalised: Equalised, refined: Refined, images: Sequence[Image], given: Conditions, wider: float
+    equalised: Equalised, refined: Refined, images: Sequence[Image], model_error: float, wider: float
 ) -> Outlines | None:
     """Return outlines among the depths of narrow windows, and depth on either side of them; None where there are none.
 
@@ -201,16 +201,16 @@ def _outlines_of_tile(
     nodes, is_consistent = refined.nodes, refined.is_consistent
     shape, step, is_informative = is_consistent.shape, equalised.step, informative_nodes(nodes)
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, nodes.sd))
-    is_explained = few_large(squared_residual(equalised, level, sd, given)) & is_consistent
-    is_reliable = is_informative & blur_is_known(nodes.sd / given.levels_per_pixel, 0.0)
+    is_explained = few_large(squared_residual(equalised, level, sd)) & is_consistent
+    is_reliable = is_informative & blur_is_known(nodes.sd / equalised.levels_per_pixel, 0.0)
     is_reliable &= block_mean(is_explained, step) >= MIN_EXPLAINED
-    jump_sd = _jump_sd(nodes, given)
+    jump_sd, gap = _jump_sd(equalised, nodes, model_error), jump_gap(equalised)
     is_valid = is_consistent & equalised.to_blocks(is_informative, shape)
-    small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, given, images)
-    planes = surface_planes(nodes.level, nodes.sd, is_reliable, given.gap)
-    jumps = jump_pairs(planes, jump_sd, is_reliable, given.gap)
+    small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, images)
+    planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
+    jumps = jump_pairs(planes, jump_sd, is_reliable, gap)
     found, is_jump = None, np.zeros(is_reliable.shape, np.bool_) if jumps is None else jumps[..., 0] >= 0
-    for tile in tiles_about(is_jump, step, shape, given.zone_reach(equalised.window), _overlap(equalised)):
+    for tile in tiles_about(is_jump, step, shape, zone_reach(equalised, equalised.window), _overlap(equalised)):
         within = tile.outer_nodes(step)
         here = equalised.part(*tile.outer)
         large = _find_large(
@@ -219,7 +219,7 @@ def _outlines_of_tile(
             partial(refine_without, refined.likelihood, here, tile),
             np.ascontiguousarray(is_reliable[within]),
             np.ascontiguousarray(is_explained[tile.outer]),
-            given,
+            model_error,
             [np.ascontiguousarray(image[tile.outer]) for image in images],
         )
         if large is not None:
@@ -229,8 +229,8 @@ def _outlines_of_tile(
     if ends is None or not ends.side.any():
         return ends
     # Beside outlines, what these windows give takes the place of what wider ones carry over them.
-    curved = nodes.sd**2 + curvature_variance(equalised, nodes, is_informative, given)
-    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= given.blur(level) + SCATTER_WINDOWS * wider
+    curved = nodes.sd**2 + curvature_variance(equalised, nodes, is_informative)
+    is_beside = ndimage.distance_transform_edt(ends.side == 0) <= equalised.blur(level) + SCATTER_WINDOWS * wider
     is_beside &= ~ends.is_replaced
     ends.is_replaced[is_beside] = True
     ends.level[is_beside] = level[is_beside]
@@ -240,26 +240,26 @@ def _outlines_of_tile(
 
 
 def _may_jump(
-    equalised: Equalised, nodes: Nodes, is_consistent: NDArray[np.bool_], given: Conditions
+    equalised: Equalised, nodes: Nodes, is_consistent: NDArray[np.bool_], model_error: float
 ) -> NDArray[np.bool_]:
     """Return nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
 
     `is_consistent` (H x W): pixels whose views agree.
     """
-    sd, is_informative = _jump_sd(nodes, given), informative_nodes(nodes)
-    planes = surface_planes(nodes.level, nodes.sd, is_informative, given.gap)
-    jumps = jump_pairs(planes, sd, is_informative, given.gap)
-    may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative, given)
+    sd, is_informative = _jump_sd(equalised, nodes, model_error), informative_nodes(nodes)
+    planes = surface_planes(nodes.level, nodes.sd, is_informative, jump_gap(equalised))
+    jumps = jump_pairs(planes, sd, is_informative, jump_gap(equalised))
+    may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative)
     may_jump |= ndimage.binary_opening(
         block_mean(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
     )
     return may_jump if jumps is None else may_jump | (jumps[..., 0] >= 0)
 
 
-def _jump_sd(nodes: Nodes, given: Conditions) -> FloatArray:
+def _jump_sd(equalised: Equalised, nodes: Nodes, model_error: float) -> FloatArray:
     """Standard deviation of depth at nodes where it may jump, in levels: with the error of the blur model."""
-    blur = np.maximum(LEAST_BLUR, given.blur(nodes.level))
-    return np.hypot(nodes.sd, given.model_error * given.levels_per_pixel * blur)
+    blur = np.maximum(LEAST_BLUR, equalised.blur(nodes.level))
+    return np.hypot(nodes.sd, model_error * equalised.levels_per_pixel * blur)
 
 
 def _overlap(equalised: Equalised) -> int:
@@ -273,7 +273,7 @@ def _find_large(
     refine_again: Callable[[NDArray[np.bool_]], tuple[Nodes, NDArray[np.bool_]]],
     is_reliable: NDArray[np.bool_],
     is_explained: NDArray[np.bool_],
-    given: Conditions,
+    model_error: float,
     images: Sequence[Image],
 ) -> Outlines | None:
     """Depth on either side of jumps at which views contradict each other; None where there are none.
@@ -284,7 +284,7 @@ def _find_large(
 
     def located_by(nodes: Nodes, is_reliable: NDArray[np.bool_], is_settled: NDArray[np.bool_]) -> Located | None:
         is_settled = equalised.to_blocks(is_settled, shape)
-        return locate(equalised, nodes, _jump_sd(nodes, given), is_reliable, is_settled, given, images)
+        return locate(equalised, nodes, _jump_sd(equalised, nodes, model_error), is_reliable, is_settled, images)
 
     located = located_by(nodes, is_reliable, is_reliable)
     if located is None:
@@ -292,7 +292,7 @@ def _find_large(
     # Again from windows that leave out what the outlines just found reach.
     is_unoccluded = located.is_unoccluded
     again, is_new = refine_again(is_unoccluded)
-    is_new &= blur_is_known(again.sd / given.levels_per_pixel, 0.0)
+    is_new &= blur_is_known(again.sd / equalised.levels_per_pixel, 0.0)
     is_new &= block_mean(is_unoccluded & is_explained, step) >= HALF
     is_inside = _at_nodes(located.zone.is_inside, step)
     is_new = np.where(is_inside, is_new, is_reliable)
@@ -308,16 +308,16 @@ def _find_large(
         return None
     is_clear = is_reliable & (block_mean(located.is_unoccluded, step) >= HALF)
     is_clear |= _if_few(is_clear, is_reliable, located, step)
-    curved = np.sqrt(nodes.sd**2 + curvature_variance(equalised, nodes, is_reliable, given))
-    return _continued(equalised, nodes, curved, is_clear, located, given.gap)
+    curved = np.sqrt(nodes.sd**2 + curvature_variance(equalised, nodes, is_reliable))
+    return _continued(equalised, nodes, curved, is_clear, located)
 
 
 def _continued(
-    equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: NDArray[np.bool_], located: Located, gap: float
+    equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: NDArray[np.bool_], located: Located
 ) -> Outlines:
     """Depth on either side of outlines: from windows clear of them (h x w), and continued from there."""
     zone, is_near, distance = located.zone, located.is_near, located.distance
-    shape = is_near.shape
+    shape, gap = is_near.shape, jump_gap(equalised)
     own, own_sd = continue_surfaces(zone, is_near, located.planes, nodes.level, node_sd, is_clear, equalised.step, gap)
     # What a window clear of outlines gives is better than any continuation.
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
@@ -341,11 +341,10 @@ def _small(
     jump_sd: FloatArray,
     is_reliable: NDArray[np.bool_],
     is_valid: NDArray[np.bool_],
-    given: Conditions,
     images: Sequence[Image],
 ) -> Outlines | None:
     """Depth on either side of jumps that depth alone shows, valid where windows are (H x W); None without any."""
-    jumps = find_small_jumps(equalised, replace(nodes, sd=jump_sd), is_reliable, given, images)
+    jumps = find_small_jumps(equalised, replace(nodes, sd=jump_sd), is_reliable, images)
     if jumps is None:
         return None
     is_inside, is_near, distance, own, rise = jumps
@@ -371,12 +370,10 @@ def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArra
     return np.asarray(np.where(wrong > IMPROBABLE, np.sqrt(wrong * (1 - wrong)) * rise, 0), np.float32)
 
 
-def curvature_variance(
-    equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], given: Conditions
-) -> FloatArray:
+def curvature_variance(equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_]) -> FloatArray:
     """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
-    reach, same = equalised.reach(nodes, given.radii), SAME_SURFACE * given.levels_per_pixel
-    return departure_from_planes(nodes.level, nodes.sd, is_informative, reach, same)
+    same = SAME_SURFACE * equalised.levels_per_pixel
+    return departure_from_planes(nodes.level, nodes.sd, is_informative, equalised.reach(nodes), same)
 
 
 def _is_supported(located: Located) -> NDArray[np.bool_]:

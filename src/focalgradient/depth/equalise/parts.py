@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,17 +22,15 @@ from scipy import ndimage
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes, own_texture, rests_on_texture
 from focalgradient.depth.equalise.split_band import DetailHalves
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.planes import HELD_APART, SMOOTH, Growth
 from focalgradient.depth.registration import RegisteredViews
-from focalgradient.depth.search import Search
 from focalgradient.depth.validity import BLUR_ERROR
 
 __all__ = [
     "ERRS",
     "Likelihood",
-    "Part",
     "Refined",
     "Tile",
     "detail_halves",
@@ -40,6 +38,7 @@ __all__ = [
     "refine",
     "refine_without",
     "tiles",
+    "usable_at_first",
 ]
 
 CORE = 1920
@@ -68,6 +67,15 @@ class Tile:
     core: tuple[slice, slice]
     outer: tuple[slice, slice]
 
+    @classmethod
+    def about(cls, core: tuple[slice, slice], overlap: int, step: int, shape: tuple[int, int]) -> Tile:
+        """Return the tile of a `core` in a frame of `shape`, with `overlap` pixels in whole blocks of `step` pixels."""
+        beyond = step * -(-overlap // step)
+        rows, columns = (
+            slice(max(0, part.start - beyond), min(n, part.stop + beyond)) for part, n in zip(core, shape, strict=True)
+        )
+        return cls(core, (rows, columns))
+
     def inner(self, step: int) -> tuple[slice, slice]:
         """Return the core's blocks of `step` pixels among those of the tile with its overlap."""
         return tuple(  # type: ignore[return-value]
@@ -87,17 +95,6 @@ class Tile:
             for core, outer in zip(self.core, self.outer, strict=True)
         )
 
-    def of(self, views: RegisteredViews) -> RegisteredViews:
-        """Return the tile of registered views, with its overlap."""
-        return views.part(*self.outer)
-
-    def inward(self, shape: tuple[int, int]) -> FloatArray:
-        """Return the distance of each of the tile's pixels from the border of the whole frame of `shape`."""
-        rows, columns = (
-            np.minimum(np.arange(n), np.arange(n)[::-1])[part] for n, part in zip(shape, self.outer, strict=True)
-        )
-        return np.minimum.outer(rows, columns)
-
 
 def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
     """Yield tiles that cover a frame of `shape`, aligned to blocks of `step` pixels; a small frame is one tile.
@@ -113,16 +110,9 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
     for n in shape:
         count = max(1, round(n / side))
         size = step * -(-n // (count * step))
-        edges.append([(start, min(n, start + size)) for start in range(0, n, size)])
-    overlap = step * -(-OVERLAP // step)
-    for top, bottom in edges[0]:
-        for left, right in edges[1]:
-            core = (slice(top, bottom), slice(left, right))
-            outer = tuple(
-                slice(max(0, part.start - overlap), min(n, part.stop + overlap))
-                for part, n in zip(core, shape, strict=True)
-            )
-            yield Tile(core, (outer[0], outer[1]))
+        edges.append([slice(start, min(n, start + size)) for start in range(0, n, size)])
+    for rows, columns in product(*edges):
+        yield Tile.about((rows, columns), OVERLAP, step, shape)
 
 
 def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
@@ -145,14 +135,10 @@ def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reac
             cores = [core for core in cores if core not in meeting]
             box = [[min(b[a][0] for b in [box, *meeting]), max(b[a][1] for b in [box, *meeting])] for a in (0, 1)]
         cores.append(box)
-    beyond = step * -(-overlap // step)
     found = []
     for core in cores:
-        inner = tuple(slice(first * step, min(n, last * step)) for (first, last), n in zip(core, shape, strict=True))
-        outer = tuple(
-            slice(max(0, p.start - beyond), min(n, p.stop + beyond)) for p, n in zip(inner, shape, strict=True)
-        )
-        found.append(Tile((inner[0], inner[1]), (outer[0], outer[1])))
+        rows, columns = (slice(step * first, min(n, step * last)) for (first, last), n in zip(core, shape, strict=True))
+        found.append(Tile.about((rows, columns), overlap, step, shape))
     area = sum(math.prod(part.stop - part.start for part in tile.outer) for tile in found)
     whole = (slice(0, shape[0]), slice(0, shape[1]))
     return found if area <= MUCH * math.prod(shape) else [Tile(whole, whole)]
@@ -193,27 +179,21 @@ REJECTION_SETTLED = 2e-3
 """Proportion of pixels that change in an iteration, below which outlier rejection ends. Chosen by hand."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Part:
-    """Views of a frame or of a part of it, with the search, blur, noise and settings of the estimate."""
+def _inward(views: RegisteredViews) -> NDArray[np.intp]:
+    """Return the distance of each pixel from the border of the whole frame, in pixels (H x W)."""
+    ways = zip(views.start, views.shape, views.whole or views.shape, strict=True)
+    places = ((first + np.arange(count), whole) for first, count, whole in ways)
+    return np.minimum.outer(*(np.minimum(place, whole - 1 - place) for place, whole in places))
 
-    views: RegisteredViews
-    inward: NDArray[Any]  # H x W: pixels to the border of the whole frame
-    false_alarm: float
-    search: Search
-    compressed: bool = False  # whether noise rises with contrast, as compression makes it
 
-    def of(self, tile: Tile) -> Part:
-        """Return a tile of it, with its overlap."""
-        return replace(self, views=tile.of(self.views), inward=self.inward[tile.outer])
+def _rim(views: RegisteredViews, equalised: Equalised) -> int:
+    """Return the width in pixels of the frame's border in which nothing is used."""
+    return min(round(equalised.window), min(views.shape) // 8)
 
-    def rim(self, equalised: Equalised) -> int:
-        """Return the width in pixels of the border in which nothing is used."""
-        return min(round(equalised.window), min(self.views.shape) // 8)
 
-    def usable(self, equalised: Equalised) -> NDArray[np.bool_]:
-        """Return the pixels that may be used at first (H x W)."""
-        return self.views.usable & (self.inward >= self.rim(equalised))
+def usable_at_first(views: RegisteredViews, equalised: Equalised) -> NDArray[np.bool_]:
+    """Return the pixels that may be used before depth is known (H x W)."""
+    return views.usable & (_inward(views) >= _rim(views, equalised))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -222,24 +202,20 @@ class Likelihood:
 
     energy: Image  # L x h x w: squared residuals, summed over each node's block
     is_summed: NDArray[np.bool_]  # H x W: the pixels that they are summed over
-    scale: float  # noise variance in units of the one assumed
     nodes: Nodes
 
     @classmethod
-    def of(
-        cls, equalised: Equalised, is_used: NDArray[np.bool_], scale: float, energy: Image | None = None
-    ) -> Likelihood:
+    def of(cls, equalised: Equalised, is_used: NDArray[np.bool_], energy: Image | None = None) -> Likelihood:
         """Sum the residuals over the pixels of `is_used` (H x W), unless their `energy` is known; it is kept."""
         weight = is_used.astype(np.float32)
         energy = equalised.energy(weight) if energy is None else energy
-        return cls(energy, is_used, scale, equalised.minima(*equalised.averages(energy, weight), scale))
+        return cls(energy, is_used, equalised.minima(*equalised.averages(energy, weight)))
 
     def over(self, equalised: Equalised, is_used: NDArray[np.bool_]) -> Likelihood:
         """Sum the residuals over other pixels; `energy` is changed in place."""
         weight = is_used.astype(np.float32)
         equalised.sum_again(self.energy, weight, self.is_summed ^ is_used)
-        nodes = equalised.minima(*equalised.averages(self.energy, weight), self.scale)
-        return replace(self, is_summed=is_used, nodes=nodes)
+        return Likelihood(self.energy, is_used, equalised.minima(*equalised.averages(self.energy, weight)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -256,72 +232,71 @@ class Refined:
 
 
 def _inliers(
-    equalised: Equalised, part: Part, found: Likelihood
+    equalised: Equalised, views: RegisteredViews, found: Likelihood, false_alarm: float
 ) -> tuple[Likelihood, NDArray[np.bool_], NDArray[np.bool_], ResidualStatistics]:
     """Reject pixels whose views contradict each other at the depth found, and find depth without them, in turn.
 
     Returns the likelihood, `Refined.is_consistent`, `Refined.is_within`, and what each pixel leaves at the depth by
     which it was judged. `found` is changed.
     """
-    blur = part.search.radius(part.search.vergences)  # L
-    tolerance = BLUR_ERROR * blur * part.search.levels_per_pixel
-    is_usable, shape = part.views.usable, part.views.shape
+    blur = equalised.radii.max(axis=0)  # L
+    tolerance = BLUR_ERROR * blur * equalised.levels_per_pixel
+    is_usable, inward = views.usable, _inward(views)
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
-    rim = part.rim(equalised)
+    rim = _rim(views, equalised)
     middle = (slice(rim, -rim), slice(rim, -rim))
     for _ in range(MAX_REJECTIONS):
         local = equalised.evaluate(found.nodes)
-        agreement = equalised.agreement(local, found.scale, CHECK_SIDE, part.false_alarm, tolerance)
+        agreement = equalised.agreement(local, CHECK_SIDE, false_alarm, tolerance)
         is_consistent = is_usable & np.pad(agreement[middle], rim, mode="edge")
         reach = at_levels(RIM_REACH * blur, local.level)
-        is_within = is_usable & (part.inward >= np.clip(reach, rim, min(shape) / 6))
+        is_within = is_usable & (inward >= np.clip(reach, rim, min(views.shape) / 6))
         if (found.is_summed ^ (is_consistent & is_within)).mean() < REJECTION_SETTLED:
             break
         found = found.over(equalised, is_consistent & is_within)
     return found, is_consistent, is_within, local
 
 
-def refine(equalised: Equalised, part: Part, found: Likelihood, growth: Growth = SMOOTH) -> Refined:
+def refine(
+    equalised: Equalised, views: RegisteredViews, found: Likelihood, false_alarm: float, growth: Growth = SMOOTH
+) -> Refined:
     """Reject outliers, refine depth by local planes in windows of `growth`, and find where it rests on texture."""
-    likelihood, is_consistent, is_within, local = _inliers(equalised, part, found)
-    nodes, scale, weight = likelihood.nodes, likelihood.scale, (is_consistent & is_within).astype(np.float32)
+    likelihood, is_consistent, is_within, local = _inliers(equalised, views, found, false_alarm)
+    nodes, weight = likelihood.nodes, (is_consistent & is_within).astype(np.float32)
     local = equalised.evaluate_to_refine(nodes, local)
-    first = replace(equalised.refine(nodes, local, weight, scale, growth.first), sd=nodes.sd)
+    first = replace(equalised.refine(nodes, local, weight, growth.first), sd=nodes.sd)
     local, images = equalised.evaluate_images(first)
-    nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, scale, growth)
-    nodes = _with_texture_of_its_own(equalised, nodes, local, weight, scale)
-    texture = own_texture(equalised, local, weight, scale, part.compressed)
+    nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, growth)
+    nodes = _with_texture_of_its_own(equalised, nodes, local, weight)
+    texture = own_texture(equalised, local, weight)
     return Refined(nodes, likelihood, is_consistent, is_within, *texture, images)
 
 
-def detail_halves(equalised: Equalised, part: Part, refined: Refined, one_waveband: bool) -> DetailHalves:
+def detail_halves(equalised: Equalised, refined: Refined, one_waveband: bool) -> DetailHalves:
     """Return depth from either half of the detail, for the split-band test of a part of the frame."""
     weight = (refined.is_consistent & refined.is_within).astype(np.float32)
     kept = weight if one_waveband else refined.is_within.astype(np.float32)
     images = [(kept * value, kept * derivative) for value, derivative in refined.images]
-    scale, is_informative = refined.likelihood.scale, informative_nodes(refined.nodes)
-    return DetailHalves.of(equalised, refined.nodes, images, weight, part.search, scale, is_informative)
+    return DetailHalves.of(equalised, refined.nodes, images, weight, informative_nodes(refined.nodes))
 
 
 def refine_without(
     found: Likelihood, equalised: Equalised, tile: Tile, is_kept: NDArray[np.bool_]
 ) -> tuple[Nodes, NDArray[np.bool_]]:
     """Re-estimate depth at nodes from the pixels `is_kept` (H x W); return also the nodes that rest on signal."""
-    is_used, scale = found.is_summed[tile.outer] & is_kept, found.scale
-    energy = found.energy[:, *tile.outer_nodes(equalised.step)].copy()
-    nodes = Likelihood(energy, found.is_summed[tile.outer], scale, found.nodes).over(equalised, is_used).nodes
+    is_summed, energy = found.is_summed[tile.outer], found.energy[:, *tile.outer_nodes(equalised.step)].copy()
+    is_used = is_summed & is_kept
+    nodes = Likelihood(energy, is_summed, found.nodes).over(equalised, is_used).nodes
     sd = nodes.sd
     for growth in (HELD_APART.first, HELD_APART):
         beside = equalised.evaluate_to_refine(nodes, equalised.evaluate(nodes))
-        nodes = equalised.refine(replace(nodes, sd=sd), beside, is_used.astype(np.float32), scale, growth)
+        nodes = equalised.refine(replace(nodes, sd=sd), beside, is_used.astype(np.float32), growth)
     return nodes, informative_nodes(nodes)
 
 
-def _with_texture_of_its_own(
-    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, scale: float
-) -> Nodes:
+def _with_texture_of_its_own(equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image) -> Nodes:
     """Set texture to 0 where it lies far from a node, or shows in one or two nodes alone."""
-    near, by_depth = rests_on_texture(equalised, nodes, local, weight, scale)
+    near, by_depth = rests_on_texture(equalised, nodes, local, weight)
     nodes = replace(nodes, texture=np.where(near, nodes.texture, 0), curved_by_depth=by_depth)
     found = informative_nodes(nodes)
     if not found.any() or np.median(nodes.misfit[found]) < ERRS:

@@ -345,32 +345,22 @@ class Residuals:
         self, blocks: NDArray[np.bool_], weight: Image, step: int, levels: NDArray[np.intp] | None = None
     ) -> Image:
         """Return `energy` only for the n blocks that are true in `blocks` (h x w): L x n."""
-        rows, columns = np.nonzero(blocks)
-        each = max(1, BAND // (len(self.images) * step**2))
-        parts = [
-            self._energy_at(rows[first : first + each], columns[first : first + each], weight, step, levels)
-            for first in range(0, max(1, len(rows)), each)
-        ]
-        return np.concatenate(parts, axis=1)
-
-    def _energy_at(
-        self,
-        row: NDArray[np.intp],
-        column: NDArray[np.intp],
-        weight: Image,
-        step: int,
-        levels: NDArray[np.intp] | None,
-    ) -> Image:
-        """Return `energy` for the n blocks at each `row` and `column` of the nodes: L x n."""
-        height, width = weight.shape
+        row, column = np.nonzero(blocks)
         rows, columns = (index[:, None] * step + np.arange(step) for index in (row, column))
-        within = (rows < height)[:, :, None] & (columns < width)[:, None, :]  # the last blocks may be partial
-        at = np.minimum(rows, height - 1)[:, :, None], np.minimum(columns, width - 1)[:, None, :]
+        within = (rows < weight.shape[0])[:, :, None] & (columns < weight.shape[1])[:, None, :]  # partial blocks
+        at = np.minimum(rows, weight.shape[0] - 1)[:, :, None], np.minimum(columns, weight.shape[1] - 1)[:, None, :]
 
         def in_a_row(image: Image) -> Image:
             return np.ascontiguousarray(np.moveaxis(image, -3, -2)).reshape(*image.shape[:-3], step, -1)
 
-        return self._summed(in_a_row(self.images[:, *at]), in_a_row(weight[at] * within), step, levels)[:, 0]
+        each = max(1, BAND // (len(self.images) * step**2))
+        parts = []
+        for first in range(0, max(1, len(row)), each):
+            some = slice(first, first + each)
+            here = at[0][some], at[1][some]
+            images, weights = in_a_row(self.images[:, *here]), in_a_row(weight[here] * within[some])
+            parts.append(self._summed(images, weights, step, levels)[:, 0])
+        return np.concatenate(parts, axis=1)
 
     def _summed(self, images: Image, weight: Image, step: int, levels: NDArray[np.intp] | None) -> Image:
         """Return the squared residuals made of `images` (r x H x W), summed over blocks."""

@@ -24,6 +24,7 @@ __all__ = [
     "BY_CHANCE",
     "EXPLAINED",
     "JPEG_BLOCK",
+    "UNEXPLAINED",
     "Signal",
     "among_outside",
     "are_compressed",
@@ -36,7 +37,6 @@ __all__ = [
     "own_texture",
     "rests_on_texture",
     "steps_at_blocks",
-    "why_rejected",
 ]
 
 NARROW = 0.5
@@ -75,7 +75,7 @@ lenses, 5th to 95th percentile)."""
 
 
 def rests_on_texture(
-    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image, noise: float
+    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image
 ) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
     """Test whether each node's depth rests on texture near it, and whether depth curves its cost.
 
@@ -91,18 +91,14 @@ def rests_on_texture(
         Residual statistics of each pixel at that depth.
     weight
         H x W, 0 or 1: the pixels that are used.
-    noise
-        Noise variance in units of the one assumed.
 
     Returns
     -------
     near, curved_by_depth
         Both h x w.
     """
-    by_noise, unit = (
-        numerics.at_levels(noise * sum(getattr(r, name) for r in equalised.residuals), local.level)
-        for name in ("noise_derivative", "noise_slope")
-    )
+    by_noise = numerics.at_levels(equalised.noise_derivative, local.level)
+    unit = numerics.at_levels(equalised.scale * equalised.noise_slope, local.level)
     power, unit = (
         numerics.block_sum(weight * image, equalised.step).astype(np.float32)[None]
         for image in (local.slope - by_noise, unit)
@@ -115,19 +111,16 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-def own_texture(
-    equalised: Equalised, local: ResidualStatistics, weight: Image, noise: float, compressed: bool
-) -> tuple[NDArray[np.bool_], Image]:
+def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image) -> tuple[NDArray[np.bool_], Image]:
     """Test whether information about depth lies at each pixel, and not only beside it in its window (H x W).
 
     Also returns the probability that a pixel belongs to a surface without texture, beside that which is seen.
 
     A blank surface beside a textured one is given the other's depth by every window that reaches over both. Where that
-    with texture ends, blur leaves open to a few pixels. In `compressed` views small gaps in texture count as such, too:
+    with texture ends, blur leaves open to a few pixels. In compressed views small gaps in texture count as such, too:
     compression removes weak texture, and leaves lone edges. The other arguments are those of `rests_on_texture`.
     """
-    derivative = np.sum([r.noise_derivative for r in equalised.residuals], axis=0)
-    by_noise = numerics.at_levels(noise * derivative, local.level)
+    by_noise = numerics.at_levels(equalised.noise_derivative, local.level)
     power = weight * (local.slope - by_noise)
     count, own_count = (smoothed(weight, sd) + 1e-6 for sd in (equalised.window, OWN_SD))
     around = smoothed(power, equalised.window) / count
@@ -135,7 +128,7 @@ def own_texture(
     at_focus = equalised.even.rate_at_pixels(local.level) < CHANGING
     has = (own >= OWN * around) | (OWN * around < SEEN_LACK * by_noise) | at_focus
     shows = (own >= np.maximum(OWN * around, LACKING * by_noise)) | at_focus
-    lacks = weight * ~(shows if compressed else _without_gaps(shows))
+    lacks = weight * ~(shows if equalised.compressed else _without_gaps(shows))
     share = smoothed(lacks, LACK_SD) / (smoothed(weight, LACK_SD) + 1e-6)
     return _without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32)
 
@@ -245,12 +238,55 @@ class Signal:
         self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
     ) -> dict[str, Any]:
         """Return why almost no pixel is valid (H x W) although the views show texture; else an empty dictionary."""
-        textured = outside_range(nodes)[nodes.has_texture]
-        if is_valid.mean() >= NEARLY_NOTHING or not (textured.size or self.blank is not None):
+        textured = nodes.has_texture
+        if is_valid.mean() >= NEARLY_NOTHING or not (textured.any() or self.blank is not None):
             return {}
-        outside = float(textured.mean()) if textured.size else 0.0
-        why = why_rejected(nodes, self.explained, tau, not self.one_waveband, self.blank, searched)
-        return {"rejected": why, "share_outside_range": outside}
+        outside = float(outside_range(nodes)[textured].mean()) if textured.any() else 0.0
+        return {"rejected": self._reason(nodes, tau, searched, outside), "share_outside_range": outside}
+
+    def _reason(self, nodes: Nodes, tau: float, searched: tuple[float, float], outside: float) -> str:
+        """Return the reason why no depth is valid although the views contain texture.
+
+        `searched` are the lowest and the highest candidate vergence (D), `outside` the share of the texture outside.
+        """
+        if self.blank is not None:
+            return (
+                "the views contain little but noise, which is not uniform, as after compression: store the views "
+                "without loss, or crop them to the textured part"
+            )
+        textured, explained = nodes.has_texture, self.explained
+        if outside > OUTSIDE:
+            return (
+                f"no depth between {searched[0]:.3g} and {searched[1]:.3g} D explains {outside:.0%} "
+                "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
+                "leaves detail: change near and far, focus nearer to them, or correct the focus distance "
+                "(focus_distance)"
+            )
+        if not self.one_waveband and explained >= EXPLAINED:
+            return (
+                "what the wavebands show cannot be compared, as where most of the frame is much blurred in one of "
+                "them, or their textures differ: focus nearer to the scene, or close the pupil"
+            )
+        remedy = (
+            "check their optics, order and alignment; where these are right, the noise is more than its estimate, or "
+            "the blur is of another shape: give noise, or psf"
+        )
+        if explained >= EXPLAINED:
+            why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
+            return f"the views contradict each other, as {why}: {remedy}"
+        clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
+        if np.sum(clear & weak) > np.sum(textured & ~clear):
+            return (
+                f"at {np.sum(clear & weak) / textured.sum():.0%} of the places with texture it is not clear of noise, "
+                f"which is {_unevenness(nodes):.2g} times as strong in some places as in others, as compression or a "
+                "rendering with few rays makes it: store the views without loss, or with less noise"
+            )
+        if textured.mean() < BARE:
+            remedy += "; hard edges on a blank surface, such as printed squares, are for method edges"
+        return (
+            f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of "
+            f"them than noise explains (median: {self.misfit(nodes):.2g} times its power): {remedy}"
+        )
 
 
 def beyond_infinity(share: float, explained: float) -> list[str]:
@@ -367,54 +403,6 @@ def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence
     if there < LESS_THAN_NOISE and max(max(steps_at_blocks(image)) for image in images) > STEP_AT_BLOCKS:
         return there
     return all_over if informative[seen].mean() < BLANK and all_over > MORE else None
-
-
-def why_rejected(
-    nodes: Nodes, explained: float, tau: float, wavebands: bool, blank: float | None, searched: tuple[float, float]
-) -> str:
-    """Return the reason why no depth is valid although the views contain texture.
-
-    `searched` are the lowest and the highest candidate vergence (D).
-    """
-    if blank is not None:
-        return (
-            "the views contain little but noise, which is not uniform, as after compression: store the views without "
-            "loss, or crop them to the textured part"
-        )
-    textured = nodes.has_texture
-    outside = outside_range(nodes) & textured
-    if outside.sum() > OUTSIDE * textured.sum():
-        return (
-            f"no depth between {searched[0]:.3g} and {searched[1]:.3g} D explains {outside.sum() / textured.sum():.0%} "
-            "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
-            "leaves detail: change near and far, focus nearer to them, or correct the focus distance (focus_distance)"
-        )
-    if wavebands and explained >= EXPLAINED:
-        return (
-            "what the wavebands show cannot be compared, as where most of the frame is much blurred in one of them, or "
-            "their textures differ: focus nearer to the scene, or close the pupil"
-        )
-    remedy = (
-        "check their optics, order and alignment; where these are right, the noise is more than its estimate, or the "
-        "blur is of another shape: give noise, or psf"
-    )
-    if explained >= EXPLAINED:
-        why = f"depth from coarse detail and depth from fine detail differ by {tau:.0%} of the blur"
-        return f"the views contradict each other, as {why}: {remedy}"
-    clear, weak = textured & ~_contradicts(nodes), textured & ~_clear_of_noise(nodes)
-    if np.sum(clear & weak) > np.sum(textured & ~clear):
-        return (
-            f"at {np.sum(clear & weak) / textured.sum():.0%} of the places with texture it is not clear of noise, "
-            f"which is {_unevenness(nodes):.2g} times as strong in some places as in others, as compression or a "
-            "rendering with few rays makes it: store the views without loss, or with less noise"
-        )
-    misfit = float(np.median(nodes.misfit[textured]))
-    if textured.mean() < BARE:
-        remedy += "; hard edges on a blank surface, such as printed squares, are for method edges"
-    return (
-        f"the views contradict each other, as at {1 - explained:.0%} of the places with texture more is left of them "
-        f"than noise explains (median: {misfit:.2g} times its power): {remedy}"
-    )
 
 
 def _unevenness(nodes: Nodes) -> float:

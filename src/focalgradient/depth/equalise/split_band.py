@@ -21,7 +21,6 @@ from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, FloatArray, Image
 from focalgradient.depth.planes import SMOOTH
-from focalgradient.depth.search import Search
 from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, random_effects
 
 __all__ = ["UNLIKE", "DetailHalves", "SplitBand", "join_splits"]
@@ -130,8 +129,6 @@ class DetailHalves:
         nodes: Nodes,
         at_pixels: Sequence[tuple[Image, Image]],
         weight: Image,
-        search: Search,
-        noise: float,
         is_trusted: NDArray[np.bool_],
     ) -> DetailHalves:
         """Estimate depth from coarse and fine detail, and from detail along and across, at the nodes of `is_trusted`.
@@ -146,23 +143,18 @@ class DetailHalves:
             For each comparison, the residual image at the level read around each pixel, and its derivative by level.
         weight
             H x W, 0 or 1: the pixels that are used.
-        search
-            The candidate levels.
-        noise
-            Noise variance in units of the one assumed.
         is_trusted
             h x w: nodes whose depth is to be claimed.
         """
-        place = np.arange(equalised.levels)
-        blurs = np.interp(nodes.level, place, search.radius(search.vergences))
+        blurs = equalised.blur(nodes.level)
         use = is_trusted & nodes.is_supported
         if use.sum() < LEAST_NODES:  # views contradict the model all over: the rest does not prove it right
-            use = nodes.is_textured & (nodes.support > 0.1)
-        share = np.maximum(LEAST_BLUR, blurs) * search.levels_per_pixel
+            use = nodes.is_textured
+        share = np.maximum(LEAST_BLUR, blurs) * equalised.levels_per_pixel
         if use.sum() < LEAST_NODES:
             return cls(LEAST_RADIUS, share, use, [], [])
         radius = max(LEAST_RADIUS, float(np.median(blurs[use])))
-        widening = noise * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
+        widening = equalised.scale * np.maximum(1, nodes.misfit) * (1 + 1 / np.maximum(nodes.texture, 0.5)) ** 2
         spectra = _spectra(at_pixels)
         rows, columns, _ = _surround(weight.shape)
         down, right = fft.fftfreq(rows)[:, None], fft.fftfreq(columns)
@@ -179,7 +171,7 @@ class DetailHalves:
         differences, variances = [], []
         for gain, passed in splits:
             first, first_variance, second, second_variance = _halves(
-                equalised, nodes, spectra, at_pixels, weight, gain, passed, noise
+                equalised, nodes, spectra, at_pixels, weight, gain, passed
             )
             differences.append(first - second)
             variances.append(widening * (first_variance + second_variance))
@@ -229,7 +221,6 @@ def _halves(
     weight: Image,
     gain: Image,
     passed: tuple[FloatArray, FloatArray],
-    noise: float,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """How far either half of the detail moves depth at each node, in levels, and its variance for noise of variance 1.
 
@@ -244,7 +235,9 @@ def _halves(
         coarse = fft.ifft2(spectrum * gain, workers=-1, overwrite_x=True)[inside]
         sums += numerics.half_sums(value, derivative, coarse, weight, equalised.step)
         for number, amplitude in enumerate(passed):
-            drifts[number] += np.gradient(residual.gains.sum(axis=0) @ (residual.measure * amplitude**2)) * noise / 2
+            drifts[number] += (
+                np.gradient(residual.gains.sum(axis=0) @ (residual.measure * amplitude**2)) * equalised.scale / 2
+            )
     count = numerics.block_sum(weight, equalised.step)
     for number, drift in enumerate(drifts):
         sums[2 * number] += count * np.interp(nodes.level, np.arange(equalised.levels), drift)

@@ -26,11 +26,10 @@ from focalgradient.depth.equalise.likelihood import (
     comparing_filters,
     equalise,
     scene_power,
-    view_spectra,
 )
 from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals, noise_passed
 from focalgradient.depth.filters import FloatArray, Image, Spectra
-from focalgradient.depth.noise import noise_from_spectrum, storage
+from focalgradient.depth.noise import LOG_SETTLED, noise_from_spectrum, storage
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 
@@ -38,9 +37,6 @@ __all__ = ["BandGains", "common_error", "estimate_band_gains"]
 
 MAX_ROUNDS, MAX_STEPS = 2, 3
 """Maximum number of noise estimates, and of steps of the gain in each. Chosen by hand."""
-
-GAIN_SETTLED = 0.05
-"""Change of the logarithm of a gain below which noise and gain are not estimated again. Chosen by hand."""
 
 GAIN_STEP = 0.05
 """Relative change of the gain in its numerical derivative: the residual is in error by 2.5e-5 of the noise."""
@@ -146,7 +142,7 @@ def estimate_band_gains(
     little = np.where(np.arange(len(names)) > 0, LITTLE, 0.0)
     gain_sd, local_sd = np.zeros(len(names)), np.zeros(len(names))
 
-    spectra = view_spectra(part.images, blurs)
+    spectra = part.spectra(blurs.reach)
     power = scene_power(Spectra.of(part.images, 16), np.ones(len(sd)), blurs.frequencies)
 
     def compare(blurs: Blurs, own: FloatArray) -> tuple[Equalised, Nodes]:
@@ -185,9 +181,9 @@ def estimate_band_gains(
         if noise_sd is None:
             sd = np.clip(sd * np.sqrt(found[0]), least, most)
         for _ in range(MAX_STEPS):
-            if improve(coarse, own) < GAIN_SETTLED:
+            if improve(coarse, own) < LOG_SETTLED:
                 break
-        if np.abs(np.log(gain / start)).max() < GAIN_SETTLED:
+        if np.abs(np.log(gain / start)).max() < LOG_SETTLED:
             break  # the assumed gain was accurate enough for this estimate
     improve(blurs, own)  # levels far apart bias the gain by some per cent
     coloured = bool(np.isfinite(prior_sd).all())
@@ -226,7 +222,7 @@ def _contrast_at(blurs: Blurs, nodes: Nodes, view: int) -> float:
     if blurs.contrast is None:
         return 1.0
     at = np.interp(nodes.level, np.arange(blurs.contrast.shape[1]), np.log(blurs.contrast[view]))
-    weight = (nodes.is_textured & (nodes.support > 0.1)).astype(float)
+    weight = nodes.is_textured.astype(float)
     return float(np.exp(np.average(at, weights=weight))) if weight.any() else 1.0
 
 
@@ -283,7 +279,7 @@ def _gain_change(
     sums[4] -= np.interp(level, places, there_is * by_gain).astype(np.float32)
     blocks = np.stack([numerics.block_sum(weight * image, equalised.step) for image in sums]).astype(np.float32)
     wide = equalised.window / equalised.step
-    valid = nodes.is_textured & (nodes.support > 0.1)
+    valid = nodes.is_textured
     slope, both, size, depth, pull = numerics.gather(blocks, wide).astype(float) * valid
     lever = both / np.maximum(slope, 1e-9)
     known = np.where(valid, np.maximum(size - lever * both, 0), 0).ravel()

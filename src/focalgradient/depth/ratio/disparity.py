@@ -25,8 +25,9 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import minimum_filter
 from scipy.special import gammaincinv
 
+from focalgradient.depth.filters import Image
 from focalgradient.depth.ratio import energies
-from focalgradient.depth.ratio.energies import BLOCK, Picture, Plane
+from focalgradient.depth.ratio.energies import BLOCK, StoredImage
 from focalgradient.depth.ratio.likelihood import energy_covariance, likeliest_defocus
 from focalgradient.depth.ratio.table import BANDS, DisparityTable
 from focalgradient.depth.search import Search
@@ -63,8 +64,8 @@ NOISE_STEPS = 1024
 
 
 def focal_disparity(
-    small: Picture,
-    large: Picture,
+    small: StoredImage,
+    large: StoredImage,
     *,
     noise: float | Sequence[float] = 0.0,
     band: int = 1,
@@ -73,7 +74,7 @@ def focal_disparity(
     absolute: bool = False,
     least: float = LEAST_DETAIL,
     usable: NDArray[np.bool_] | None = None,
-) -> tuple[Plane, NDArray[np.bool_]]:
+) -> tuple[Image, NDArray[np.bool_]]:
     """Return the focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
 
     Parameters
@@ -137,8 +138,8 @@ def focal_disparity(
 
 
 def read_depth(
-    small: Picture,
-    large: Picture,
+    small: StoredImage,
+    large: StoredImage,
     table: DisparityTable,
     search: Search,
     *,
@@ -147,7 +148,7 @@ def read_depth(
     levels: ArrayLike | None = None,
     least: float = LEAST_DETAIL,
     usable: NDArray[np.bool_] | None = None,
-) -> tuple[Plane, Plane, NDArray[np.bool_]]:
+) -> tuple[Image, Image, NDArray[np.bool_]]:
     """Depth on the grid of 4 x 4 pixels, from all of a table's bands, each weighted by its information there.
 
     Parameters
@@ -188,7 +189,7 @@ def read_depth(
     return on_grid(inside, shape, times), on_grid(sd, shape, times), valid
 
 
-def _beyond_chance(misfit: Plane, freedom: int) -> np.float32:
+def _beyond_chance(misfit: Image, freedom: int) -> np.float32:
     """Return the excess of the bands' differences over that expected of texture, over the frame: 1 if none."""
     if not misfit.size:
         return np.float32(1)
@@ -202,7 +203,7 @@ def table_for(search: Search, psf: Psf | str, k: float | None = None) -> Dispari
     return DisparityTable.of(search.optics, search.pixel_angle, reach=reach, psf=psf, k=k)
 
 
-def detail(image: Picture, levels: ArrayLike | None = None) -> float:
+def detail(image: StoredImage, levels: ArrayLike | None = None) -> float:
     """High-frequency content of a whole view: its root mean square Laplacian over its root mean square brightness.
 
     >>> board = (np.indices((64, 64)).sum(axis=0) % 2).astype(np.float32)
@@ -215,22 +216,22 @@ def detail(image: Picture, levels: ArrayLike | None = None) -> float:
 
 
 def _content(
-    images: Sequence[Picture],
-    levels: Plane | None,
+    images: Sequence[StoredImage],
+    levels: Image | None,
     bands: Sequence[int],
     grid: int,
     window: float,
     absolute: bool = False,
     usable: NDArray[np.bool_] | None = None,
-) -> tuple[Plane, Plane]:
+) -> tuple[Image, Image]:
     """Energy of both views in each of `bands` (b x 2 x h x w) and their brightness (2 x h x w), gathered.
 
     The grid is of squares of `grid` pixels, 4 or 8. The Gaussians together with these squares have the variances asked.
     """
     shape = tuple(n // BLOCK // (grid // BLOCK) for n in images[0].shape)
     weight = None if usable is None or usable.all() else _weight(usable, max(bands), grid)
-    found: list[Plane] = []
-    brightness: Plane | None = None
+    found: list[Image] = []
+    brightness: Image | None = None
     scale = 1
     while True:
         side = max(1, min(BLOCK, grid // scale))
@@ -249,7 +250,7 @@ def _content(
     return content.reshape(len(bands), 2, *shape), _gathered(brightness, BRIGHTNESS, grid, weight)
 
 
-def _weight(usable: NDArray[np.bool_], coarsest: int, grid: int) -> Plane:
+def _weight(usable: NDArray[np.bool_], coarsest: int, grid: int) -> Image:
     """Return 1 for squares of `grid` pixels away from unusable pixels by the reach of differences; 0 for others."""
     return np.asarray(minimum_filter(_squares(usable, grid), 1 + 2 * math.ceil(2 * coarsest / grid)), np.float32)
 
@@ -261,7 +262,7 @@ def _squares(usable: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
     return np.asarray(by_rows.reshape(rows, columns, side).all(axis=2))
 
 
-def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plane:
+def _gathered(planes: Image, sd: float, grid: int, weight: Image | None) -> Image:
     """Return Gaussian means of `planes` (n x h x w), of `sd` pixels, with `weight` (h x w); 0 far from all weight."""
     steps = math.sqrt(sd**2 - grid**2 / 12) / grid
     if weight is None:
@@ -270,7 +271,7 @@ def _gathered(planes: Plane, sd: float, grid: int, weight: Plane | None) -> Plan
     return np.where(support > 0.05, energies.smoothed(planes * weight, steps) / np.maximum(support, 0.05), 0)
 
 
-def _fitted(planes: Plane, shape: tuple[int, ...]) -> Plane:
+def _fitted(planes: Image, shape: tuple[int, ...]) -> Image:
     """Resample `planes` to a grid of `shape` that is twice as coarse, twice as fine, or equal."""
     if planes.shape[1] > shape[0]:
         return np.stack(energies.binned(planes, None))
@@ -283,7 +284,7 @@ def on_grid(planes: NDArray[Any], shape: tuple[int, ...], times: int) -> NDArray
     return np.asarray(planes[..., rows, :][..., columns])
 
 
-def _checked(images: Sequence[Picture], levels: ArrayLike | None) -> Plane | None:
+def _checked(images: Sequence[StoredImage], levels: ArrayLike | None) -> Image | None:
     """Return the table that decodes stored values, or None for linear radiance; refuse what cannot be compared."""
     one, other = images
     for image in images:
@@ -307,7 +308,7 @@ def _checked(images: Sequence[Picture], levels: ArrayLike | None) -> Plane | Non
     return table
 
 
-def _noise_by_brightness(noise: float | Sequence[float], levels: Plane | None) -> tuple[Plane, float]:
+def _noise_by_brightness(noise: float | Sequence[float], levels: Image | None) -> tuple[Image, float]:
     """Variance of either view's noise in linear radiance, at even steps of brightness up to a span (2 x steps)."""
     sds = np.broadcast_to(np.asarray(noise, float), 2)
     if not np.all((sds >= 0) & np.isfinite(sds)):

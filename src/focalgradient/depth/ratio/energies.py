@@ -15,10 +15,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.depth.filters import Image
 from focalgradient.parallel import share_rows
 
-Plane = NDArray[np.float32]
-Picture = NDArray[np.float32] | NDArray[np.uint8]
+StoredImage = Image | NDArray[np.uint8]
 
 BLOCK = 4
 """Side in pixels of the squares over which high-frequency energy is averaged, as in the paper."""
@@ -29,7 +29,7 @@ CLEAR_OF_NOISE = 3.0
 _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
 
-def binned(images: Sequence[Picture] | Plane, levels: Plane | None) -> list[Plane]:
+def binned(images: Sequence[StoredImage] | Image, levels: Image | None) -> list[Image]:
     """Return the means over 2 x 2 pixels of `images` (H x W each), as floor(H/2) x floor(W/2) of linear radiance."""
     halves = [np.empty((image.shape[0] // 2, image.shape[1] // 2), np.float32) for image in images]
 
@@ -56,7 +56,7 @@ def _bin_rows(image, levels, first, last, half):  # type: ignore[no-untyped-def]
             half[row, j] = quarter * (columns[2 * j] + columns[2 * j + 1])
 
 
-def energies(images: Sequence[Picture], levels: Plane | None, side: int, absolute: bool) -> tuple[Plane, Plane]:
+def energies(images: Sequence[StoredImage], levels: Image | None, side: int, absolute: bool) -> tuple[Image, Image]:
     """Mean squared second difference (Laplacian), and mean, of each image over squares of `side` pixels.
 
     Parameters
@@ -201,15 +201,15 @@ def _four_rows(r0, r1, r2, r3, r4, r5, square, light):  # type: ignore[no-untype
         light[x] = b[x] + c[x] + d[x] + e[x]
 
 
-def smoothed(planes: Plane, sd: float) -> Plane:
+def smoothed(planes: Image, sd: float) -> Image:
     """Return the Gaussian means, of `sd` grid steps, of planes (n x h x w); the frame is mirrored around."""
     side = 2 * math.ceil(3.5 * sd) + 1
     return np.stack([cv2.GaussianBlur(plane, (side, side), sd, borderType=cv2.BORDER_REFLECT) for plane in planes])
 
 
 def compared(
-    energy: Plane, brightness: Plane, noise: Plane, span: float, least: float
-) -> tuple[Plane, NDArray[np.bool_]]:
+    energy: Image, brightness: Image, noise: Image, span: float, least: float
+) -> tuple[Image, NDArray[np.bool_]]:
     """Return the focal disparity, and where it is valid, from two views' energy and brightness (2 x h x w each).
 
     `noise` is the energy that noise has at a brightness of 0 .. `span` in equal steps, 2 x levels.

@@ -20,8 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import FloatArray
-from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, Plane, noise_at
+from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, noise_at
 from focalgradient.depth.ratio.table import DisparityTable, band_transfer, frequencies, texture, transfers
 from focalgradient.parallel import share_rows
 
@@ -189,14 +189,14 @@ _compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contrac
 
 
 def likeliest_defocus(
-    energy: Plane,
-    brightness: Plane,
-    noise: Plane,
+    energy: Image,
+    brightness: Image,
+    noise: Image,
     span: float,
     defocus: NDArray[np.float64],
     covariance: tuple[Tables, ...],
     least: float,
-) -> tuple[Plane, Plane, Plane]:
+) -> tuple[Image, Image, Image]:
     """Estimate the magnitude of defocus, and its standard deviation, from the energies of all bands.
 
     Parameters

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.depth import numerics
-from focalgradient.depth.filters import RADIAL, RADII, FloatArray, disc_pass
+from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, disc_pass
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level
@@ -26,8 +26,6 @@ from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, SECONDARY_MINI
 from focalgradient.psf import DISC_K, Psf
 
 __all__ = ["Differences", "JointEstimate", "Pair"]
-
-Floats = NDArray[np.floating]
 
 DISC_LIMIT = 3.0
 """Maximum 2 pi radius x frequency at which a disc is compared: its first zero is at 3.8, near which the ratio is

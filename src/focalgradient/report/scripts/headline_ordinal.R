@@ -3,6 +3,7 @@
 # In JASP, which has no such model: open depth_rating_wide.csv, a row for each subject and a column for each condition
 # (mean step); T-Tests, Paired Samples T-Test, Wilcoxon signed-rank, the largest aperture with the pinhole.
 # clmm integrates by Laplace's method, focalgradient by adaptive Gauss-Hermite quadrature: they agree to some percent.
+# clmm has that quadrature for a single random intercept only, and this model has random slopes, too.
 library(ordinal)
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
 d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]

@@ -16,7 +16,7 @@ for (j in seq_along(names)) {  # within a subject and fixation: a subject with o
 }
 x <- cbind(1, outer(d$fixation, names[-1], "==") + 0, x)
 penalty <- diag(c(rep(LEVEL_SD, length(names)), rep(RISE_SD, length(names)))^-2)
-ends <- function(cuts) c(-FAR, cuts, FAR)
+ends <- function(cuts) c(-Inf, cuts, Inf)
 own <- function(at, cuts, effects) {  # penalised effects of one subject, by Newton's method
   low <- ends(cuts)[k[at]]; high <- ends(cuts)[k[at] + 1]; z <- x[at, , drop = FALSE]
   for (i in 1:NEWTON) {

@@ -19,7 +19,7 @@ export function html(text) {
 
 // Show a page with buttons before or after jsPsych's content; return the index of the button pressed.
 export function turned(text, labels) {
-  const page = Object.assign(document.createElement("div"), { className: "page", innerHTML: html(text) });
+  const page = Object.assign(document.createElement("div"), { innerHTML: `<div class="page">${html(text)}</div>` });
   document.getElementById("stage").replaceChildren(page);
   return new Promise((resolve) => {
     labels.forEach((label, number) => {

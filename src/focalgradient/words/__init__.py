@@ -10,7 +10,7 @@ import difflib
 import hashlib
 import string
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
@@ -19,9 +19,8 @@ from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.files import read_toml
-from focalgradient.scales.registry import scale_class, scale_names
 
-__all__ = ["LANGUAGES", "Words", "load_words", "words_text"]
+__all__ = ["LANGUAGES", "Entry", "Words", "read_words", "words_text"]
 
 LANGUAGES = ("en", "de")
 """Languages contained in the package."""
@@ -30,6 +29,9 @@ ARROWS = {"left": "←", "right": "→", "up": "↑", "down": "↓"}
 """Signs of keys in any language."""
 
 Entry = str | tuple[str, ...]
+
+Optional = Callable[[set[str]], dict[str, Entry]]
+"""Function of names of sections that returns the English entries that a file of texts may have in them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,9 +49,9 @@ class Words:
 
     Examples
     --------
-    >>> load_words("de")("common.go_on")
+    >>> read_words("de")("common.go_on")
     'Weiter mit der LEERTASTE.'
-    >>> load_words("en").number(1.5), load_words("de").number(1.5)
+    >>> read_words("en").number(1.5), read_words("de").number(1.5)
     ('1.50', '1,50')
     """
 
@@ -74,7 +76,7 @@ class Words:
     def key(self, name: str) -> str:
         """Return a key's name as participants know it.
 
-        >>> load_words("de").key("space"), load_words("en").key("space"), load_words("de").key("left")
+        >>> read_words("de").key("space"), read_words("en").key("space"), read_words("de").key("left")
         ('LEERTASTE', 'SPACE', '←')
         """
         return str(self.entries.get(f"keys.{name}", ARROWS.get(name, name.upper())))
@@ -105,10 +107,10 @@ def words_text(language: str) -> str:
     """
     if language not in LANGUAGES:
         raise InputError(f"there are no texts in {language!r}: give one of {', '.join(LANGUAGES)}.")
-    return (files("focalgradient.design.words") / f"{language}.toml").read_text(encoding="utf-8")
+    return (files("focalgradient.words") / f"{language}.toml").read_text(encoding="utf-8")
 
 
-def load_words(language: str, folder: Path | None = None) -> Words:
+def read_words(language: str, folder: Path | None = None, optional: Optional = lambda sections: {}) -> Words:
     """Read the texts of a language.
 
     Parameters
@@ -117,6 +119,8 @@ def load_words(language: str, folder: Path | None = None) -> Words:
         "en", "de", or the name of a TOML file.
     folder
         Folder to which the file name is relative; None: the working folder.
+    optional
+        Entries that a file may have in other sections.
 
     Raises
     ------
@@ -128,7 +132,7 @@ def load_words(language: str, folder: Path | None = None) -> Words:
     if not language.endswith(".toml"):
         raise InputError(f"language is {language!r}, but must be one of {', '.join(LANGUAGES)} or a TOML file.")
     path = (folder or Path()) / language
-    return _words(language, _checked(path, _flat(read_toml(path))))
+    return _words(language, _checked(path, _flat(read_toml(path)), optional))
 
 
 @cache
@@ -151,11 +155,11 @@ def _flat(data: Mapping[str, Any], section: str = "") -> Iterator[tuple[str, Ent
             yield section + name, value
 
 
-def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]:
+def _checked(path: Path, given: Iterator[tuple[str, Entry]], further: Optional) -> dict[str, Entry]:
     """Compare a custom file's texts with the English ones, entry by entry."""
     entries = dict(given)
     usual = _own("en").entries
-    optional = _of_scales({name.partition(".")[0] for name in entries.keys() - usual.keys()})
+    optional = further({name.partition(".")[0] for name in entries.keys() - usual.keys()})
     known = {**usual, **optional}
     for name in entries:
         if name not in known:
@@ -188,12 +192,6 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]]) -> dict[str, Entry]
 
 ENDS = {"least", "most", "example"}
 """Fields that a scale fills in its pages, whether or not its own texts use them."""
-
-
-def _of_scales(sections: set[str]) -> dict[str, Entry]:
-    """Return the English texts of the scales for which a file has sections; a file may omit them."""
-    scales = {name: scale_class(name).texts.get("en", {}) for name in sections if name in scale_names()}
-    return {f"{name}.{entry}": text for name, texts in scales.items() for entry, text in texts.items()}
 
 
 def _is_text(entry: object) -> bool:

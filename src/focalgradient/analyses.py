@@ -118,6 +118,7 @@ class Slopes(Analysis):
 
     @property
     def no_rises(self) -> str:
+        """Reason why answers have no ratio analysis."""
         if self.alike is None:
             return f"The answers are {self.answers}: they have no ratios."
         return super(Slopes, self).no_rises
