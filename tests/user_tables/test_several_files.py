@@ -61,7 +61,7 @@ def test_people_spread_over_two_files_are_one_table(tmp_path: Path) -> None:
     assert estimates(tmp_path / "two") == pytest.approx(estimates(tmp_path / "one"))
     said = "The 2 files were read as one table of 8 participants, of whom gh occurs in several"
     assert said in parts[0]
-    assert f"{said}: for separate experiments use focalgradient report --separate" in parts[1]
+    assert f"{said}: for separate experiments use 'focalgradient report --separate'." in parts[1]
     assert "files were read" not in alone[1]
 
 

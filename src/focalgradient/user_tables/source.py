@@ -257,7 +257,7 @@ class Source:
             shared = f", of whom {few(again)} {'occurs' if len(again) == 1 else 'occur'} in several" if again else ""
             (self.notices if several else self.notes).append(
                 f"The {len(people)} files were read as one table of {names.nunique()} participants{shared}: for "
-                "separate experiments use focalgradient report --separate."
+                "separate experiments use 'focalgradient report --separate'."
             )
 
     def apart(self, index: pd.Index[int], wrong: pd.Series[bool], text: str) -> str:
