@@ -197,10 +197,11 @@ def test_a_derived_task_has_files_of_its_own_beside_those_of_ratings(tmp_path):
     assert {name.replace("depth_rating", "otherratings") for name in usual} <= {*files}
     people = [len({*re.findall(rb"sub-\d+", files[f"{name}_trials.csv"])}) for name in ("depth_rating", "otherratings")]
     assert people == [3, 4]
-    for script in ("headline.R", "further_tests.R"):
-        if script in files:
-            assert b'read.csv("depth_rating_trials.csv"' in files[script]
-            assert b'read.csv("otherratings_trials.csv"' in files[f"otherratings_{script}"]
+    assert b'read.csv("depth_rating_trials.csv"' in files["headline.R"]
+    assert b'read.csv("otherratings_trials.csv"' in files["otherratings_headline.R"]
+    header, *effects = files["otherratings_results.csv"].splitlines()
+    assert files["results.csv"].splitlines()[0] == header
+    assert files["results.csv"].splitlines()[-len(effects) :] == effects
     page = files["report.md"].decode()
     assert "(depth_rating.png)" in page
     assert "(otherratings.png)" in page

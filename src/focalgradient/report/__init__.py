@@ -199,6 +199,8 @@ def make_report(
     output.sheets.append(Sheet("results.csv", None, answers.frame()))
     results = []
     for part in parts:
+        if part.usual:  # its questions have the names of another task's
+            output.sheets.append(Sheet(part.named("results.csv"), None, part.answers.frame()))
         if rows := main_results(part.both):
             output.sheets.append(Sheet(f"{part.name}{EFFECT}", None, pd.DataFrame(rows)))
         results += [{"experiment": part.name} | row for row in rows]
