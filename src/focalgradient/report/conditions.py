@@ -72,7 +72,24 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     before = rating_tests(own)
     kept, without = (condition_questions(of).answers(of) for of in (tests, before))
     answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
-    return condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
+    part = condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
+    return dataclasses.replace(part, sheets=_means_of_ratings(own, tests))
+
+
+def _means_of_ratings(own: OwnConditions, tests: Tests) -> list[Sheet]:
+    """Return mean ratings at the levels of each condition, but for levels of single subjects such as ages."""
+    of = {test.factor: test for test in tests if test.points is not None and test.answer == "rating"}
+    cells = []
+    for factor, test in of.items():
+        means = dict(zip(test.points, test.means, strict=True))  # type: ignore[arg-type]
+        if all(mean.low is not None for mean in means.values()):
+            ordered = [level for level in own.conditions[factor] if level in means]
+            ends = ((level, means[level]) for level in ordered)
+            cells += [[factor, level_text(level), mean.estimate, mean.low, mean.high] for level, mean in ends]
+    kind = "Geometric means" if own.log else "Means"
+    caption = f"{kind} of the ratings over subjects, 95 % intervals by t"
+    head = ["condition", "level", "mean", "low", "high"]
+    return [listed("ratings_by_condition_means.csv", caption, head, cells)] if cells else []
 
 
 def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:

@@ -132,7 +132,10 @@ def read_ratings(
     table = numbered(source, source.with_catch(table), ("scene", "aperture", "fixation"))
     if "aperture_mm" not in table:
         if focal_length_mm is None:
-            notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
+            notes.append(
+                f"The apertures’ diameters are for a lens of {lens:g} mm: state another by focal_length_mm, or "
+                "'focalgradient report --focal-length'."
+            )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     checked = rating_table(completed(table, "kind"), Choices() if choices else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
