@@ -163,6 +163,9 @@ def report(
         response_time=rt      ratings; optional
         level=blur_D          thresholds
         correct=hit           thresholds
+        interval=side         thresholds: the right one; with response
+        response=key          thresholds: the chosen one
+        condition=contrast    thresholds and detection; optional
         gradient=blur         cube
         percept=seen          cube
         duration=seconds      cube

@@ -38,6 +38,9 @@ TRUTH = {
 }
 """Recognised words for yes and no."""
 
+KINDS: Mapping[bool | None, str] = {True: "simulated", False: "human"}
+"""Kinds of participants, by whether a column says that they are simulated."""
+
 PRACTICE = re.compile(
     r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
 )
@@ -199,7 +202,10 @@ class Source:
 
     def renamed(self) -> pd.DataFrame:
         """Return the columns in use, named by role."""
-        return pd.DataFrame({role: self.cells[name] for role, name in self.columns.items()}, index=self.cells.index)
+        table = pd.DataFrame({role: self.cells[name] for role, name in self.columns.items()}, index=self.cells.index)
+        if "kind" in table:
+            table["kind"] = table["kind"].map(lambda cell: KINDS.get(TRUTH.get(cell.strip().casefold()), cell))
+        return table
 
     def rows(self) -> pd.DataFrame:
         """Return the columns in use, named by role and cleaned, without rows that show nothing."""
