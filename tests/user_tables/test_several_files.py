@@ -173,3 +173,9 @@ def test_the_reference_can_be_stated() -> None:
         read_conditions(table, by=["light=dim"])
     with pytest.raises(InputError, match="no column dark"):
         read_conditions(table, by=["dark=dim"])
+
+
+@pytest.mark.parametrize("more", [["--explain"], ["--out", "never"]])
+def test_a_reference_that_does_not_occur_is_refused_in_terms_of_the_option(tmp_path: Path, more: list[str]) -> None:
+    shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", rows()), "--by", "Rendu=flou", *more])
+    assert "--by states Rendu=flou, but no level is flou: give one of aucun flou, flou de profondeur" in shown.output

@@ -31,6 +31,7 @@ NAMES = {
     "focal_length_mm is": "--focal-length is",
     "guess_rate is": "--guess-rate is",
     "guess is": "--guess-rate is",
+    "by states": "--by states",
     "guess rate is not known: give it": "guess rate is not known: give --guess-rate",
 }
 """Options by what the library's messages call them."""
@@ -242,7 +243,7 @@ def report(
     if explain:
         from focalgradient.report.reading import explained_table
 
-        with options_named({}):
+        with options_named(NAMES):
             for group in _data_sets(folders, pairs, separate)[0]:
                 for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate):
                     click.echo(entries_as_options(line))
