@@ -99,16 +99,3 @@ class BlurDiscrimination(Task):
         seen = math.hypot(own, trial.pedestal + trial.level) - math.hypot(own, trial.pedestal)
         right = bool(chance.random() < 0.5 + 0.49 * (1 - math.exp(-((seen / noise) ** 2))))
         return DipperAnswer(onset=0.0, response_time=0.8, level=trial.level, correct=right)
-
-    def findings(self, table):
-        said = []
-        for pedestal, rows in table.groupby("pedestal"):
-            runs = [own[["level", "correct"]].to_numpy().tolist() for _, own in rows.groupby("participant_id")]
-            found = [STAIRCASE.threshold([(level, bool(right)) for level, right in run]) for run in runs]
-            known = [one for one in found if one == one]
-            if known:
-                mean = math.exp(sum(map(math.log, known)) / len(known))
-                said.append(
-                    f"Pedestal {pedestal:g} arcmin: threshold {mean:.3g} arcmin (geometric mean over subjects)."
-                )
-        return said

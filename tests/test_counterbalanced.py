@@ -54,6 +54,11 @@ class ShapeDesign(Counterbalanced):
         return self.ordered(participant, session, [ShapeTrial(shape=a, size=b) for a in "abcd" for b in (1, 2, 3)])
 
 
+def test_a_test_run_of_a_task_of_ones_own_shows_each_condition_once() -> None:
+    design = ShapeDesign(repetitions=5, practice_trials=2)
+    assert [len(shown.trials("pilot")) for shown in (design, design.pilot())] == [62, 14]
+
+
 @settings(max_examples=25, deadline=None)
 @given(
     run=st.integers(1, 3),

@@ -53,8 +53,22 @@ def test_the_slope_per_millimetre_is_the_headline(table: Path) -> None:
     assert "f/100" not in text
 
 
+def test_means_of_the_levels_stand_beside_the_tests(table: Path) -> None:
+    made = make_report(table, by=["group=young", "aperture_mm"])
+    shown = pd.read_csv(io.BytesIO(made.files["ratings_by_condition_means.csv"]))
+    assert [*zip(shown["condition"], shown["level"], strict=True)] == [
+        *(("group", level) for level in ("young", "old")),
+        *(("aperture_mm", level) for level in ("2", "4", "8")),
+    ]
+    logs = pd.read_csv(table).assign(log=lambda rows: np.log(rows["rating"]))
+    own = logs[logs["group"] == "old"].groupby("subject")["log"].mean()
+    low, high = stats.t.interval(0.95, len(own) - 1, own.mean(), stats.sem(own))
+    assert shown.iloc[1][["mean", "low", "high"]].tolist() == pytest.approx(np.exp([own.mean(), low, high]).tolist())
+    assert "Geometric means of the ratings over subjects" in made.files["report.md"].decode()
+
+
 def test_groups_of_subjects_are_compared_by_welch(table: Path) -> None:
-    [test] = rating_tests(read_conditions(table, by=["group"]))
+    [test] = rating_tests(read_conditions(table, by=["group=young"]))
     own = pd.read_csv(table).assign(log=lambda rows: np.log(rows["rating"]))
     means = own.groupby(["group", "subject"])["log"].mean()
     expected = stats.ttest_ind(means["old"], means["young"], equal_var=False)
@@ -120,7 +134,7 @@ def partial(values: pd.DataFrame, y: str, x: str, other: str) -> tuple[float, fl
 
 
 def test_conditions_between_subjects_are_covariates_of_one_another(people: Path) -> None:
-    tests = rating_tests(read_conditions(people, by=["blur_D", "group", "age"]))
+    tests = rating_tests(read_conditions(people, by=["blur_D", "group=young", "age"]))
     values = own_values(people)
     expected = [
         ("log rating, group old less young", "mean", "old", "age"),

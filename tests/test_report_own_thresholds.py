@@ -180,3 +180,41 @@ def test_choices_of_intervals_are_ratings_of_0_and_1(tmp_path: Path) -> None:
     made = make_report(path)
     assert "chosen" in made.files["report.md"].decode() or "choice" in made.files["report.md"].decode()
     assert any("0 or 1" in one for one in made.notices)
+
+
+def two_contrasts() -> pd.DataFrame:
+    """Answers of three people at two contrasts, whose thresholds differ."""
+    chance = np.random.default_rng(1)
+    rows = [
+        {"subject": who, "contrast": contrast, "level": level, "correct": int(chance.random() < 0.5 + level / 4)}
+        for who in "abc"
+        for contrast in (0.05, 0.5)
+        for level in (0.5, 1.0, 2.0)
+        for _ in range(10)
+    ]
+    return pd.DataFrame(rows)
+
+
+def test_an_unused_condition_is_named_with_its_call(tmp_path: Path) -> None:
+    two_contrasts().to_csv(tmp_path / "own.csv", index=False)
+    own = read_thresholds(tmp_path / "own.csv", guess=0.5)
+    [notice] = own.notices
+    assert notice.startswith("Each threshold is over all levels of contrast (0.05, 0.5)")
+    assert notice.endswith('columns={"condition": "contrast"}.')
+    assert read_thresholds(tmp_path / "own.csv", {"condition": "contrast"}, guess=0.5).notices == ()
+
+
+@pytest.mark.parametrize(("cell", "is_simulated"), [("TRUE", True), ("FALSE", False)])
+def test_a_column_simulated_keeps_the_banner(tmp_path: Path, cell: str, is_simulated: bool) -> None:
+    few = two_contrasts()[::5]  # too few to be fitted
+    few.assign(simulated=cell).to_csv(tmp_path / "own.csv", index=False)
+    page = make_report(tmp_path / "own.csv", guess_rate=0.5).files["report.md"].decode()
+    assert ("Simulated observers, not people" in page) is is_simulated
+
+
+def test_a_table_of_no_known_kind_is_refused_with_what_each_kind_needs(tmp_path: Path) -> None:
+    two_contrasts().rename(columns={"correct": "ok"}).to_csv(tmp_path / "own.csv", index=False)
+    with pytest.raises(
+        InputError, match=r"thresholds need columns for level and correct \(or level, interval and resp"
+    ):
+        make_report(tmp_path / "own.csv")

@@ -10,7 +10,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
+from focalgradient.lab.options import SessionOptions
+from focalgradient.lab.preparation import _unshortened
+from focalgradient.options import parsed
 from focalgradient.statistics import fit_threshold, read_thresholds
 from focalgradient.tasks.registry import FILES
 
@@ -35,8 +39,8 @@ def test_a_report_knows_the_task_by_its_file(tmp_path: Path, monkeypatch: pytest
     for words in (("validate", "data"), ("report", "data", "--out", "report")):
         unknown = command(*words, folder=tmp_path)
         assert unknown.returncode in (1, 2)
-        assert "is of a task 'slantfromblur' that is unknown here" in unknown.stdout + unknown.stderr
-    assert "--task-file my_task.py" in unknown.stderr
+        assert (unknown.stdout + unknown.stderr).count("of a task 'slantfromblur' that is unknown here") == 1
+        assert f"focalgradient {words[0]} data --task-file my_task.py" in unknown.stdout + unknown.stderr
     known = command("report", "data", "--out", "report", "--task-file", file, folder=tmp_path)
     assert known.returncode == 0, known.stderr
     assert "Slant from blur" in (tmp_path / "report" / "report.md").read_text()
@@ -87,3 +91,16 @@ def test_a_guess_rate_that_the_answers_contradict_is_asked_for(tmp_path: Path) -
     found = read_thresholds(written(tmp_path, of_alternatives(0.5)))
     assert found.guess == 0.5
     assert any("one half" in note for note in found.notes)
+
+
+def test_a_long_test_run_and_the_default_design_are_stated(capsys: pytest.CaptureFixture[str]) -> None:
+    design = DepthRatingDesign()
+    for short, stated in ((design, True), (design.pilot(), False)):
+        said = [*_unshortened(SessionOptions(pilot=True), short, design)]
+        assert said == ["the test run has all 204 trials of the design, which has no repetitions to omit."] * stated
+    assert not [*_unshortened(SessionOptions(), design, design)]
+    with pytest.raises(SystemExit):
+        parsed(SessionOptions, ["--help"], program="run mine", about="")
+    text = capsys.readouterr().out
+    assert "those that --print-design writes" in " ".join(text.split())
+    assert "of the paper" not in text

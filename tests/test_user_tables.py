@@ -118,7 +118,7 @@ def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str) -> None:
     rows = [f"S1,{level},{int(level > -0.8)}" for level in (-1.0, -0.5, -1.0, -0.5)]
     own = read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
     assert sorted(own.table["level"].unique()) == pytest.approx([0.1, 10**-0.5])
-    assert f"  {heading} -> level: -1.0, -0.5" in explained_table(tmp_path / "own.csv")
+    assert f"  {heading} -> level: -1.0; -0.5" in explained_table(tmp_path / "own.csv")
 
 
 @pytest.mark.parametrize("heading", ["level (dB)", "log level", "log_contrast"])
@@ -356,7 +356,7 @@ def test_times_that_cannot_be_are_not_used(tmp_path: Path) -> None:
 
 
 def test_how_each_column_is_read_is_explained(tmp_path: Path) -> None:
-    lines = explained_table(saved(tmp_path, "\n".join([f"{HEAD},rt (ms)", *(f"{row},800" for row in BODY)])))
+    lines = list(explained_table(saved(tmp_path, "\n".join([f"{HEAD},rt (ms)", *(f"{row},800" for row in BODY)]))))
     assert "taken for 32 depth ratings" in lines[0]
     assert "  rt (ms) -> response_time, times 0.001: 800" in lines
-    assert "  scene -> scene: garden, hall" in lines
+    assert "  scene -> scene: garden; hall" in lines

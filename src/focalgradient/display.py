@@ -12,14 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_number
+from focalgradient.errors import InputError, check_fields
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import check_display, check_screen_width, given_as
+from focalgradient.quantities import Range
 from focalgradient.srgb import linear_to_srgb, srgb_to_linear
 
 __all__ = ["CARD", "EYE_STEP", "WEBER", "Display"]
@@ -68,10 +69,10 @@ class Display:
     """
 
     size_px: tuple[int, int] = (1920, 1080)
-    pixel_pitch: float = 0.2767e-3
-    distance: float = 0.57
+    pixel_pitch: Annotated[float, Range("metres", positive=True)] = 0.2767e-3
+    distance: Annotated[float, Range("metres", positive=True)] = 0.57
     gamma: float | tuple[float, float, float] | Literal["sRGB"] = "sRGB"
-    white: float = 100.0
+    white: Annotated[float, Range("cd/m^2", positive=True)] = 100.0
     dither: bool = False
 
     def __post_init__(self) -> None:
@@ -80,8 +81,6 @@ class Display:
             raise InputError(
                 f"size_px is {self.size_px!r}, but must be a display's positive width and height in pixels."
             )
-        for name, unit in (("pixel_pitch", "metres"), ("distance", "metres"), ("white", "cd/m^2")):
-            check_number(name, getattr(self, name), unit, positive=True)
         check_display(self.pixel_pitch, self.distance, self.size_px[0])
         guns = self.gamma if isinstance(self.gamma, tuple) and len(self.gamma) == 3 else (self.gamma,)
         if self.gamma != "sRGB" and not all(isinstance(gun, (int, float)) and 1 <= gun <= 4 for gun in guns):

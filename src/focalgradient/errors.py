@@ -9,6 +9,7 @@ import inspect
 import math
 import re
 import sys
+import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cache, partial, wraps
 from types import UnionType
@@ -35,6 +36,7 @@ __all__ = [
     "nearest",
     "one_line",
     "suggestion",
+    "warn",
 ]
 
 
@@ -58,6 +60,14 @@ class InputError(ValueError):
 
 class FocalGradientWarning(UserWarning):
     """Warning about a result that is usable with the stated reservation."""
+
+
+def warn(text: str) -> None:
+    """Issue a `FocalGradientWarning` that points to the line outside of the package which led to it."""
+    level, frame = 1, sys._getframe(0)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(__package__):
+        level, frame = level + 1, frame.f_back
+    warnings.warn(text, FocalGradientWarning, stacklevel=level)
 
 
 def check_number(
@@ -177,10 +187,14 @@ def _expectations(kind: Any) -> dict[str, tuple[Bounds | None, Callable[[Any], b
             hint = eval(written, names) if isinstance(written, str) else written
         except NameError:  # imported only for type checking
             continue
-        expectation = _expectation(hint)
-        if expectation is not None and name != "return":
-            found[name] = (_bounds(hint), *expectation)
+        bounds, expectation = _bounds(hint), _expectation(hint)
+        if name != "return" and (bounds or expectation) is not None:
+            found[name] = (bounds, *(expectation or (partial(_is_none, type(None) in get_args(hint)), "")))
     return found
+
+
+def _is_none(allowed: bool, value: Any) -> bool:
+    return allowed and value is None
 
 
 def _bounds(hint: Any) -> Bounds | None:

@@ -8,14 +8,13 @@ name each quantity as the user gave it: by parameter and in SI units, or as set 
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import partial
 from typing import Final
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 
 __all__ = [
     "PIXEL_ANGLE",
@@ -162,7 +161,7 @@ def check_focal_length(metres: float) -> None:
         _, unit = _GIVEN.get().get("focal_length", ("", "m"))
         smaller = {"m": "mm", "mm": "um"}[unit]
         meant = f"if {_UNIT_NAMES[smaller]} are meant, give {1e-3 * metres / UNITS[unit]:g}"
-        _warn(f"{stated('focal_length', metres)}: {meant}.")
+        warn(f"{stated('focal_length', metres)}: {meant}.")
 
 
 def check_f_number(f_number: float, focal_length: float) -> None:
@@ -173,7 +172,7 @@ def check_f_number(f_number: float, focal_length: float) -> None:
     remedy = "if it is the aperture's diameter, give focal length / diameter"
     if f_number < IMPOSSIBLE_F_NUMBER:
         raise InputError(f"{text}: {remedy}, {focal_length / f_number:.3g} for {f_number:g} m.")
-    _warn(f"{text}: {remedy}.")
+    warn(f"{text}: {remedy}.")
 
 
 def check_focus(focus_distance: float, focal_length: float) -> None:
@@ -197,7 +196,7 @@ def check_pixel_pitch(metres: float, angle: float) -> None:
         remedy = PIXEL_ANGLE
     if metres < MIN_IMAGE_PITCH:
         raise InputError(f"{text}: {remedy}.")
-    _warn(f"{text}: {remedy}.")
+    warn(f"{text}: {remedy}.")
 
 
 def check_frame(pixel_angle: float, shape: Sequence[int]) -> None:
@@ -224,7 +223,7 @@ def check_field(angle: float, pixels: int, focal_length: float | None) -> None:
         text += f", or {1e6 * pixel * focal_length:.2g} um on the sensor, finer than any pixel made (0.5 um): {remedy}."
         if pixel * focal_length < MIN_IMAGE_PITCH:
             raise InputError(text)
-        _warn(text)
+        warn(text)
     elif focal_length is None and pixel < MIN_VISIBLE_ANGLE:
         raise InputError(f"{text}, finer than any eye sees: {remedy}.")
 
@@ -413,13 +412,9 @@ def check_hyperfocal(distance: float, focal_length: float, slope: float, f_numbe
     if slope / distance < RESOLVED:
         raise InputError(f"{text}; or check the units of focal length ({focal_length:g} m), f-number and pixel.")
     if slope / distance < HYPERFOCAL_BLUR_PX and distance > MAX_FOCUS_FOCAL_LENGTHS * focal_length:
-        _warn(f"{text}.")
+        warn(f"{text}.")
 
 
 def _near_focus(metres: float, focal_length: float) -> bool:
     """Return whether lenses of this focal length (m) are commonly focused at a distance (m)."""
     return MIN_FOCUS_FOCAL_LENGTHS * focal_length < metres < MAX_FOCUS_FOCAL_LENGTHS * focal_length
-
-
-def _warn(text: str) -> None:
-    warnings.warn(FocalGradientWarning(text), stacklevel=5)

@@ -11,7 +11,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-from focalgradient.errors import InputError, check_number, check_seed, described, is_number
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from focalgradient.errors import InputError, check_finite, check_number, check_seed, described, is_number
 
 __all__ = [
     "APERTURE_RATIO",
@@ -32,6 +35,8 @@ __all__ = [
     "Quantity",
     "Range",
     "Seed",
+    "Values",
+    "Whole",
 ]
 
 
@@ -106,6 +111,8 @@ class Quantity:
 class Range:
     """Range of a number in the unit `words`, from `least` to `most`: `errors.check_fields` checks it beside a type.
 
+    `remedy` ends the message for a number out of bounds, instead of the unit.
+
     >>> Range("degrees", 0, 180).check("axis", 200)
     Traceback (most recent call last):
     focalgradient.errors.InputError: axis is 200, but must be from 0 to 180: give it in degrees.
@@ -116,25 +123,75 @@ class Range:
     most: float = math.inf
     positive: bool = False
     finite: bool = True
+    remedy: str = ""
 
     def check(self, name: str, value: Any) -> None:
         """Raise `InputError` unless `value`, that of the parameter `name`, is a number within the range."""
         if math.isinf(self.most) or not is_number(value):
             check_number(name, value, self.words, least=self.least, positive=self.positive, finite=self.finite)
         elif not self.least <= value <= self.most or (self.positive and value <= 0):
-            within = f"{'above 0 and at most' if self.positive else f'from {self.least:g} to'} {self.most:g}"
-            raise InputError(f"{name} is {described(value)}, but must be {within}: give it in {self.words}.")
+            raise self._wrong(name, f"is {described(value)}")
+
+    def _wrong(self, name: str, stated: str) -> InputError:
+        within = f"{'above 0 and at most' if self.positive else f'from {self.least:g} to'} {self.most:g}"
+        if math.isinf(self.most):
+            within = f"{self.least:g} or more"
+        return InputError(f"{name} {stated}, but must be {within}: {self.remedy or f'give it in {self.words}'}.")
+
+
+@dataclass(frozen=True, slots=True)
+class Values(Range):
+    """Range of every number of an array.
+
+    >>> Values("degrees", 0, 60).of("eccentricity_deg", [5, 70])
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: eccentricity_deg goes from 5 to 70, but must be from 0 to 60: give it in degrees.
+    """
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless all numbers of `value`, that of the parameter `name`, are within the range."""
+        self.of(name, value)
+
+    def of(self, name: str, value: ArrayLike) -> NDArray[np.float64]:
+        """Return a parameter's numbers after validation, any shape."""
+        values = check_finite(name, value, self.words)
+        if values.size and not (self.least <= values.min() and values.max() <= self.most):
+            ends = f"goes from {values.min():g} to {values.max():g}" if values.ndim else f"is {described(value)}"
+            raise self._wrong(name, ends)
+        return values
+
+
+@dataclass(frozen=True, slots=True)
+class Whole:
+    """Range of a whole number, from `least` to `most`; `remedy`, if any, ends the message.
+
+    >>> Whole(1, 81).check("wavelengths", 0)
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: wavelengths is 0, but must be a whole number from 1 to 81.
+    """
+
+    least: int
+    most: float = math.inf
+    remedy: str = ""
+
+    def check(self, name: str, value: Any) -> None:
+        """Raise `InputError` unless `value`, that of the parameter `name`, is a whole number within the range."""
+        if not (isinstance(value, int | np.integer) and self.least <= value <= self.most):
+            bounds = f"of {self.least} or more" if math.isinf(self.most) else f"from {self.least} to {self.most}"
+            end = f": {self.remedy}" if self.remedy else ""
+            raise InputError(f"{name} is {described(value)}, but must be a whole number {bounds}{end}.")
 
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """Bounds beside a type that a function of the value raises `InputError` for."""
+    """Bounds beside a type that a function of the value, or of name and value if `named`, raises `InputError` for."""
 
-    function: Callable[[Any], object]
+    function: Callable[..., object]
+    named: bool = False
 
     def check(self, name: str, value: Any) -> None:
-        """Raise `InputError` unless the function accepts `value`; it states the name of the parameter itself."""
-        self.function(value)
+        """Raise `InputError` unless the function accepts `value`, that of the parameter `name`."""
+        self.function(*((name, value) if self.named else (value,)))
 
 
 Seed = Annotated[int, Check(check_seed)]

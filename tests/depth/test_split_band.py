@@ -104,8 +104,9 @@ def test_a_photographed_sheet_is_covered(monkeypatch):
     # One offset: what focus and aperture are off by moves all alike, and is the calibration's.
     truth = float(np.median(depth.vergence[depth.valid]))
     assert covered(depth, truth) >= 0.92
-    # Where texture is weak the standard deviation includes another surface, which a sheet does not have: 0.998 lie
-    # within two of it. It must not be wider than that for most pixels, nor by anything else.
+    # Small gaps in texture hide another surface only in views that show blocks of JPEG, which these do not.
+    off = np.abs(depth.vergence - truth)[depth.valid] / depth.vergence_sd[depth.valid]
+    assert 0.6 < 1.48 * float(np.median(off)) < 1.1
     error = float(np.sqrt(np.mean((depth.vergence - truth)[depth.valid] ** 2)))
     assert float(np.median(depth.vergence_sd[depth.valid])) < 1.4 * error
     # Coarse detail makes the map more exact, and no less certain.

@@ -124,6 +124,7 @@ class Running:
     def __init__(self, screen: Headless, program: str, *options: object):
         self.screen = screen
         self.hub: list[str] = []
+        self.printed: list[str] = []
         file = PROGRAMS / f"{program}.py"
         command_line = ["-c", "from focalgradient.cli import main; main()", "run"]
         start = [str(file)] if file.exists() else [*command_line, *([] if program == "from-file" else [program])]
@@ -154,6 +155,8 @@ class Running:
                 yield line.split()[2]
             elif line.startswith("hub "):
                 self.hub.append(line[4:].strip())
+            else:
+                self.printed.append(line.strip())
 
     @property
     def errors(self) -> str:

@@ -42,6 +42,7 @@ def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
             elif event in ("instructions", "thanks"):
                 screen.keys("space")
         assert running.end() == 0, running.errors
+    assert f"Saved in {tmp_path / 'data'}." in running.printed
     assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 6, 3]
     done = command(installed, "validate", tmp_path / "data")
     assert done.returncode == 0, done.stdout

@@ -65,15 +65,17 @@ def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> 
     assert len(table) == 3 * sum(trial.phase == "main" for trial in design.trials("01"))
 
 
-def test_a_staircase_has_its_trace_drawn_and_its_level_not_tested(tmp_path: Path) -> None:
+def test_a_staircase_has_its_trace_drawn_and_its_thresholds_compared(tmp_path: Path) -> None:
     task = task_of("blur_discrimination")
     assert task.adapted_fields == ("level",)
-    simulate(task.design(pedestals_arcmin=[0.0, 4.0], repetitions=6), tmp_path / "data", observers=2, seed=2)
+    simulate(task.design(pedestals_arcmin=[0.0, 4.0], repetitions=10), tmp_path / "data", observers=2, seed=2)
     files = make_report(tmp_path / "data").files
     assert "blurdiscrimination_level_trace.png" in files
     tests = [row["name"] for row in csv.DictReader(files["results.csv"].decode().splitlines())]
-    assert any(test.startswith("correct, pedestal") for test in tests)
-    assert not any("level" in test for test in tests)
+    assert {*tests} == {"geometric mean threshold", "log ratio of thresholds", "threshold"}
+    means = files["blurdiscrimination_means.csv"].decode().splitlines()
+    assert means[0].startswith("pedestal,interval,answer,")
+    assert len(means) == 1 + 2 * 2 * 2
 
 
 def test_a_level_that_its_staircase_did_not_set_is_seen(tmp_path: Path) -> None:
@@ -97,7 +99,7 @@ def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> Non
     done = CliRunner().invoke(main, ["report", str(tmp_path / "data"), "--out", str(tmp_path / "report")])
     assert done.exit_code == 0, done.output
     text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
-    told = re.findall(r"Pedestal (\d) arcmin: threshold ([\d.]+) arcmin", text)
+    told = re.findall(r"Geometric mean threshold in pedestal (\d): ([\d.]+) arcmin", text)
     found = [float({**dict(told)}[pedestal]) for pedestal in "014"]
     assert found[1] < found[0] < found[2]  # the dipper
 

@@ -84,8 +84,9 @@ def test_mean_eye_by_hand_and_where_it_extrapolates() -> None:
     expected = (1 + (10 / 6.1772) ** 2) ** -0.62 * np.sqrt(diffraction)
     assert float(mean_eye_mtf(10.0, pupil_diameter=0.004)) == pytest.approx(expected, rel=1e-4)
     assert expected == pytest.approx(0.4265, abs=5e-4)
-    with pytest.warns(FocalGradientWarning, match="2 to 6 mm, and is extrapolated to one of 7 mm"):
+    with pytest.warns(FocalGradientWarning, match="2 to 6 mm, and is extrapolated to one of 7 mm") as caught:
         mean_eye_mtf(10.0, pupil_diameter=0.007)
+    assert caught[0].filename == __file__  # the user's line, whatever lies between
 
 
 SPREADS = [(0.002, 450, 0.0), (0.003, 555, 0.0001), (0.003, 555, 0.05), (0.004, 555, 0.5), (0.006, 650, 2.0)]

@@ -154,7 +154,7 @@ def test_a_loop_takes_a_whole_number_of_frames_or_says_which_speed_would() -> No
 @pytest.mark.parametrize(
     ("bad", "said"),
     [
-        ({"tilt": math.radians(90)}, "smaller than a right angle"),
+        ({"tilt": math.radians(90)}, "below a right angle"),
         ({"direction": "up"}, "must be 'right' or 'left'"),
         ({"perspective": 1.4}, "take at most"),
     ],

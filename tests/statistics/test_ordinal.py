@@ -105,9 +105,11 @@ def test_answers_at_the_floor_always_have_a_test(rise: float) -> None:
     rows["aperture_mm"] = np.tile([0.0, 2.0, 4.0, 8.0], 36)
     rows["aperture"] = rows["aperture_mm"].astype(str)
     latent = rise * rows["aperture_mm"] / 8 - 2.5 + rng.logistic(size=144)
-    found = ordinal_rating(rows.assign(rating=np.where(rows["participant_id"] < 2, 1, 1 + (latent > 0))), [])
-    (test,) = found.rises
+    rows["rating"] = np.where(rows["participant_id"] < 2, 1, 1 + (latent > 0))
+    (test,) = ordinal_rating(rows, []).rises
     assert isinstance(test, Effect)
+    few = [ordinal_rating(rows[rows["participant_id"].isin(who)], []).rises[0] for who in ([2, 3], [2])]
+    assert [isinstance(each, Effect) for each in few] == [True, False]
     assert "own depth effects" in test.remarks[0]
     assert (test.low > 0) == (rise > 0)
 

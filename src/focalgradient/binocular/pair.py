@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_one_of
+from focalgradient.errors import InputError, check_one_of, checked
 from focalgradient.files import write_whole
 from focalgradient.optics import Optics
 from focalgradient.view import LUMINANCE
@@ -117,6 +117,7 @@ class StereoPair:
         """Return the left view above the right view, 2 H x W."""
         return np.concatenate([self.left.light, self.right.light], axis=0)
 
+    @checked
     def anaglyph(self, kind: Literal["grey", "colour"] = "grey") -> Light:
         """Return an anaglyph for glasses with a red filter for the left eye and a cyan filter for the right.
 
@@ -131,21 +132,18 @@ class StereoPair:
         ndarray
             Linear radiance, H x W x 3.
         """
-        if kind not in ("grey", "colour"):
-            raise InputError(f"kind is {kind!r}, but must be 'grey' or 'colour'.")
         left, right = self.left.light, self.right.light
         if left.ndim == 2 or kind == "grey":
             dark = [light if light.ndim == 2 else light @ np.asarray(LUMINANCE, np.float32) for light in (left, right)]
             return np.stack([dark[0], dark[1], dark[1]], axis=-1)
         return np.concatenate([left[..., :1], right[..., 1:]], axis=-1)
 
+    @checked
     def interleaved(self, *, first: Literal["left", "right"] = "left") -> Light:
         """Return row-interleaved views, H x W, for line-polarised screens; the top row belongs to the `first` view.
 
         Alternate rows of each view are dropped.
         """
-        if first not in ("left", "right"):
-            raise InputError(f"first is {first!r}, but must be 'left' or 'right'.")
         top, bottom = (self.left.light, self.right.light)[:: 1 if first == "left" else -1]
         rows = top.copy()
         rows[1::2] = bottom[1::2]

@@ -9,7 +9,6 @@ V0).
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
-from focalgradient.errors import FocalGradientWarning, InputError, check_number, described
+from focalgradient.errors import InputError, check_number, described, warn
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import blur_picture, cast
@@ -106,12 +105,10 @@ class _Eyes:
                 picture = blur_picture(picture, blurred, optics, pixel_angle=self.pixel_angle, progress=part)
             eyes.append(_Seen(picture, true, blurred, moved_placed, is_invented))
             if (share := float(is_invented.mean())) > MAX_INPAINTED_FRACTION:
-                warnings.warn(
+                warn(
                     f"{share:.0%} of the {('left', 'right')[number]} eye's view is not in the picture and was "
                     "inpainted: move zero disparity nearer to the scene (vergence of the screen), or give a wider "
-                    "picture.",
-                    FocalGradientWarning,
-                    stacklevel=3,
+                    "picture."
                 )
         return self._pair(eyes)
 

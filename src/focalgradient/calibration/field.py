@@ -224,11 +224,8 @@ def _excess(
     if square <= 0:
         return None, coverage
     # matches the quantile that two standard deviations should cover, including outliers
-    low, high = 0.0, 4.0
-    for _ in range(30):
-        middle = (low + high) / 2
-        low, high = (middle, high) if coverage(middle) < 0.95 else (low, middle)
-    return high**2, coverage
+    needed = np.sqrt(np.maximum((off / 2) ** 2 - noise[half] ** 2, 0)) / np.maximum(model[half], 1e-12)
+    return min(float(np.quantile(needed, 0.95, method="higher")), 4.0) ** 2, coverage
 
 
 def _radius(camera: Calibration, f_number: float, focus: float) -> float:

@@ -8,7 +8,6 @@ probable is reported.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -18,7 +17,7 @@ import numpy as np
 
 from focalgradient.calibration.camera import Prediction, Reading
 from focalgradient.calibration.fit import Priors, improbability
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 
 __all__ = ["Slip", "check_predictions", "likeliest_slips", "prediction_errors", "refuse_slips"]
 
@@ -217,11 +216,7 @@ def check_predictions(
             else "without any one of them its f-number or the side of focus is unknown: add photographs at another "
             "distance, at each f-number, or give focus_distance_m"
         )
-        warnings.warn(
-            f"the photographs cannot show whether their distances, f-numbers and pixel pitch are right, as {cause}.",
-            FocalGradientWarning,
-            stacklevel=3,
-        )
+        warn(f"the photographs cannot show whether their distances, f-numbers and pixel pitch are right, as {cause}.")
 
 
 def prediction_errors(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-import warnings
 from typing import NamedTuple
 
 import numpy as np
 
 from focalgradient.depth.edges import average_segments, measure_edges
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 from focalgradient.view import View
 
 __all__ = ["TargetBlur", "measure_target", "read_target"]
@@ -69,12 +68,10 @@ def measure_target(view: View) -> TargetBlur:
     use = strong & edges.valid
     if use.sum() < MIN_STEP_LIKE * strong.sum():
         # the sheet is taken to consist of steps, so that the camera must have altered them
-        warnings.warn(
+        warn(
             f"only {use.sum() / strong.sum():.0%} of a target's edges look like blurred steps: use another method for "
             "a target of texture (method='equalise'); give camera raw files or a linear export of sharp edges, as a "
-            "tone curve or sharpening alters them.",
-            FocalGradientWarning,
-            stacklevel=2,
+            "tone curve or sharpening alters them."
         )
         use = strong
     if use.sum() < LEAST_POINTS:

@@ -31,6 +31,7 @@ NAMES = {
     "focal_length_mm is": "--focal-length is",
     "guess_rate is": "--guess-rate is",
     "guess is": "--guess-rate is",
+    "by states": "--by states",
     "guess rate is not known: give it": "guess rate is not known: give --guess-rate",
 }
 """Options by what the library's messages call them."""
@@ -60,16 +61,19 @@ def _where(given: tuple[str, ...]) -> dict[str, list[str]]:
     return chosen
 
 
-def _data_sets(folders: tuple[Path, ...], columns: dict[str, str]) -> list[Path | UserTable]:
-    """Return the data sets: folders, and tables, of which those of one participant each are one."""
+def _data_sets(
+    folders: tuple[Path, ...], columns: dict[str, str], separate: bool
+) -> tuple[list[Path | UserTable], list[str]]:
+    """Return the data sets, with notices: folders, and tables, which are one unless they are `separate` experiments."""
     found = [fg.user_tables.read_table(path) if path.is_file() else path for path in folders]
-    if (
-        len(folders) > 1
-        and all(path.is_file() for path in folders)
-        and fg.user_tables.of_one_data_set(found, columns.get("participant"))
-    ):
-        return [fg.user_tables.read_table(found)]
-    return found
+    tables = [table for table in found if isinstance(table, fg.user_tables.UserTable)]
+    if len(tables) < 2 or len(tables) < len(found):
+        if separate:
+            raise InputError("--separate is for several tables: leave it out.")
+        return found, []
+    participant = columns.get("participant", columns.get("participant_id"))
+    sets, notices = fg.user_tables.data_sets(tables, participant, separate=separate)
+    return [*sets], notices
 
 
 @command("Analyse a data set and write its report.", TASK_FILE)
@@ -89,6 +93,7 @@ def report(
     by: Annotated[tuple[str, ...], "COLUMN"] = (),
     order: Annotated[tuple[str, ...], "WORD,WORD,..."] = (),
     explain: bool = False,
+    separate: bool = False,
     guess_rate: Annotated[float | None, "RATE"] = None,
     focal_length: Annotated[float | None, MILLIMETRES] = None,
     preregister: bool = False,
@@ -112,9 +117,10 @@ def report(
     or interval and response, and may have condition, session, catch and alternatives (their number, for the guess
     rate).
 
-    Tables of one participant each are read as one. Several data sets with one design are pooled: a random-effects
-    meta-analysis of their main results, with a forest plot of each result. The report of each data set is written
-    by a separate command.
+    Several tables are read as one if they have the same columns, if a participant occurs in two, or if one has a single
+    participant. Others, tables of experiments that are --separate, and several folders of data sets are pooled: a
+    random-effects meta-analysis of their main results, with a forest plot of each result. The report of each data set
+    is written by a separate command.
 
     The workers check the sessions of a data set; those of a --scheduler must see it under the same path.
 
@@ -157,6 +163,9 @@ def report(
         response_time=rt      ratings; optional
         level=blur_D          thresholds
         correct=hit           thresholds
+        interval=side         thresholds: the right one; with response
+        response=key          thresholds: the chosen one
+        condition=contrast    thresholds and detection; optional
         gradient=blur         cube
         percept=seen          cube
         duration=seconds      cube
@@ -167,13 +176,17 @@ def report(
         column add rows, several columns narrow them down.
     by
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
-        blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers). Those that vary between
-        participants are adjusted for one another. Repeatable.  [default: the apertures of a table without fixations]
+        blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers) with its level of reference
+        (NAME=LEVEL): else that without blur, the smallest number or the first word of the alphabet. Those that vary
+        between participants are adjusted for one another. Repeatable.  [default: the apertures of a table without
+        fixations]
     order
         Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal. Repeatable:
         then each is one word, which may hold commas.
     explain
         Print how each column of a table is interpreted, and compute nothing.
+    separate
+        Each of several tables is an experiment of its own, with people of its own: pool their results.
     conditions
         Meaning of your conditions: front=nearest,back=farthest,open=f/5.6,sharp=pinhole; stiff=rigid. Repeatable.
     guess_rate
@@ -200,14 +213,20 @@ def report(
     if out is None:
         if not explain:
             if not preregister:
-                _data_sets(folders, pairs)  # a file that is not a table is named first
+                _data_sets(folders, pairs, separate)  # a file that is not a table is named first
             raise InputError("--out is missing: give the folder for the report.")
         out = Path()
     if preregister:
         from focalgradient.report.preregister import preregistration
 
         analysing = {"bayes": bayes, "observers": observers, "columns": pairs, "conditions": meanings, "where": where}
-        analysing |= {"by": by, "order": order, "focal-length": focal_length, "guess-rate": guess_rate is not None}
+        analysing |= {
+            "separate": separate,
+            "by": by,
+            "order": order,
+            "focal-length": focal_length,
+            "guess-rate": guess_rate is not None,
+        }
         if wrong := [option for option, value in analysing.items() if value]:
             raise InputError(
                 f"--{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
@@ -224,15 +243,15 @@ def report(
     if explain:
         from focalgradient.report.reading import explained_table
 
-        with options_named({}):
-            for group in _data_sets(folders, pairs):
+        with options_named(NAMES):
+            for group in _data_sets(folders, pairs, separate)[0]:
                 for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate):
                     click.echo(entries_as_options(line))
         return
     if effect is not None or far_effect is not None:
         raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
-    sets = _data_sets(folders, pairs)
+    sets, notices = _data_sets(folders, pairs, separate)
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
     with (
         resumable("nothing was written.") as say,
@@ -264,7 +283,7 @@ def report(
         from focalgradient.report.meta import combined_report, file_names
 
         places = [str(one.paths[0] if isinstance(one, fg.user_tables.UserTable) else one) for one in sets]
-        made = combined_report(dict(zip(file_names(places), reports, strict=True)))
+        made = combined_report(dict(zip(file_names(places), reports, strict=True)), notices)
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):

@@ -106,14 +106,19 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     root = Path(root)
     checked = _Checked(root, bool(read_description(root).get("Simulated")))
     of_files = set(sessions_of(root))
+    unknown: dict[str, list[Path]] = {}
     for path in journals(root):
         files = _named(root, path)
         if files is not None and not is_task(files.task):
-            checked.problems.append(f"{path} is of a task {unknown_task(files.task)}")
+            unknown.setdefault(files.task, []).append(path)
         elif files is None or files.journal != path:
             checked.problems.append(f"{path} is not in the folder that its name requires: move it back there.")
         else:
             of_files.add(files)
+    for task, paths in unknown.items():
+        others = f" and {len(paths) - 1} more" if len(paths) > 1 else ""
+        verb = "are" if others else "is"
+        checked.problems.append(f"{paths[0]}{others} {verb} of a task {unknown_task(task, 'validate')}")
     of_focus = focus_journals(root)
     for path in of_focus:
         checked.problems += wrong_focus(root, path)

@@ -139,7 +139,7 @@ class Plan(Table):
     closed: ClassVar[tuple[str, ...]] = ()
     """Fields of a trial whose values in a given list must occur in the design's own list."""
 
-    shortened: ClassVar[dict[str, Any]] = {}
+    shortened: ClassVar[dict[str, Any]] = {"repetitions": 1}
     """Settings that a pilot run reduces."""
 
     @model_validator(mode="before")

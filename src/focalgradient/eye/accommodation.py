@@ -377,9 +377,6 @@ class _Formed(_AtFocus):
         cones = self.cones
         if self.light_nm is not None:
             cones = replace(cones, wavelengths_nm=(self.light_nm,), weights=())
-        if self.chromatic_scale >= 0:
-            eye = replace(cones.eye, accommodation=self.focus, chromatic_scale=self.chromatic_scale)
-            return replace(cones, eye=eye).transfer(frequency, vergence)
         total: Any = 0.0
         for nm, share in zip(cones.wavelengths_nm, cones.shares.tolist(), strict=True):
             # No eye has a negative scale: each wavelength is focused where it would be by accommodating otherwise.

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Annotated, Literal
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import checked
 from focalgradient.eye.light import Light
-from focalgradient.eye.ranges import ages, check_age, wavelengths
+from focalgradient.eye.ranges import AGE, AGES, wavelengths
+from focalgradient.quantities import Range, Values
 
 __all__ = ["accommodation_amplitude", "aged_light", "lens_density", "natural_pupil", "push_up_amplitude"]
 
@@ -24,8 +27,16 @@ FUNDAMENTALS_AGE = 32.0
 """Age in years of the lens in the cone fundamentals (CIE 170-1:2006)."""
 
 
+MeasuredAge = Annotated[float, Range("years", YOUNGEST, OLDEST, remedy="give the pupil's diameter for other ages")]
+
+
+@checked
 def natural_pupil(
-    luminance: ArrayLike, *, age: float = REFERENCE_AGE, field_deg: float = 20.0, eyes: int = 2
+    luminance: Annotated[ArrayLike, Values("cd/m^2", 0)],
+    *,
+    age: MeasuredAge = REFERENCE_AGE,
+    field_deg: Annotated[float, Range("degrees", positive=True)] = 20.0,
+    eyes: Literal[1, 2] = 2,
 ) -> NDArray[np.float64]:
     """Return the diameter in metres of the light-adapted pupil, by Watson & Yellott's unified formula.
 
@@ -56,19 +67,7 @@ def natural_pupil(
     >>> (1e3 * natural_pupil(100.0, age=20)).round(2).item(), (1e3 * natural_pupil(100.0, age=80)).round(2).item()
     (3.92, 3.03)
     """
-    light = check_finite("luminance", luminance, "cd/m^2")
-    check_number("field_deg", field_deg, "degrees", positive=True)
-    check_number("age", age, "years")
-    if np.any(light < 0):
-        raise InputError(f"luminance goes down to {light.min():g}, but must be 0 or more: give it in cd/m^2.")
-    if not YOUNGEST <= age <= OLDEST:
-        raise InputError(
-            f"age is {age:g}, but the formula of the pupil is of {YOUNGEST:g} to {OLDEST:g} years: give the pupil's "
-            "diameter instead."
-        )
-    if eyes not in (1, 2):
-        raise InputError(f"eyes is {eyes!r}, but must be 1 or 2.")
-    flux = light * np.pi * (field_deg / 2) ** 2 * (ONE_EYE if eyes == 1 else 1.0)
+    flux = np.asarray(luminance, float) * np.pi * (field_deg / 2) ** 2 * (ONE_EYE if eyes == 1 else 1.0)
     power = (flux / 846) ** 0.41
     mm = 7.75 - 5.75 * power / (power + 2)
     return np.asarray(1e-3 * (mm + (age - REFERENCE_AGE) * (0.02132 - 0.009562 * mm)))
@@ -83,8 +82,7 @@ def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     >>> accommodation_amplitude([10, 30, 45, 60]).round(2).tolist()
     [7.06, 6.14, 1.67, 0.1]
     """
-    years = ages(age)
-    return np.asarray(7.083 / (1 + np.exp(0.2031 * (years - 36.2) - 0.6109)))
+    return np.asarray(7.083 / (1 + np.exp(0.2031 * (AGES.of("age", age) - 36.2) - 0.6109)))
 
 
 def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
@@ -95,7 +93,7 @@ def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     >>> push_up_amplitude([20, 40, 70]).round(1).tolist()
     [12.5, 6.5, 0.0]
     """
-    return np.maximum(18.5 - 0.30 * ages(age), 0.0)
+    return np.maximum(18.5 - 0.30 * AGES.of("age", age), 0.0)
 
 
 def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
@@ -107,7 +105,7 @@ def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
     >>> lens_density([420, 450, 560], 32).round(3).tolist(), lens_density([420, 450, 560], 70).round(3).tolist()
     ([0.643, 0.266, 0.114], [1.25, 0.616, 0.166])
     """
-    check_age(age)
+    AGE.check("age", age)
     nm, square = wavelengths(wavelength_nm), age**2
     return np.asarray(
         (0.15 + 0.000031 * square) * (400 / nm) ** 4

@@ -12,7 +12,7 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.peripheral_refraction import EMMETROPES, MYOPES, PeripheralRefraction
 from focalgradient.eye.ranges import OLDEST, warn_if_artificial
 from focalgradient.eye.refraction import Refraction, worn_of
-from focalgradient.eye.typical import MEASURED, typical_aberrations
+from focalgradient.eye.typical import typical_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import given_as
@@ -135,11 +135,6 @@ class EyeDescription:
             warn_if_artificial(pupil_diameter)
         if self.aberrations is None:
             return eye
-        if eye.pupil_diameter > MEASURED:
-            raise InputError(
-                f"typical aberrations are known for pupils up to {1e3 * MEASURED:g} mm, but this one has "
-                f"{1e3 * eye.pupil_diameter:.3g}: give a smaller pupil_diameter."
-            )
         return replace(eye, aberrations=(*eye.aberrations, *typical_aberrations(eye.pupil_diameter)))
 
 

@@ -7,13 +7,12 @@ are in cycles per degree of visual angle, where a degree is pi/180 rad.
 
 from __future__ import annotations
 
-import warnings
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, check_finite, checked
+from focalgradient.errors import check_finite, checked, warn
 from focalgradient.eye.quadrature import RADIANS, panels
 from focalgradient.eye.ranges import Pupil, Wavelength
 from focalgradient.quantities import Range
@@ -135,12 +134,7 @@ def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: Pupil) -> NDArray[
     """
     mm = 1e3 * pupil_diameter
     if not 2 - 1e-9 <= mm <= 6 + 1e-9:
-        warnings.warn(
-            FocalGradientWarning(
-                f"the mean eye's transfer was fitted to pupils of 2 to 6 mm, and is extrapolated to one of {mm:.3g} mm."
-            ),
-            stacklevel=2,
-        )
+        warn(f"the mean eye's transfer was fitted to pupils of 2 to 6 mm, and is extrapolated to one of {mm:.3g} mm.")
     frequency = check_finite("frequency_cpd", frequency_cpd, "cycles per degree")
     corner = 21.95 - 5.512 * mm + 0.3922 * mm**2
     diffraction = optical_transfer(frequency, pupil_diameter=pupil_diameter, wavelength_nm=555, defocus=0)

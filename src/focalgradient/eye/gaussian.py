@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.quadrature import panels
+from focalgradient.eye.ranges import AnyOptics, Vergence
 from focalgradient.eye.transfer import blur_transfer, in_light
-from focalgradient.optics import Optics, capabilities, check_optics
+from focalgradient.optics import capabilities
 from focalgradient.psf import gaussian_transfer
 
 __all__ = ["GaussianFit", "best_gaussian"]
@@ -62,8 +63,9 @@ class GaussianFit:
         return self.sigma / self.radius if self.radius > 0 else float("nan")
 
 
+@checked
 def best_gaussian(
-    optics: Optics, vergence: float, light: Light | None = None, *, wavelength_nm: float | None = None
+    optics: AnyOptics, vergence: Vergence, light: Light | None = None, *, wavelength_nm: float | None = None
 ) -> GaussianFit:
     """Fit a Gaussian of unit volume by least squares to the spread of a point at `vergence` (D).
 
@@ -93,8 +95,6 @@ def best_gaussian(
     """
     from scipy.optimize import minimize_scalar  # deferred: slow to import
 
-    check_optics(optics)
-    check_number("vergence", vergence, "dioptres")
     if not capabilities(optics).isotropic:
         raise InputError(
             "optics have no round blur, because of aberrations of m other than 0, an offset of the pupil or a half of "

@@ -8,14 +8,15 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_installed, check_one_of
+from focalgradient.errors import InputError, check_installed, check_one_of, checked
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
+from focalgradient.quantities import Range
 
 __all__ = [
     "Band",
@@ -155,7 +156,10 @@ def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float6
 
 
 @lru_cache(maxsize=32)
-def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
+@checked
+def band_light(
+    band: Band, light: str = "E", step_nm: Annotated[float, Range("nanometres", most=50, positive=True)] = 1.0
+) -> Light:
     """Return the catch of an illuminant by the cones of a `band`, by wavelength.
 
     Parameters
@@ -177,8 +181,6 @@ def band_light(band: Band, light: str = "E", step_nm: float = 1.0) -> Light:
     >>> [round(band_light(band, "D65").effective_wavelength_nm) for band in ("L+M", "S")]
     [546, 450]
     """
-    if not 0 < step_nm <= 50:
-        raise InputError(f"step_nm is {step_nm!r}, but must be above 0 and at most 50: give it in nanometres.")
     nm = np.arange(390, 780 + 1e-6, step_nm)
     return Light(nm, band_sensitivity(band, nm) * illuminant(nm, light))
 

@@ -15,20 +15,26 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
-from focalgradient.eye.ranges import check_pupil, check_wavelength
-from focalgradient.eye.wavefront import Aberrations, check_aberrations, is_term, radial_over_power
+from focalgradient.eye.ranges import Pupil, Wavelength
+from focalgradient.eye.wavefront import Aberrations, added_terms, check_aberrations, is_term, radial_over_power
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.containers import refuse_other_container
 from focalgradient.files.matlab import read_matlab
 from focalgradient.files.tables import parse_table, read_cells
+from focalgradient.quantities import Range, Whole
 
 __all__ = ["ZernikePopulation", "osa_index", "osa_order", "read_zernike", "resized_zernike"]
 
 MOST = 231
 """Maximum number of coefficients: up to radial order 20."""
+
+MEASURED_SHARE = Range(
+    "diameters", most=1, positive=True, remedy="outside of the measured pupil the wavefront is unknown"
+)
+"""Diameter of a pupil over that of the measured one."""
 
 LARGEST_UM = {True: 100.0, False: 20.0}
 """Upper limits on coefficients in micrometres, of defocus and astigmatism and of higher orders: 20 D over 8 mm are 46
@@ -80,8 +86,7 @@ def osa_order(index: int) -> tuple[int, int]:
     >>> [osa_order(j) for j in (0, 1, 2, 3, 4, 5, 12)]
     [(0, 0), (1, -1), (1, 1), (2, -2), (2, 0), (2, 2), (4, 0)]
     """
-    if not (isinstance(index, int) and 0 <= index < MOST):
-        raise InputError(f"the index of a Zernike term is {index!r}, but must be a whole number from 0 to {MOST - 1}.")
+    Whole(0, MOST - 1).check("the index of a Zernike term", index)
     n = (math.isqrt(8 * index + 1) - 1) // 2
     return n, 2 * index - n * (n + 2)
 
@@ -130,21 +135,15 @@ def resized_zernike(aberrations: Aberrations, share: float) -> Aberrations:
     [(0, 0, 0.1342), (2, 0, -0.1162), (4, 0, 0.01)]
     """
     check_aberrations(aberrations)
-    check_number("share", share, "diameters of the measured pupil")
-    if not 0 < share <= 1:
-        raise InputError(
-            f"the new pupil is {share:g} times the measured one, but must be above 0 and at most 1: outside of the "
-            "measured pupil the wavefront is unknown."
-        )
-    totals: dict[tuple[int, int], float] = {}
+    MEASURED_SHARE.check("share", share)
+    terms = []
     for n, m, coefficient in aberrations:
         for order in range(abs(m), n + 1, 2):
             kept = share**order * radial_over_power(n, order, share**2)
             if order + 2 <= n:
                 kept -= share ** (order + 2) * radial_over_power(n, order + 2, share**2)
-            key = (order, m)
-            totals[key] = totals.get(key, 0.0) + coefficient * math.sqrt((n + 1) / (order + 1)) * kept
-    return tuple((n, m, value) for (n, m), value in sorted(totals.items()) if value)
+            terms.append((order, m, coefficient * math.sqrt((n + 1) / (order + 1)) * kept))
+    return added_terms(*terms)
 
 
 def read_zernike(path: str | os.PathLike[str]) -> tuple[float, ...]:
@@ -333,12 +332,11 @@ class ZernikePopulation:
 
     mean_um: ArrayLike
     covariance_um2: ArrayLike
-    measured_diameter: float
-    measured_nm: float = REFERENCE_NM
+    measured_diameter: Pupil
+    measured_nm: Wavelength = REFERENCE_NM
 
     def __post_init__(self) -> None:
-        check_pupil(self.measured_diameter)
-        check_wavelength(self.measured_nm, "measured_nm")
+        check_fields(self)
         zernike_terms(self.mean_um)
         self._root()
 

@@ -9,22 +9,24 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
-from typing import Protocol
+from typing import Annotated, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number, described
+from focalgradient.errors import InputError, check_fields, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
 from focalgradient.eye.measured import resized_zernike, zernike_terms
-from focalgradient.eye.prescription import prescribed
-from focalgradient.eye.ranges import check_pupil, check_wavelength, ordered_times
+from focalgradient.eye.prescription import PersonalOptics
+from focalgradient.eye.ranges import Pupil as PupilDiameter
+from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.wavefront import Aberrations, Pupil, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
+from focalgradient.quantities import Range
 
 __all__ = ["Eye", "TimeCourse"]
 
@@ -37,10 +39,6 @@ class TimeCourse(Protocol):
 
     def at(self, times: ArrayLike) -> NDArray[np.float64]:
         """Return the change of accommodation in dioptres at `times` (s)."""
-
-
-PERSONAL = ("looking_at", "response", "correction", "luminance", "field_deg")
-"""Arguments of `Eye` that only an eye with a refraction or an age has."""
 
 
 @dataclass(frozen=True, slots=True, init=False)
@@ -116,13 +114,13 @@ class Eye:
     (0.11, 3.33)
     """
 
-    pupil_diameter: float
-    accommodation: float
-    wavelength_nm: float = REFERENCE_NM
-    chromatic_scale: float = 1.0
+    pupil_diameter: PupilDiameter
+    accommodation: Vergence
+    wavelength_nm: Wavelength = REFERENCE_NM
+    chromatic_scale: Annotated[float, Range("multiples of the mean eye's aberration", 0)] = 1.0
     aberrations: Aberrations = ()
-    stiles_crawford: float = 0.0
-    pupil_offset: tuple[float, float] = (0.0, 0.0)
+    stiles_crawford: Annotated[float, Range("1/mm^2", 0)] = 0.0
+    pupil_offset: Annotated[tuple[float, float], Range("metres, x and y", -LARGEST_OFFSET, LARGEST_OFFSET)] = (0.0, 0.0)
     lens: ZonedLens | None = None
 
     # Written out, as a person's arguments are not fields: only the derived values are kept.
@@ -145,10 +143,10 @@ class Eye:
         luminance: float | None = None,
         field_deg: float | None = None,
     ) -> None:
-        if refraction is None and age is None:
-            is_impersonal = correction is None and looking_at is response is luminance is field_deg is None
-            if pupil_diameter is None or accommodation is None or not is_impersonal:
-                _refuse_unprescribed(pupil_diameter, (looking_at, response, correction, luminance, field_deg))
+        person = PersonalOptics(refraction, age, looking_at, response, correction, luminance, field_deg)
+        if not person.has_optics:
+            if pupil_diameter is None or accommodation is None or any(part is not None for part in person):
+                _refuse_unprescribed(pupil_diameter, person)
         else:
             if accommodation is not None:
                 name = "age" if refraction is None else "refraction"
@@ -156,40 +154,15 @@ class Eye:
                     f"accommodation and {name} are both given, but accommodation is the vergence in focus of an eye "
                     "that has neither a refraction nor an age: give looking_at or response instead."
                 )
-            pupil_diameter, accommodation, aberrations = prescribed(
-                refraction=refraction,
-                age=age,
-                looking_at=looking_at,
-                response=response,
-                correction=correction,
-                pupil_diameter=pupil_diameter,
-                luminance=luminance,
-                field_deg=field_deg,
-                aberrations=aberrations,
-            )
+            pupil_diameter, accommodation, aberrations = person.prescribed(pupil_diameter, aberrations)
         given = dict(locals())
         for field in fields(Eye):
             object.__setattr__(self, field.name, given[field.name])
         self._check()
 
     def _check(self) -> None:
-        check_pupil(self.pupil_diameter)
-        check_number("accommodation", self.accommodation, "dioptres")
-        check_wavelength(self.wavelength_nm)
-        check_number("chromatic_scale", self.chromatic_scale, "multiples of the mean eye's aberration", least=0)
         check_aberrations(self.aberrations)
-        check_number("stiles_crawford", self.stiles_crawford, "1/mm^2", least=0)
-        if not (self.lens is None or isinstance(self.lens, ZonedLens)):
-            raise InputError(f"lens is {described(self.lens)}, but must be a ZonedLens, or None.")
-        offset = self.pupil_offset
-        if not (isinstance(offset, tuple) and len(offset) == 2):
-            raise InputError(f"pupil_offset is {described(offset)}, but must be two numbers (x, y): give metres.")
-        for part in offset:
-            check_number("pupil_offset", part, "metres")
-            if abs(part) > LARGEST_OFFSET:
-                raise InputError(
-                    f"pupil_offset is {described(offset)}, but must be within {LARGEST_OFFSET:g}: give it in metres."
-                )
+        check_fields(self)
 
     @classmethod
     def from_zernike(
@@ -295,10 +268,7 @@ class Eye:
         >>> Eye(0.004, 1.0, aberrations=((2, 2, 0.1),)).aberrated([(2, 2, 0.2)]).aberrations
         ((2, 2, 0.30000000000000004),)
         """
-        total: dict[tuple[int, int], float] = {}
-        for n, m, um in (*self.aberrations, *terms):
-            total[n, m] = total.get((n, m), 0.0) + um
-        return replace(self, aberrations=tuple((n, m, um) for (n, m), um in sorted(total.items()) if um))
+        return replace(self, aberrations=added_terms(*self.aberrations, *terms))
 
     def in_light(self, wavelength_nm: float) -> Eye:
         """Return the same eye at the same moment in light of another wavelength (nm)."""
@@ -418,9 +388,9 @@ class Eye:
         return distance_of_blur(radius, side, self.pupil_diameter, self.focus_vergence)
 
 
-def _refuse_unprescribed(pupil_diameter: float | None, personal: tuple[object, ...]) -> None:
+def _refuse_unprescribed(pupil_diameter: float | None, person: PersonalOptics) -> None:
     """Raise `InputError` for an eye with neither a refraction nor an age that lacks something or has too much."""
-    for name, value in zip(PERSONAL, personal, strict=True):
+    for name, value in person._asdict().items():
         if value is not None:
             raise InputError(
                 f"{name} is given without a refraction or an age, from which the eye's optics would follow: give one "

@@ -93,13 +93,13 @@ def field_coma(eccentricity_deg: Measured, pupil_diameter: Pupil) -> float:
 class SchematicPeriphery:
     """Off-axis refraction of the schematic eye, the same in all meridians."""
 
+    @checked
     def foci(self, eccentricity_deg: float, meridian: Meridian = "temporal") -> tuple[float, float]:
         """Return the tangential and sagittal vergences in focus relative to the fovea (D): `field_foci`.
 
         >>> sum(SCHEMATIC.foci(30.0, "superior")) / 2 < 0  # hyperopic, where emmetropic people are myopic
         True
         """
-        check_meridian(meridian)
         return field_foci(eccentricity_deg)
 
 
@@ -235,21 +235,18 @@ def _path(angle: float, height: float = 0.0) -> list[_Meeting]:
 
     Off the middle it meets the front of the lens, whose vertex the pupil touches, a little behind the pupil.
     """
-    found, y, z, behind = [], height, STOP, angle
-    for number in range(BEFORE_STOP - 1, -1, -1):
-        y, z = _meet(SURFACES[number], y, z, behind)
-        normal = _normal(SURFACES[number], y)
-        before = normal + math.asin(SURFACES[number][3] / _ahead(number) * math.sin(behind - normal))
-        found.append(_Meeting(y, z, before, behind, normal))
-        behind = before
-    found.reverse()
-    y, z, before = height, STOP, angle
-    for number in range(BEFORE_STOP, len(SURFACES)):
-        y, z = _meet(SURFACES[number], y, z, before)
-        normal = _normal(SURFACES[number], y)
-        behind = normal + math.asin(_ahead(number) / SURFACES[number][3] * math.sin(before - normal))
-        found.append(_Meeting(y, z, before, behind, normal))
-        before = behind
+    found: list[_Meeting] = []
+    for outwards, numbers in ((True, range(BEFORE_STOP - 1, -1, -1)), (False, range(BEFORE_STOP, len(SURFACES)))):
+        y, z, here = height, STOP, angle
+        for number in numbers:
+            y, z = _meet(SURFACES[number], y, z, here)
+            normal = _normal(SURFACES[number], y)
+            ratio = _ahead(number) / SURFACES[number][3]
+            there = normal + math.asin((1 / ratio if outwards else ratio) * math.sin(here - normal))
+            found.append(_Meeting(y, z, *((there, here) if outwards else (here, there)), normal))
+            here = there
+        if outwards:
+            found.reverse()
     return found
 
 

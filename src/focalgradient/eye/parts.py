@@ -9,13 +9,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import lru_cache
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import checked
 from focalgradient.eye.chromatic import chromatic_difference, chromatic_wavelength
 from focalgradient.eye.light import Light
+from focalgradient.quantities import Whole
 
 __all__ = ["COUNTS", "ERROR", "FINEST", "fewest", "parts_of_band", "parts_of_focus"]
 
@@ -53,7 +55,8 @@ def fewest(made: Callable[[int], NDArray[np.float64]]) -> int:
 
 
 @lru_cache(maxsize=64)
-def parts_of_band(light: Light, count: int) -> tuple[tuple[float, ...], tuple[float, ...]]:
+@checked
+def parts_of_band(light: Light, count: Annotated[int, Whole(1)]) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return the wavelengths (nm) that stand for the `count` parts of a light, and their shares, with a sum of 1.
 
     >>> from focalgradient.eye.light import band_light
@@ -66,8 +69,6 @@ def parts_of_band(light: Light, count: int) -> tuple[tuple[float, ...], tuple[fl
     InputError
         If the count is not a whole number of 1 or more.
     """
-    if not (isinstance(count, int) and count >= 1):
-        raise InputError(f"count is {count!r}, but must be a whole number of wavelengths: give 1 or more.")
     focus, share = chromatic_difference(light.wavelength_nm), light.share
     order = np.argsort(focus)
     low, high = np.interp((TAIL, 1 - TAIL), np.cumsum(share[order]), focus[order]).tolist()

@@ -15,8 +15,8 @@ from typing import Annotated, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_one_of
-from focalgradient.quantities import Range
+from focalgradient.errors import check_one_of
+from focalgradient.quantities import Range, Values
 
 __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 
@@ -56,13 +56,8 @@ def check_meridian(meridian: object) -> None:
 def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArray[np.float64]:
     """Return eccentricities (degrees) as an array after validation of range and meridian."""
     check_meridian(meridian)
-    far = check_finite("eccentricity_deg", eccentricity_deg, "degrees")
-    if not np.all((far >= 0) & (far <= FARTHEST)):
-        raise InputError(
-            f"eccentricity_deg lies between {far.min():g} and {far.max():g}, but must lie between 0 and {FARTHEST:g} "
-            "degrees: give the distance from the fovea, and the side of it by meridian."
-        )
-    return far
+    side = "give degrees from the fovea, and the side of it by meridian"
+    return Values("degrees", 0, FARTHEST, remedy=side).of("eccentricity_deg", eccentricity_deg)
 
 
 def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:

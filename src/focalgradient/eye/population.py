@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
-from focalgradient.errors import InputError, described, is_number
+from focalgradient.errors import InputError, checked, described, is_number
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.fluctuation import Microfluctuations
 from focalgradient.eye.measured import ZernikePopulation
 from focalgradient.eye.model_eye import Eye
+from focalgradient.quantities import Seed, Whole
 
 __all__ = ["Person", "draw_people"]
 
@@ -23,9 +25,10 @@ class Person:
     fluctuation: Microfluctuations
 
 
+@checked
 def draw_people(
-    count: int,
-    seed: int,
+    count: Annotated[int, Whole(1)],
+    seed: Seed,
     *,
     pupil_diameter: tuple[float, float] = (0.004, 0.0008),
     chromatic_span: tuple[float, float] = (1.54, 0.39),
@@ -64,9 +67,6 @@ def draw_people(
     >>> [round(drawn, 2) for drawn in (1e3 * person.eye.pupil_diameter, person.eye.chromatic_scale)]
     [3.04, 0.99]
     """
-    for name, number, fewest in (("count", count, 1), ("seed", seed, 0)):
-        if not (isinstance(number, int) and number >= fewest):
-            raise InputError(f"{name} is {number!r}, but must be a whole number of {fewest} or more.")
     for name, pair, low, high, what in (
         ("pupil_diameter", pupil_diameter, 1.5e-3, 9e-3, "a mean between 0.0015 and 0.009, and a standard deviation"),
         ("chromatic_span", chromatic_span, 0.3, np.inf, "a mean above 0.3, and a standard deviation"),

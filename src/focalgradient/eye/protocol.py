@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import Annotated, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -11,6 +11,7 @@ from focalgradient.errors import InputError, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.optics import Optics
 from focalgradient.optics.protocol import Transfer
+from focalgradient.quantities import Check
 
 __all__ = ["EyeModel", "check_eye", "chromatic_scale", "is_eye"]
 
@@ -59,6 +60,10 @@ with focus_in, in_light, through_focus, refocused.
             f"{name} is {described(eye)}, but must be an Eye: give Eye(pupil_diameter, accommodation), or a class with "
             f"{', '.join((*METHODS, *methods))}."
         )
+
+
+AnyEye = Annotated[EyeModel, Check(check_eye, named=True)]
+"""An `Eye`, or an eye model of one's own."""
 
 
 def chromatic_scale(eye: Any) -> float:

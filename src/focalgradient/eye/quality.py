@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite
+from focalgradient.errors import InputError, check_finite, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.cones import HIGHEST_CPD, Cones
 from focalgradient.eye.diffraction import optical_transfer
 from focalgradient.eye.ranges import check_kind
+from focalgradient.quantities import Range, Values
 
 __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality", "point_images"]
 
@@ -68,13 +70,12 @@ class ThroughFocus:
         """Vergence in dioptres at which the visual Strehl ratio is greatest."""
         return float(self.vergences[int(np.argmax(self.visual_strehl))])
 
-    def depth_of_focus(self, share: float = 0.8) -> float:
+    @checked
+    def depth_of_focus(self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = 0.8) -> float:
         """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum.
 
         It counts `vergences` only: where it is cut off at an end of them (`is_cut_off`), it is a lower bound.
         """
-        if not 0 < share < 1:
-            raise InputError(f"share is {share!r}, but must be a share between 0 and 1.")
         fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
         kept = np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
         return float(np.mean(kept) * np.ptp(self.vergences))
@@ -144,9 +145,7 @@ def image_quality(
     levels = check_finite("vergences", vergences, "dioptres")
     if levels.ndim != 1 or levels.size < 2 or np.any(np.diff(levels) <= 0):
         raise InputError("vergences must be two or more numbers, each above the one before: sort them.")
-    shown = np.atleast_1d(check_finite("frequency_cpd", frequency_cpd, "cycles per degree"))
-    if np.any(shown < 0):
-        raise InputError(f"frequency_cpd goes down to {shown.min():g}, but must be 0 or more: give cycles per degree.")
+    shown = np.atleast_1d(Values("cycles per degree", 0).of("frequency_cpd", frequency_cpd))
     nodes, weights = np.polynomial.legendre.leggauss(RADII)
     radius, width = HIGHEST_CPD / 2 * (nodes + 1), HIGHEST_CPD / 2 * weights
     directions = 1 if cones.isotropic else ANGLES

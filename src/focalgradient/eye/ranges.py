@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_finite, check_number, described, is_number
+from focalgradient.errors import InputError, check_finite, described, is_number, warn
+from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import likely, stated, unit_of
-from focalgradient.quantities import Check, Range
+from focalgradient.quantities import Check, Range, Values
 
 __all__ = [
+    "AGE",
+    "AGES",
+    "VISIBLE",
+    "Age",
+    "AnyOptics",
     "PixelAngle",
     "Pupil",
+    "Vergence",
     "Wavelength",
-    "ages",
-    "check_age",
     "check_kind",
     "check_pupil",
-    "check_wavelength",
     "ordered_times",
     "warn_if_artificial",
     "wavelengths",
@@ -39,24 +42,20 @@ OLDEST = 120.0
 """Maximum age in years: a bound that rejects other units."""
 
 
-def ages(age: ArrayLike) -> NDArray[np.float64]:
-    """Return ages in years as an array; raise `InputError` unless all are from 0 to 120."""
-    values = check_finite("age", age, "years")
-    if not np.all((values >= 0) & (values <= OLDEST)):
-        raise InputError(f"age is {_shown(age)}, but must be from 0 to {OLDEST:g}: give it in years.")
-    return values
+AGE, AGES = Range("years", 0, OLDEST), Values("years", 0, OLDEST)
+VISIBLE, WAVELENGTHS = Range("nanometres", 380, 780), Values("nanometres", 380, 780)
 
+Age = Annotated[float, AGE]
+"""Age in years."""
 
-def check_age(age: Any) -> None:
-    """Raise `InputError` unless `age` is one age in years, from 0 to 120."""
-    check_number("age", age, "years")
-    ages(age)
+Wavelength = Annotated[float, VISIBLE]
+"""A visible wavelength in nanometres."""
 
+Vergence = Annotated[float, Range("dioptres")]
+PixelAngle = Annotated[float, Range("radians", positive=True)]
 
-def check_wavelength(wavelength_nm: Any, name: str = "wavelength_nm") -> None:
-    """Raise `InputError` unless given one visible wavelength (380 to 780 nm)."""
-    check_number(name, wavelength_nm, "nanometres")
-    wavelengths(wavelength_nm, name)
+AnyOptics = Annotated[Optics, Check(check_optics)]
+"""A lens, an eye, or other optics."""
 
 
 def check_kind(name: str, value: object, kind: type, remedy: str) -> None:
@@ -90,37 +89,21 @@ def warn_if_artificial(pupil_diameter: float) -> None:
         text = (
             f"a pupil of {1e3 * pupil_diameter:g} mm is smaller than any natural pupil, and is assumed to be artificial"
         )
-        warnings.warn(FocalGradientWarning(text), stacklevel=2)
+        warn(text)
 
 
 def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:
     """Return wavelengths as an array; raise `InputError` unless all are visible (380 to 780 nm)."""
-    try:
-        values = np.asarray(wavelength_nm, dtype=float)
-    except (TypeError, ValueError):
-        values = np.array(np.nan)
-    if not np.all((values >= 380) & (values <= 780)):
-        raise InputError(f"{name} is {_shown(wavelength_nm)}, but must lie between 380 and 780: give it in nanometres.")
-    return values
+    return WAVELENGTHS.of(name, wavelength_nm)
 
 
 def ordered_times(times: ArrayLike) -> NDArray[np.float64]:
     """Return times in seconds as an array; raise `InputError` unless they increase."""
     array = check_finite("times", times, "seconds")
     if array.ndim > 1 or not np.all(np.diff(np.atleast_1d(array)) > 0):
-        raise InputError(f"times is {_shown(times)}, but each moment must be later than the one before: sort them.")
+        raise InputError(f"times is {described(times)}, but each moment must be later than the one before: sort them.")
     return array
-
-
-def _shown(values: ArrayLike) -> str:
-    text = repr(values) if np.ndim(values) == 0 else np.array2string(np.asarray(values), threshold=6, edgeitems=3)
-    return text.replace("\n", "")
 
 
 Pupil = Annotated[float, Check(check_pupil)]
 """Diameter of a pupil in metres."""
-
-Wavelength = Annotated[float, Check(check_wavelength)]
-"""A visible wavelength in nanometres."""
-
-PixelAngle = Annotated[float, Range("radians", positive=True)]

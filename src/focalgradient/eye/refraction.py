@@ -15,10 +15,10 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError, check_fields, check_number, check_one_of, described
+from focalgradient.errors import InputError, check_fields, check_one_of, checked, described
 from focalgradient.eye.age import accommodation_amplitude
-from focalgradient.eye.ranges import check_kind
-from focalgradient.quantities import Range
+from focalgradient.eye.ranges import Age, Vergence, check_kind
+from focalgradient.quantities import Check, Range
 
 __all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of", "worn_of"]
 
@@ -108,6 +108,13 @@ class Refraction:
         return f"{sphere} {self.cylinder:+.2f} x {self.axis:.0f}" if self.cylinder else sphere
 
 
+def _check_refraction(refraction: object) -> None:
+    check_kind("refraction", refraction, Refraction, PARSE)
+
+
+Prescription = Annotated[Refraction, Check(_check_refraction)]
+
+
 @dataclass(frozen=True, slots=True)
 class Correction:
     """Lens worn in front of an eye.
@@ -131,7 +138,8 @@ class Correction:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def response(self, refraction: Refraction, looking_at: float, age: float | None = None) -> float:
+    @checked
+    def response(self, refraction: Prescription, looking_at: Vergence, age: Age | None = None) -> float:
         """Return the accommodation (D) with which an eye behind this lens focuses `looking_at` (D).
 
         In the mean of all meridians, not below 0, and no more than the amplitude of its `age` (years; None: no limit).
@@ -140,11 +148,6 @@ class Correction:
         [0.0, 2.18, 2.5]
         """
         from scipy.optimize import brentq  # deferred: slow to import
-
-        check_kind("refraction", refraction, Refraction, PARSE)
-        check_number("looking_at", looking_at, "dioptres")
-        if age is not None:
-            check_number("age", age, "years")
 
         def miss(response: float) -> float:
             return float(np.trace(focus_of(refraction, response, self))) / 2 - looking_at
@@ -173,8 +176,9 @@ def worn_of(correction: Correction | str | None) -> Correction:
     return correction
 
 
+@checked
 def focus_of(
-    refraction: Refraction, accommodation: float, correction: Correction, *, vertex: float = VERTEX
+    refraction: Prescription, accommodation: Vergence, correction: Correction, *, vertex: float = VERTEX
 ) -> FloatArray:
     """Return the vergence (D) in front of the eye that is in focus, by meridian: a symmetric 2 x 2 matrix.
 
@@ -202,9 +206,7 @@ def focus_of(
     >>> [round(float(focus_of(myope, 2.5, CORRECTIONS[name])[0, 0]), 2) for name in CORRECTIONS]
     [8.1, 2.87, 2.5]
     """
-    check_kind("refraction", refraction, Refraction, PARSE)
     worn_of(correction)
-    check_number("accommodation", accommodation, "dioptres")
     needed = _moved(refraction.matrix, vertex)
     worn = _moved(needed, -correction.vertex) if correction.power is None else correction.power.matrix
     before = _moved(needed - accommodation * np.eye(2), -correction.vertex) - worn

@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest
-from focalgradient.eye.protocol import EyeModel, check_eye, chromatic_scale
+from focalgradient.eye.protocol import AnyEye, EyeModel, chromatic_scale
 from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
 from focalgradient.progress import Progress
+from focalgradient.quantities import Whole
 
 __all__ = ["caught_by_cones", "parts_needed", "retinal_image"]
 
@@ -90,22 +92,20 @@ def retinal_image(
     return back
 
 
+@checked
 def caught_by_cones(
     picture: ArrayLike,
     distance: ArrayLike,
-    eye: EyeModel,
+    eye: AnyEye,
     lights: SpectralBasis,
     pixel_angle: float,
-    wavelengths: int | None,
+    wavelengths: Annotated[int | None, Whole(1, 81)],
     progress: Progress | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return L, M and S catches of the `retinal_image` (H x W x 3) and of each primary (primaries x cones)."""
     image = np.asarray(picture, dtype=float)
     if image.ndim != 3 or image.shape[2] != 3:
         raise InputError(f"picture has shape {image.shape}, but must be H x W x 3: linear red, green and blue.")
-    check_eye("eye", eye)
-    if wavelengths is not None and not (isinstance(wavelengths, int) and 1 <= wavelengths <= 81):
-        raise InputError(f"wavelengths is {wavelengths!r}, but must be a whole number from 1 to 81.")
     shown = SpectralPicture(image, lights)
     cones = np.zeros(image.shape)
     for number, band in enumerate(CLASSES):

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import j0
 
-from focalgradient.errors import InputError, check_fields, check_finite
-from focalgradient.quantities import Range
+from focalgradient.errors import check_fields, check_finite
+from focalgradient.quantities import Range, Values
 
 __all__ = ["Scatter"]
 
@@ -74,9 +74,7 @@ class Scatter:
         >>> Scatter(25, 0.5).veil([1.0, 10.0]).round(4).tolist()
         [15.1805, 0.0677]
         """
-        theta = check_finite("angle_deg", angle_deg, "degrees")
-        if not np.all((theta >= NEAREST) & (theta <= 100)):
-            raise InputError(f"angle_deg goes from {theta.min():g} to {theta.max():g}, but must be from 0.1 to 100.")
+        theta = Values("degrees", NEAREST, 100).of("angle_deg", angle_deg)
         aged = 1 + (self.age / AGE_DOUBLED) ** 4
         return np.asarray(10 / theta**3 + (5 / theta**2 + 0.1 * self.pigment / theta) * aged + 0.0025 * self.pigment)
 

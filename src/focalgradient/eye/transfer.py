@@ -13,10 +13,10 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_number
+from focalgradient.errors import InputError, check_finite, check_number, checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.protocol import is_eye
-from focalgradient.eye.ranges import wavelengths
+from focalgradient.eye.ranges import VISIBLE, AnyOptics, Vergence
 from focalgradient.eye.wavefront import Pupil, pupil_spread
 from focalgradient.optics import Optics, check_optics, own_blur
 from focalgradient.optics.protocol import Transfer
@@ -111,11 +111,12 @@ def blur_transfer(
     return sum(transfers, np.zeros(()))
 
 
+@checked
 def point_spread(
     angle_y: ArrayLike,
     angle_x: ArrayLike,
-    optics: Optics,
-    vergence: float,
+    optics: AnyOptics,
+    vergence: Vergence,
     *,
     wavelength_nm: float | None = None,
     light: Light | None = None,
@@ -150,8 +151,6 @@ def point_spread(
     0.98
     0.97
     """
-    check_number("vergence", vergence, "dioptres")
-    check_optics(optics)
     if own_blur(optics) is not None and not hasattr(optics, "pupil"):
         raise InputError("optics know their transfer, but not their point spread: give an Eye or a Lens.")
     spreads = (
@@ -180,8 +179,8 @@ def in_light(optics: Any, wavelength_nm: float | None, light: Light | None) -> I
         ]
     else:
         one = wavelength_nm if wavelength_nm is not None else getattr(optics, "wavelength_nm", LENS_NM)
-        check_number("wavelength_nm", one, "nanometres")
-        samples = [(float(wavelengths(one)), 1.0)]
+        VISIBLE.check("wavelength_nm", one)
+        samples = [(float(one), 1.0)]
     for nm, part in samples:
         yield (optics.in_light(nm) if is_eye(optics) else optics), nm, part
 

@@ -45,7 +45,7 @@ def typical_aberrations(pupil_diameter: float) -> Aberrations:
     check_pupil(pupil_diameter)
     if pupil_diameter > MEASURED:
         raise InputError(
-            f"pupil_diameter is {1e3 * pupil_diameter:g} mm, but typical aberrations are known over {1e3 * MEASURED:g} "
-            "mm: take a smaller pupil, or measured coefficients (Eye.from_zernike)."
+            f"typical aberrations are known for pupils up to {1e3 * MEASURED:g} mm, but this one has "
+            f"{1e3 * pupil_diameter:.3g}: give a smaller pupil_diameter, or measured coefficients (Eye.from_zernike)."
         )
     return tuple(term for term in resized_zernike(MAGNITUDES, pupil_diameter / MEASURED) if term[0] > 2)

@@ -26,6 +26,7 @@ from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_pict
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.psf import pixel_transfer
+from focalgradient.quantities import Range
 from focalgradient.render import Rendered, blur_picture, blur_scene, cast
 from focalgradient.render.raycast import check_frame
 from focalgradient.scenes import Mesh, Scene
@@ -215,8 +216,7 @@ def eye_views(
     >>> len(eye_views(0.5, cones, (64, 64), np.radians(1 / 60), correlation=0.9))
     4
     """
-    if not -1 <= correlation <= 1:
-        raise InputError(f"correlation is {correlation!r}, but must be between -1 and 1.")
+    Range("shares", -1, 1).check("correlation", correlation)
     check_number("gain", gain, "multiples of the other cones' contrast", least=0)
     cones = check_list("cones", cones, "Cones")
     if not cones:

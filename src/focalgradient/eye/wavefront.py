@@ -22,7 +22,7 @@ from focalgradient.errors import InputError, check_finite, check_list, check_num
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.ranges import Pupil as PupilDiameter
-from focalgradient.eye.ranges import check_pupil, check_wavelength
+from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil
 from focalgradient.quantities import Range
 
 if TYPE_CHECKING:
@@ -252,6 +252,14 @@ def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArra
     return (turn / (2 * np.pi)) ** 2 / pupil.light * np.abs(field) ** 2
 
 
+def added_terms(*terms: tuple[int, int, float], least: float = 0.0) -> Aberrations:
+    """Return the sum of Zernike terms (n, m, micrometres) in order, of those whose magnitude exceeds `least`."""
+    total: dict[tuple[int, int], float] = {}
+    for n, m, um in terms:
+        total[n, m] = total.get((n, m), 0.0) + um
+    return tuple((n, m, um) for (n, m), um in sorted(total.items()) if abs(um) > least)
+
+
 def check_aberrations(aberrations: Aberrations) -> None:
     """Raise `InputError` unless given Zernike terms."""
     for term in check_list("aberrations", aberrations, "Zernike terms (n, m, micrometres)"):
@@ -291,21 +299,19 @@ def _loss(diameter: float, stiles_crawford: float) -> float:
 class Pupil:
     """Pupil as a function of position in the unit disc, a complex number x + i y."""
 
+    @checked
     def __init__(
         self,
         diameter: float,
-        wavelength_nm: float,
-        defocus: float,
+        wavelength_nm: Wavelength,
+        defocus: Vergence,
         aberrations: Aberrations = (),
-        stiles_crawford: float = 0.0,
+        stiles_crawford: Annotated[float, Range("1/mm^2", 0)] = 0.0,
         lens: ZonedLens | None = None,
     ) -> None:
         self.diameter, self.wavelength_nm, self.defocus, self.lens = diameter, wavelength_nm, defocus, lens
         self.clear = not (aberrations or stiles_crawford or lens)
         check_aberrations(aberrations)
-        check_number("stiles_crawford", stiles_crawford, "1/mm^2", least=0)
-        check_wavelength(wavelength_nm)
-        check_number("defocus", defocus, "dioptres")
         terms = (*aberrations, (2, 0, defocus_term(defocus, diameter)))
         waves = 2e3 * np.pi / wavelength_nm  # radians of phase per micrometre
         self.terms = [(n, m, waves * c) for n, m, c in terms if c]

@@ -161,9 +161,9 @@ class SessionOptions(RecordingOptions):
     stimuli
         Folder of the pictures, written by 'focalgradient stimuli'.
     design
-        Settings file of the design (default: the settings of the paper).
+        Settings file of the design (default: those that --print-design writes).
     print_design
-        Print the settings file of the paper, as a template.
+        Print the default settings file, as a template.
     print_words
         Print all texts shown on the screen in en or de, as a template.
     trials

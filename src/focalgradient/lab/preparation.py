@@ -11,7 +11,7 @@ import importlib.util
 import os
 import platform
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -52,6 +52,7 @@ __all__ = [
 ASSUMED_PITCH, ASSUMED_DISTANCE = 0.0254 / 96, 0.57  # in m, for an uncalibrated screen
 WINDOW = (1024, 768)  # pixels
 NEAR = 0.01  # tolerance of the pictures' visual angle, as a fraction
+PILOT_TRIALS = 20  # above which a test run is long
 GAMMA_NEAR = 0.1  # tolerance between the display's measured gamma and that of the pictures
 
 NO_PSYCHOPY = (3, 13)  # first Python version that PsychoPy's metadata exclude
@@ -123,7 +124,8 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
         if options.resume:
             raise InputError("--trials is given, but a resumed session continues with its own list: leave it out.")
         design = design.with_trials(str(options.trials), read_trials(options.trials))
-    given_design = _with_gaze(options, design.pilot() if options.pilot else design)
+    short = design.pilot() if options.pilot else design
+    given_design = _with_gaze(options, short)
     design = check_session(options, given_design)
     if options.resume and options.design is not None:
         _same_design(options, given_design, design)
@@ -138,6 +140,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     try:
         screen = import_screen()
         display, calibrated, warnings = _display(options, screen, stimuli, setup)
+        warnings = [*warnings, *_unshortened(options, short, design)]
         stereoscope = None
         if setup is not None:
             stereoscope = setup, eye_displays(setup, screen, display, gamma_shown)
@@ -177,6 +180,15 @@ def _options(experiment: Experiment, given: Sequence[str], program: str) -> Sess
             "--resume is given without the participant whose session is to be resumed: give --participant."
         )
     return options
+
+
+def _unshortened(options: SessionOptions, short: Design, design: Design) -> Iterator[str]:
+    """Yield a warning if a test run has as many trials as a session."""
+    if not options.pilot:
+        return
+    trials = len(short.trials(options.participant or "pilot"))
+    if trials > PILOT_TRIALS and trials == len(design.trials(options.participant or "pilot")):
+        yield f"the test run has all {trials} trials of the design, which has no repetitions to omit."
 
 
 def _to_repeat(given: Sequence[str]) -> list[str]:

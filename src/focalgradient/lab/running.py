@@ -229,7 +229,8 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
             _may_keep(window, session, sitting)
             raise
     window.on_event("end", window.now())
-    for step in filter(_is_last, steps):  # all data have been saved
+    print(f"Saved in {options.folder}.", flush=True)
+    for step in filter(_is_last, steps):
         walk.show(step)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import warnings
 from dataclasses import astuple, dataclass
 from functools import cache, partial
 from itertools import pairwise
@@ -16,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError, check_number
+from focalgradient.errors import InputError, check_number, warn
 from focalgradient.files import printable, read_array, read_json, write_whole
 from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name, save_array
 from focalgradient.live.planes import Bound, choose, mix
@@ -181,13 +180,11 @@ class FocusSeries:
         if where is not None:
             made._finish(where)
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
-            warnings.warn(
+            warn(
                 f"mixing two planes of focus has errors of up to {made.error[1]:.1f} steps of 8 bits (median "
                 f"{made.error[0]:.2f}) in {made._beyond(largest_error):.0%} of the range of focus, where the picture "
                 f"changes abruptly with focus or would need more than {MAX_INTERVALS + 1} planes: set "
-                f"largest_error to what suffices instead of {largest_error:g}.",
-                FocalGradientWarning,
-                stacklevel=2,
+                f"largest_error to what suffices instead of {largest_error:g}."
             )
         return made
 

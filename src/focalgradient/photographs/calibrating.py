@@ -29,7 +29,7 @@ from focalgradient.calibration import (
     refuse_slips,
     shape_k,
 )
-from focalgradient.errors import FocalGradientWarning, InputError, check_one_of
+from focalgradient.errors import FocalGradientWarning, InputError, check_one_of, warn
 from focalgradient.files import printable
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.known_scenes import (
@@ -300,9 +300,7 @@ def _warn_of_deviating_blur(shots: Sequence[TargetShot], readings: Sequence[Read
         alike = sorted(r.width for r in readings if (r.distance, r.f_number, r.focus_distance) == kind)
         deviation = reading.width / alike[len(alike) // 2] - 1
         if len(alike) > 2 and abs(deviation) > BLUR_DEVIATION:
-            warnings.warn(
+            warn(
                 f"{shot.image} is {abs(deviation):.0%} {'more' if deviation > 0 else 'less'} blurred than the others "
-                "of its kind: check for camera shake, and leave it out.",
-                FocalGradientWarning,
-                stacklevel=3,
+                "of its kind: check for camera shake, and leave it out."
             )

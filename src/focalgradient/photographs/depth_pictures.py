@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 from focalgradient.files import printable
 from focalgradient.optics import Optics
 from focalgradient.photographs.encodings import Encoding
@@ -192,7 +191,7 @@ def read_depth_picture(
         if slip is not None and unit is None:
             raise InputError(f"{slip} If all is correct, give {named('unit')} m.")
         if slip is not None:
-            warnings.warn(slip, FocalGradientWarning, stacklevel=2)
+            warn(slip)
     check_frame(angle, (height, width))
     return DepthPicture(printable(picture), shown, found.metres, found.filled, angle)
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import platform
-import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -20,7 +19,7 @@ from focalgradient.depth.common_error import KnownPoint, checked_points, with_kn
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
 from focalgradient.depth.settings import AUTO, METHODS, SOURCES, BlurSource, MethodName, blur_source, used_blur
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 from focalgradient.files import printable
 from focalgradient.memory import require
 from focalgradient.photographs.cameras import Calibrated, load_camera
@@ -311,8 +310,7 @@ def _read_table(
     if given := [name for name, value in optics.items() if not (value is None or value is False or value == ())]:
         raise InputError(f"{given[0]} cannot go with {table}, which gives the optics itself: set it there.")
     settings = load_settings(table, calibrated)
-    images, flats = [shot.image for shot in settings.shots], [shot.flat for shot in settings.shots]
-    return settings, read_photographs(images, settings.camera.encoding, flats, crop=align)
+    return settings, settings.read_shots(settings.shots, crop=align)
 
 
 def _read_photographs(
@@ -348,11 +346,9 @@ def _blur(psf: BlurSource | str | Mapping[str, Any], method: MethodName, setting
     if camera.psf is None:  # a Gaussian is the model with which the target's edges were measured
         return Gaussian(camera.k) if method == "edges" else AUTO
     if method == "edges":
-        warnings.warn(
+        warn(
             "the camera was calibrated by equalising, which does not measure the blur along edges: depth by edges may "
-            "err by more than is stated; calibrate it by edges, too (calibrate_camera, method='edges').",
-            FocalGradientWarning,
-            stacklevel=3,
+            "err by more than is stated; calibrate it by edges, too (calibrate_camera, method='edges')."
         )
     return camera.psf
 
@@ -386,12 +382,10 @@ def _referred(depth: DepthMap, views: Sequence[View], settings: Settings, offset
     """Refer a map to the user's plane of distances, and apply the calibration if there is one."""
     if settings.relative:  # ordinal depth: vergence is 1 at the first photograph's focus, and 2 at the last one's
         count = len(views)
-        warnings.warn(
+        warn(
             "no focus distance is known (give focus_distances_m once for each photograph), so only the order of depth "
             f"is estimated: vergence is 1 at the focus of the first photograph and 2 at that of the last of {count}, "
-            "assumed to be evenly spaced; distance is not estimated.",
-            FocalGradientWarning,
-            stacklevel=3,
+            "assumed to be evenly spaced; distance is not estimated."
         )
         return replace(depth, details=depth.details | {"order_only": count}, plane="no plane: order only")
     if settings.calibration is None:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageCms
 
-from focalgradient.errors import FocalGradientWarning
+from focalgradient.errors import warn
 from focalgradient.files import opened, printable
 from focalgradient.srgb import linear_to_srgb
 
@@ -113,10 +113,8 @@ def _closest_encoding(curve: NDArray[np.floating], what: str, name: Any) -> Enco
     }
     encoding = min(known, key=lambda one: known[one])
     if known[encoding] > MAX_CURVE_DIFFERENCE:
-        warnings.warn(
+        warn(
             f"{printable(name)} states {what}, whose tone curve is neither sRGB nor linear; it is treated as "
-            f"{encoding}: convert it to one of them for exact results.",
-            FocalGradientWarning,
-            stacklevel=2,
+            f"{encoding}: convert it to one of them for exact results."
         )
     return encoding

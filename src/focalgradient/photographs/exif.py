@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Annotated, Any, TypedDict
 
 from PIL import ExifTags, Image
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_tolerance
+from focalgradient.errors import InputError, check_tolerance, warn
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.encodings import Encoding, of_header
 from focalgradient.photographs.images import read_image_bytes
@@ -158,12 +157,10 @@ def from_exif(
         camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
         f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
     if pixel_pitch_um is None and camera["pixel_pitch_um"] is None and any(one.by_equivalent for one in recorded):
-        warnings.warn(
+        warn(
             f"EXIF gives no pixel size: {recorded[0].pixel_pitch_um:.3g} um is derived from the 35-mm equivalent of "
             "the focal length, accurate to a few per cent if the picture was not cropped; give pixel_pitch_um if it "
-            "is known.",
-            FocalGradientWarning,
-            stacklevel=2,
+            "is known."
         )
     camera, views = _completed_by_exif(files, recorded, camera, f_numbers, focus_distances_m)
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:

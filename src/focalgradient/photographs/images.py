@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps, ImageSequence
 from scipy.ndimage import distance_transform_edt
 
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
 from focalgradient.photographs.cropping import cropped
@@ -185,11 +185,9 @@ def _warn_of_mixed_encodings(photographs: Sequence[Photograph]) -> None:
             f"{'assumed to be ' if photograph.assumed else ''}{encoding.replace('srgb', 'sRGB')}"
             for encoding, photograph in by_encoding.items()
         ]
-        warnings.warn(
+        warn(
             f"{', but '.join(texts)}: export all photographs with the same encoding and bit depth, or state the "
-            "encoding that all have (encoding, or encoding under [camera]).",
-            FocalGradientWarning,
-            stacklevel=3,
+            "encoding that all have (encoding, or encoding under [camera])."
         )
 
 
@@ -215,11 +213,7 @@ def _name_page(path: Path, data: bytes) -> None:
     )
     pages = sum(size[0] * size[1] >= sizes[0][0] * sizes[0][1] for size in sizes)
     if pages > 1:
-        warnings.warn(
-            f"{printable(path)} has {pages} pages, of which page 1 was read: save the page that you mean as a file.",
-            FocalGradientWarning,
-            stacklevel=3,
-        )
+        warn(f"{printable(path)} has {pages} pages, of which page 1 was read: save the page that you mean as a file.")
 
 
 def _flattened(
@@ -310,12 +304,10 @@ def _warn_of_low_quality(path: Path) -> None:
     step = float(np.mean(tables[0])) / _STEP_OF_QUALITY_50 if 0 in tables else 0.0
     quality = 100 - 50 * step if step <= 1 else 50 / step
     if quality < _MIN_JPEG_QUALITY:
-        warnings.warn(
+        warn(
             f"{printable(path)} is a JPEG of about quality {quality:.0f}: compression removed fine detail that depth "
             "depends on, and the stated uncertainty includes this from quality 90 only: use camera raw files, or "
-            "quality 95.",
-            FocalGradientWarning,
-            stacklevel=3,
+            "quality 95."
         )
 
 
@@ -329,11 +321,7 @@ def _opaque(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
             f"{printable(path)} is transparent over {hidden:.0%} of its pixels, but may be over half: crop it."
         )
     if hidden:
-        warnings.warn(
-            f"{printable(path)}: {hidden:.1%} of the pixels are transparent and are excluded.",
-            FocalGradientWarning,
-            stacklevel=3,
-        )
+        warn(f"{printable(path)}: {hidden:.1%} of the pixels are transparent and are excluded.")
     return opaque
 
 
@@ -450,16 +438,12 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     if darkest == brightest:
         raise InputError(f"{path} is uniform ({brightest:g}), so it shows no blur: give one with texture.")
     if integer and bad > _SATURATED_WARNING_FRACTION:
-        warnings.warn(
-            f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is unreliable.",
-            FocalGradientWarning,
-            stacklevel=3,
-        )
+        warn(f"{path}: {bad:.1%} of the pixels are saturated; depth on and around them is unreliable.")
     elif not integer and bad:
         count = int(np.sum(~mask))
         pixels_are, are = ("1 pixel is", "is") if count == 1 else (f"{count} pixels are", "are")
         excluded = f"{path}: {pixels_are} NaN or infinite and {are} excluded."
-        warnings.warn(excluded, FocalGradientWarning, stacklevel=3)
+        warn(excluded)
     return bad if integer else 0.0
 
 

@@ -23,11 +23,10 @@ from focalgradient.calibration import (
     score_scene,
 )
 from focalgradient.depth.recover import recover_depth
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import FocalGradientWarning, InputError, warn
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.cameras import Calibrated
-from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.pictures import DepthUnit, read_distances
 from focalgradient.photographs.settings import FOCUS_TOLERANCE, Shot
 from focalgradient.photographs.settings import GIVEN as KEYS
@@ -116,14 +115,8 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
     def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene:
         """Read one scene, and estimate its depth with the lens's marks."""
         camera = self.camera
-        photographs = read_photographs(
-            [shot.image for shot in shots], camera.encoding, [shot.flat for shot in shots], crop=True
-        )
-        focus = camera.body.optical(
-            shots[0].focus_distance_m, camera.focus_from or camera.distances_from or "entrance_pupil"
-        )
-        lenses = [Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus) for shot in shots]
-        views = list(map(camera.view, photographs, lenses))
+        lenses = [camera.lens(shot.f_number, shot.focus_distance_m) for shot in shots]
+        views, focus = list(map(camera.view, self.read_shots(shots, crop=True), lenses)), lenses[0].focus_distance
         distance = read_distances(shots[0].depth, camera.depth_unit, scale=camera.depth_step, fill=False).metres
         if distance.shape != views[0].shape:
             sizes = [f"{shape[1]} x {shape[0]}" for shape in (distance.shape, views[0].shape)]
@@ -262,11 +255,9 @@ def calibrate_scenes(known: KnownScenes, psf: Psf, progress: Progress) -> SceneC
     fit = known.fit(scenes, psf)
     scores = _held_out(known, scenes, psf)
     if len(scenes) < LEAST_HELD_OUT:
-        warnings.warn(
+        warn(
             f"only {len(scenes)} of {count} scenes gave depth from blur, too few to test the calibration on left-out "
-            "scenes: add scenes.",
-            FocalGradientWarning,
-            stacklevel=3,
+            "scenes: add scenes."
         )
     return SceneCalibration(
         Calibrated(sensor=known.camera.only, calibration=fit.calibration), fit, names, scores, count

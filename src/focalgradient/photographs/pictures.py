@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_installed
+from focalgradient.errors import InputError, check_installed, warn
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.encodings import Encoding, of_header, profile_name
 from focalgradient.photographs.images import decoded, filled, read_pixels
@@ -93,11 +92,9 @@ def read_picture(path: Path, encoding: Encoding | None = None) -> Picture:
         pixels, encoding, assumed = read_pixels(path, encoding)
         _check_colours(path, encoding)
         if assumed and pixels.dtype == np.uint16:
-            warnings.warn(
+            warn(
                 f"{printable(path)} does not state its encoding of light and is assumed to be linear, as its pixels "
-                f"have 16 bits: state it if known (encoding).",
-                FocalGradientWarning,
-                stacklevel=2,
+                f"have 16 bits: state it if known (encoding)."
             )
     stored = pixels.dtype.kind == "f" or pixels.dtype in (np.uint8, np.uint16)
     if not (stored and np.isfinite(pixels).all()):
@@ -210,11 +207,7 @@ def read_distances(
     filled_in = " and were filled from their neighbours" if fill else ""
     by_value = "" if marker is None else f" ({marked.mean():.2%} by the value {marker:g}, which marks it)"
     if holes.any() and (fill or by_value):
-        warnings.warn(
-            f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth{by_value}{filled_in}.",
-            FocalGradientWarning,
-            stacklevel=2,
-        )
+        warn(f"{printable(path)}: {holes.mean():.2%} of the pixels have no depth{by_value}{filled_in}.")
     if holes.any() and fill:
         metres = _without_holes(metres)
     return Distances(metres, float(holes.mean()))
@@ -234,11 +227,9 @@ def _check_colours(path: Path, encoding: Encoding) -> None:
     if hidden:
         raise _transparent(path)
     if profile and encoding == "srgb" and "srgb" not in (name := profile_name(profile)).lower():
-        warnings.warn(
+        warn(
             f"{printable(path)} has the colour profile {name}, but its colours are treated as sRGB: convert it to "
-            "sRGB for exact colours.",
-            FocalGradientWarning,
-            stacklevel=3,
+            "sRGB for exact colours."
         )
 
 

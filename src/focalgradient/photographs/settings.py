@@ -18,7 +18,6 @@ from focalgradient.optics import DualPixel, Lens
 from focalgradient.optics.dual_pixel import ASYMMETRY
 from focalgradient.optics.lens import FIELD_TOLERANCE
 from focalgradient.photographs.cameras import Calibrated, load_camera
-from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Plane, plane_name
 from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles, in_file
@@ -162,14 +161,12 @@ class Settings(Photographs[Camera, Shot]):
             try:
                 if self.calibration is None:
                     camera = self.camera
-                    marked_from = camera.focus_from or camera.distances_from or "entrance_pupil"
-                    focus = camera.body.optical(shot.focus_distance_m, marked_from)
                     tolerances = {
                         "focus_tolerance": 0.0 if self.relative else camera.focus_tolerance,
                         "aperture_tolerance": 0.0 if self.relative else camera.f_number_tolerance,
                         "field_tolerance": 0.0 if self.relative else camera.field_tolerance,
                     }
-                    lenses.append(Lens(camera.focal_length_mm * 1e-3, shot.f_number, focus, **tolerances))
+                    lenses.append(camera.lens(shot.f_number, shot.focus_distance_m, **tolerances))
                 else:
                     lenses.append(self.calibration.lens(shot.f_number, shot.focus_distance_m))
             except InputError as error:
@@ -291,7 +288,7 @@ def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[Vi
     ...     text += "".join(f'[[view]]\nimage = "{name}.npy"\n{lens}' for name in "ab")
     ...     written = Path(folder, "views.toml").write_text(text)
     ...     settings = load_settings(Path(folder, "views.toml"))
-    ...     views = make_views(settings, read_photographs([shot.image for shot in settings.shots]))
+    ...     views = make_views(settings, settings.read_shots(settings.shots))
     >>> views[0].shape, round(1e6 * views[0].pixel_angle, 1)  # 5 um at 1/19 m
     ((8, 9), 95.0)
     """
@@ -309,9 +306,4 @@ def read_views(path: str | os.PathLike[str]) -> list[View]:
     """
     settings = load_settings(path)
     with given_as(GIVEN):
-        return _views_of(settings)
-
-
-def _views_of(settings: Settings) -> list[View]:
-    images, flats = zip(*((shot.image, shot.flat) for shot in settings.shots), strict=True)
-    return make_views(settings, read_photographs(images, settings.camera.encoding, flats))
+        return make_views(settings, settings.read_shots(settings.shots))

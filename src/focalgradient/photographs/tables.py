@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field, ValidationInfo
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.photographs.encodings import Encoding
+from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Body, Plane
 from focalgradient.plausibility import given_as
@@ -74,6 +75,12 @@ class Sensor(Table):
         throw = self.focal_length_mm * 1e-3 if self.telecentric else lens.sensor_distance
         return self.pixel_pitch_um * 1e-6 / throw
 
+    def lens(self, f_number: float, focus_distance_m: float, **tolerances: float) -> Lens:
+        """Return the lens at these marks; focus is marked from `focus_from`."""
+        marked_from = self.focus_from or self.distances_from or "entrance_pupil"
+        focus = self.body.optical(focus_distance_m, marked_from)
+        return Lens(self.focal_length_mm * 1e-3, f_number, focus, **tolerances)
+
     def view(self, photograph: Photograph, lens: Lens) -> View:
         """Return a photograph through a lens as a view."""
         angle = self.pixel_angle(lens) * photograph.binning
@@ -94,8 +101,8 @@ class ShotFiles(Table):
     """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
 
 
-CameraTable = TypeVar("CameraTable", bound=Table)
-ShotTable = TypeVar("ShotTable", bound=Table)
+CameraTable = TypeVar("CameraTable", bound=Sensor)
+ShotTable = TypeVar("ShotTable", bound=ShotFiles)
 
 
 class Photographs(Table, Generic[CameraTable, ShotTable]):
@@ -106,6 +113,12 @@ class Photographs(Table, Generic[CameraTable, ShotTable]):
         list[ShotTable],
         Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
     ]
+
+    def read_shots(self, shots: Sequence[ShotFiles], *, crop: bool = False) -> list[Photograph]:
+        """Read the photographs of some shots, as by `read_photographs`."""
+        return read_photographs(
+            [shot.image for shot in shots], self.camera.encoding, [shot.flat for shot in shots], crop=crop
+        )
 
     @property
     def files(self) -> list[Path]:

@@ -39,7 +39,7 @@ def threshold_figure(
             draw_functions(left, result, colour=_colour(conditions, name), label=name)
         draw_thresholds(right, conditions)
         if len(conditions) > 1:
-            left.legend(loc="best", handlelength=1.2)
+            figure.legend(*left.get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.2)
             logarithmic(left, [value for result in conditions.values() for value in _levels(result)])
         if level is not None:
             for ax in (left, right):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,10 +13,20 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.power.study import Claim, People
+from focalgradient.statistics import ThresholdResult
 from focalgradient.statistics.questions import Analysis
-from focalgradient.tasks import Task
+from focalgradient.statistics.threshold_questions import MEAN, RATIO
+from focalgradient.tasks import Task, task_named
 
 __all__ = ["Observers"]
+
+THRESHOLDS = "thresholds"
+"""What an analysis of adaptive trials estimates."""
+
+POOL_SIZE = 50
+"""Size of the pool of simulated observers whose thresholds are fitted (0.7 s each and condition), and from which
+experiments are drawn.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,25 +54,49 @@ class Observers(People):
             )
 
     def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
-        return replace(
-            self.task.analysis(design),
-            generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed),
-        )
+        asked = self.task.analysis(design)
+        if asked.estimates == THRESHOLDS:
+            asked = replace(asked, prepare=lambda results: results, exclusions=None, also=())
+        return replace(asked, generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed))
 
     def claims(self, design: Any, bound: float) -> Mapping[str, Claim]:
-        return {f"test_{number}": Claim(name, name, (), 0) for number, name in enumerate(self._tests(design), start=1)}
+        claims = {}
+        for number, (name, level) in enumerate(self._tests(design), start=1):
+            meaning, factor = _meaning(name, level), None
+            if name == MEAN:
+                meaning, factor = f"mean threshold known to a factor of {bound:g}", bound
+            claims[f"test_{number}"] = Claim(meaning, name, (level,) if level else (), 0, factor)
+        return claims
 
     def measured(self, design: Any) -> tuple[tuple[str, str, str], ...]:
-        return tuple((name, name, "") for name in self._tests(design)[:2])
+        return tuple((_meaning(name, level), name, level) for name, level in self._tests(design)[:2])
+
+    def seconds(self, design: Any) -> float:
+        return 0.001 if self._thresholds(design) else 0.01
 
     def settings(self, design: Any) -> dict[str, object]:
-        return {"task": self.task.name, "tests": self._tests(design)}
+        tests = {"task": self.task.name, "tests": [_meaning(*test) for test in self._tests(design)]}
+        return tests | ({"people": POOL_SIZE} if self._thresholds(design) else {})
 
-    def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> pd.DataFrame:
-        return pd.DataFrame(self._rows(design, subjects, rng))
+    def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> Any:
+        if not self._thresholds(design):
+            return pd.DataFrame(self._rows(design, subjects, rng))
+        pool = _people(self.task.name, design.model_dump_json(), seed)
+        return _drawn(pool, rng.choice(POOL_SIZE, subjects))
 
-    def _tests(self, design: Any) -> list[str]:
-        return [one.name for one in self.task.analysis(design).every if one.role in ("primary", "main")]
+    def _thresholds(self, design: Any) -> bool:
+        return self.task.analysis(design).estimates == THRESHOLDS
+
+    def _tests(self, design: Any) -> list[tuple[str, str]]:
+        """Return the tests, by question and level; of thresholds their ratios, or the mean of a single condition."""
+        asked = self.task.analysis(design)
+        every = asked.questions if asked.estimates == THRESHOLDS else asked.every
+        main = [one for one in every if one.role in ("primary", "main")]
+        if any(one.levels for one in main):
+            main = [one for one in main if one.name != MEAN]
+        else:
+            main = [one for one in main if one.name != RATIO]
+        return [(one.name, level) for one in main for level in one.levels or ("",)]
 
     def _rows(self, design: Any, subjects: int, rng: np.random.Generator) -> Iterator[dict[str, Any]]:
         from focalgradient.observers.observer import observer_named
@@ -73,6 +108,35 @@ class Observers(People):
             for trial, answer in zip(design.trials(name), answers, strict=True):
                 if trial.phase == "main" and not trial.catch:
                     yield {"participant_id": f"sub-{name}"} | _fields(trial) | _fields(answer)
+
+
+@lru_cache(maxsize=4)
+def _people(name: str, design_json: str, seed: int) -> Mapping[str, ThresholdResult]:
+    """Return the thresholds of the pool of simulated observers, by condition."""
+    task = task_named(name)
+    design = task.design.model_validate_json(design_json)
+    asked = task.analysis(design)
+    table = pd.DataFrame(Observers(task)._rows(design, POOL_SIZE, np.random.default_rng(seed)))
+    results: Mapping[str, ThresholdResult] = asked.prepare(asked.excluded(table)[0])
+    return results
+
+
+def _drawn(pool: Mapping[str, ThresholdResult], chosen: np.ndarray) -> dict[str, ThresholdResult]:
+    """Return the thresholds of chosen people, who are the same in all conditions."""
+    drawn = {}
+    for name, result in pool.items():
+        people = {person.participant: person for person in result.subjects}
+        subjects = [
+            replace(people[who], participant=f"{number:03}")
+            for number, place in enumerate(chosen)
+            if (who := f"sub-{place + 1:02}") in people
+        ]
+        drawn[name] = replace(result, subjects=tuple(subjects))
+    return drawn
+
+
+def _meaning(name: str, level: str) -> str:
+    return f"{name}, {level}" if level else name
 
 
 def _fields(record: Any) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.ndimage import map_coordinates
 
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
@@ -50,6 +51,9 @@ recovers less than the second fraction of it, as with wide-angle scatter."""
 LENS_VISIBLE_PX = 3.0, 5.0
 """Disc radii in pixels between which a point spread function's width begins to reveal, and fully reveals, the lens's
 diameter."""
+
+EXACT_UP_TO = 0.36
+"""Frequency (cycles per pixel) up to which pictures have exactly the transfer of the optics; above, it is smoothed."""
 
 MIN_FRACTION = 1e-6
 """Fraction of the total energy below which a pixel of a point spread function is set to 0."""
@@ -297,10 +301,33 @@ def _point(own: OwnBlur, vergence: float, reach: int, pixel_angle: float) -> NDA
     # Padded, so that energy leaving the frame on one side does not wrap around to the other.
     edge = reach // 2
     side = 2 * (reach + edge) + 1
-    down = np.fft.fftfreq(side)[:, None] / pixel_angle
-    right = np.fft.rfftfreq(side)[None, :] / pixel_angle
-    transfer = own.optical_transfer(down, right, vergence)
-    return np.asarray(np.fft.fftshift(np.fft.irfft2(transfer, (side, side)))[edge:-edge, edge:-edge])
+    down, right = np.fft.fftfreq(side), np.fft.rfftfreq(side)
+    transfer = own.optical_transfer(down[:, None] / pixel_angle, right[None, :] / pixel_angle, vergence)
+    smooth = _smooth_at_nyquist(transfer, down, right)
+    return np.asarray(np.fft.fftshift(np.fft.irfft2(smooth, (side, side)))[edge:-edge, edge:-edge])
+
+
+def _smooth_at_nyquist(
+    transfer: NDArray[np.inexact], down: NDArray[np.floating], right: NDArray[np.floating]
+) -> NDArray[np.inexact]:
+    """Return a transfer (H x W // 2 + 1) that is changed above `EXACT_UP_TO` so that its repetition is smooth.
+
+    Sampling repeats a transfer every cycle per pixel. A jump at half a cycle per pixel, as of oblique astigmatism, or a
+    bend would make rows of alternating sign beside bright points. Frequencies are therefore moved so that the slope
+    ends at 0, and the two sides of the jump are averaged.
+    """
+    across = [np.clip((np.abs(f) - EXACT_UP_TO) / (0.5 - EXACT_UP_TO), 0, 1) for f in (np.fft.fftshift(down), right)]
+    moved = [
+        np.sign(f) * (np.minimum(np.abs(f), EXACT_UP_TO) + (0.5 - EXACT_UP_TO) * (t - t**3 / 3))
+        for f, t in zip((np.fft.fftshift(down), right), across, strict=True)
+    ]
+    side = len(down)
+    places = np.meshgrid(side * moved[0] + side // 2, side * moved[1], indexing="ij")
+    smooth = map_coordinates(np.fft.fftshift(transfer, 0), places, order=1)
+    mirrored = [np.sin(np.pi / 2 * t) ** 2 / 2 for t in across]  # share of the other side of the jump
+    smooth += mirrored[0][:, None] * (smooth[::-1] - smooth)
+    smooth += mirrored[1] * (np.conj(smooth[::-1]) - smooth)
+    return np.asarray(np.fft.ifftshift(smooth, 0))
 
 
 def _margin(own: OwnBlur, pixel_angle: float) -> int:

@@ -17,7 +17,6 @@ All use the same finite thin lens: blur and occlusion follow from ray geometry.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
@@ -26,7 +25,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import FocalGradientWarning, InputError, check_list, check_one_of
+from focalgradient.errors import InputError, check_list, check_one_of, warn
 from focalgradient.optics import Optics
 from focalgradient.progress import Progress, part_of, silent
 from focalgradient.render import pathtrace
@@ -232,7 +231,7 @@ def _choose(engine: Engine, scene: Scene) -> tuple[str, str]:
 @cache
 def _warn_once(words: str) -> None:
     """Issue a warning once."""
-    warnings.warn(words, FocalGradientWarning, stacklevel=5)
+    warn(words)
 
 
 def _luminance(colour: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -24,6 +24,7 @@ from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
 from focalgradient.psf import Disc, Psf, psf_of
+from focalgradient.quantities import Whole
 from focalgradient.render.rendered import Rendered
 from focalgradient.scenes.objects import Mesh, Plane, Scene, Sphere, check_scene
 from focalgradient.scenes.texture import TILE
@@ -156,8 +157,7 @@ def check_frame(optics: Optics, shape: tuple[int, int], pixel_angle: float, samp
     check_shape(shape)
     check_optics(optics)
     check_pixel_angle(pixel_angle, optics)
-    if not (isinstance(samples, int) and samples >= 1):
-        raise InputError(f"samples is {samples!r}, but must be a whole number of rays: 64 to 256 are usual.")
+    Whole(1, remedy="64 to 256 rays are usual").check("samples", samples)
     check_seed(seed)
 
 

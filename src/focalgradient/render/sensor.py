@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
+from typing import Annotated
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_seed
+from focalgradient.errors import checked
+from focalgradient.quantities import Range, Seed
 from focalgradient.view import View
 
 __all__ = ["noisy"]
 
 
-def noisy(view: View, sd: float, seed: int) -> View:
+@checked
+def noisy(view: View, sd: Annotated[float, Range("the image's unit", 0)], seed: Seed) -> View:
     """Return the view with independent Gaussian noise added to every pixel.
 
     Parameters
@@ -37,10 +39,5 @@ def noisy(view: View, sd: float, seed: int) -> View:
     >>> round(float(view.image.std()), 3)
     0.01
     """
-    if not (sd >= 0 and math.isfinite(sd)):
-        raise InputError(
-            f"sd is {sd!r}, but must be a finite standard deviation of 0 or more: give it in the image's unit."
-        )
-    check_seed(seed)
     noise = sd * np.random.default_rng(seed).standard_normal(view.shape)
     return replace(view, image=(view.image + noise).astype(view.image.dtype))

@@ -19,16 +19,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, check_number, check_one_of
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.shapes import PIXEL_VARIANCE
+from focalgradient.quantities import Whole
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 
@@ -145,9 +146,8 @@ def blur_at(
     >>> blur_at(cube, [cube.nearest, cube.farthest], aperture=0.004).round(6).tolist()
     [0.0, 0.001505]
     """
-    for name, value in (("aperture", aperture), ("k", k)):
-        if not (value >= 0 and math.isfinite(value)):
-            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
+    for name, value, unit in (("aperture", aperture, "metres"), ("k", k, "disc radii")):
+        check_number(name, value, unit, least=0)
     if focus == "near":
         vergence = 1 / necker.nearest
     elif focus == "far":
@@ -207,11 +207,9 @@ def necker_frame(
     >>> picture.dtype, picture.shape
     (dtype('float32'), (320, 320))
     """
-    if gradient not in ("none", "rigid", "nonrigid"):
-        raise InputError(f"gradient is {gradient!r}, but must be 'none', 'rigid' or 'nonrigid'.")
+    check_one_of("gradient", gradient, get_args(Gradient))
     check_shape(shape)
-    if not math.isfinite(turn):
-        raise InputError(f"turn is {turn!r}, but must be a finite number of turns.")
+    check_number("turn", turn, "turns")
     check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
@@ -260,8 +258,7 @@ def necker_loop(
     >>> next(loop).shape
     (320, 320)
     """
-    if not (isinstance(frames, int) and frames >= 3):
-        raise InputError(f"frames is {frames!r}, but must be a whole number of 3 or more: see NeckerCube.loop_frames.")
+    Whole(3, remedy="see NeckerCube.loop_frames").check("frames", frames)
     for frame in range(frames):
         yield necker_frame(
             necker,

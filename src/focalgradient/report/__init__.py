@@ -168,7 +168,9 @@ def make_report(
         how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
         own = kind.read(files, how | {"steps": steps})
         problems = [*own.problems]
-        found = _Analysed(root.stem, [kind.part(own, asked)], problems, [*own.notes], [*own.notices])
+        folder = Path(os.path.commonpath([path.absolute().parent for path in paths])).name
+        title = folder if len(paths) > 1 and folder else root.stem
+        found = _Analysed(title, [kind.part(own, asked)], problems, [*own.notes], [*own.notices])
     else:
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)

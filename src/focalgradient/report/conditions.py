@@ -19,8 +19,9 @@ from focalgradient.report.exclusions import TRIALS, WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
+from focalgradient.report.thresholds import threshold_part
 from focalgradient.report.words import times
-from focalgradient.statistics import ConditionTest, Effect, Rules
+from focalgradient.statistics import ConditionTest, Effect, Rules, ThresholdResult
 from focalgradient.statistics.conditions import condition_questions, level_text
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
@@ -71,7 +72,24 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     before = rating_tests(own)
     kept, without = (condition_questions(of).answers(of) for of in (tests, before))
     answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
-    return condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
+    part = condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
+    return dataclasses.replace(part, sheets=_means_of_ratings(own, tests))
+
+
+def _means_of_ratings(own: OwnConditions, tests: Tests) -> list[Sheet]:
+    """Return mean ratings at the levels of each condition, but for levels of single subjects such as ages."""
+    of = {test.factor: test for test in tests if test.points is not None and test.answer == "rating"}
+    cells = []
+    for factor, test in of.items():
+        means = dict(zip(test.points, test.means, strict=True))  # type: ignore[arg-type]
+        if all(mean.low is not None for mean in means.values()):
+            ordered = [level for level in own.conditions[factor] if level in means]
+            ends = ((level, means[level]) for level in ordered)
+            cells += [[factor, level_text(level), mean.estimate, mean.low, mean.high] for level, mean in ends]
+    kind = "Geometric means" if own.log else "Means"
+    caption = f"{kind} of the ratings over subjects, 95 % intervals by t"
+    head = ["condition", "level", "mean", "low", "high"]
+    return [listed("ratings_by_condition_means.csv", caption, head, cells)] if cells else []
 
 
 def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
@@ -91,7 +109,9 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     names = (task.title, task.name, "trial")
     shown = names, plan, table, kept, tests, Answers(tuple(answers)), len(rows) - len(kept)
     part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
-    by, traces = tests[0].factor if tests else None, []
+    by, traces = tests[0].factor if tests else next(iter(task.factors(design)), None), []
+    if questions.estimates == "thresholds":
+        part = _of_thresholds(task, part, kept, prepared, questions, units)
     for level in task.adapted_fields:
         drawn = partial(trace_figure, rows, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
@@ -100,7 +120,32 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
         quality=quality,
         said=_sentences(task, kept),
         figures=[*part.figures, *traces],
-        sheets=[_means(task, settings, kept)],
+        sheets=[*part.sheets, _means(task, settings, kept)],
+    )
+
+
+def _of_thresholds(
+    task: Task,
+    part: Part,
+    rows: pd.DataFrame,
+    results: Mapping[str, ThresholdResult],
+    questions: Analysis,
+    units: Mapping[str, str],
+) -> Part:
+    """Return the section of a task with the thresholds of its procedure instead of tests of answers."""
+    [level] = task.adapted_fields
+    shown = rows.assign(level=rows[level], kind="simulated" if part.simulated else "human")
+    of = threshold_part(shown, results, units.get(level, ""), questions=questions, prefix=f"{task.name}_")
+    tables = {file: content for file, content in part.files.items() if file != "conditions.R"}
+    scripts = {file: content for file, content in of.files.items() if file.endswith("thresholds.R")}
+    return dataclasses.replace(
+        part,
+        sample=of.sample,
+        notices=[*of.notices, *part.notices],
+        figures=of.figures,
+        captions=of.captions,
+        sheets=of.sheets,
+        files=tables | scripts,
     )
 
 
@@ -190,6 +235,7 @@ def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
 def _means(task: Task, settings: Mapping[str, Any], rows: pd.DataFrame) -> Sheet:
     """Return mean answers over subjects for each condition, with 95 % intervals by t."""
     fields = {one.name for one in dataclasses.fields(task.trial)} - {"trial", "repetition", "catch"}
+    fields -= {*task.adapted_fields}
     shown = [one.name for one in task.columns(settings) if one.name in fields]
     measures = {**task.measures(settings)} | ({"response_time": "s"} if "response_time" in rows else {})
     cells: list[list[Any]] = []

@@ -39,13 +39,15 @@ METHODS = (
 )
 
 
-def combined_report(reports: Mapping[str, Report]) -> Report:
+def combined_report(reports: Mapping[str, Report], notices: Sequence[str] = ()) -> Report:
     """Pool the main results of several reports.
 
     Parameters
     ----------
     reports
         Two or more reports, by the name of the data set.
+    notices
+        Sentences on all data sets, for the top, above the notices of each.
 
     Raises
     ------
@@ -102,6 +104,7 @@ def combined_report(reports: Mapping[str, Report]) -> Report:
         simulated=simulated,
         problems=[f"{name}: {problem}" for name, made in reports.items() for problem in made.problems],
         results=pooled,
+        notices=[*notices, *(f"{name}: {notice}" for name, made in reports.items() for notice in made.notices)],
     )
 
 

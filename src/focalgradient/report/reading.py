@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from inspect import signature
@@ -25,13 +25,16 @@ from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
 from focalgradient.user_tables.schema import CUBE, DETECTION, THRESHOLDS, Schema
 from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
-from focalgradient.user_tables.source import Source, Where, holds
+from focalgradient.user_tables.source import Source, Where, columns_like, holds
 from focalgradient.user_tables.wide import long_columns
 
 __all__ = ["RATINGS", "Kind", "explained_table", "kind_of", "refuse_unused"]
 
 LEVELS, RATINGS, BY = "answers at levels", "depth ratings", "ratings"
 """Descriptions of the content of tables."""
+
+SHOWN = 60
+"""Maximum number of characters of the cells of a column in an explanation."""
 
 
 class Kind(NamedTuple):
@@ -135,13 +138,13 @@ def explained_table(
     by: Sequence[str] = (),
     order: Sequence[str] = (),
     guess_rate: float | None = None,
-) -> list[str]:
-    """Return lines that say what the table is taken for, and how each column is read.
+) -> Iterator[str]:
+    """Yield lines that say what the table is taken for, and how each column is read.
 
     Raises
     ------
     InputError
-        If the table cannot be read.
+        If the table cannot be read; if its columns can be named, after their lines and those of missing ones.
     """
     kind = kind_of(paths, columns, by)
     given = {
@@ -155,27 +158,31 @@ def explained_table(
     refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
     is_wide = kind.what == RATINGS
     source = Source.read(paths, kind.schema, long_columns(columns) if is_wide else columns, where)
-    found = kind.read(paths, given | {"order": order, "guess": guess_rate})
-    varied = f" by {' and '.join(found.conditions)}" if kind.what == BY else ""
-    return [
-        f"{source.name}: {len(source.cells):,} rows, taken for {len(found.table):,} {kind.what}{varied}",
-        *_columns(source, found.table if is_wide and "rating" not in source.columns else None),
-        *found.problems,
-        *found.notices,
-        *found.notes,
-    ]
+    rows = f"{source.name}: {len(source.cells):,} rows, taken for"
+    try:
+        own = kind.read(paths, given | {"order": order, "guess": guess_rate})
+    except InputError:
+        yield f"{rows} {kind.what}"
+        yield from _columns(source)
+        for role in source.missing():
+            optional = ", if there is one" if role == "fixation" else ""
+            yield f"  (no column) -> {role}: {columns_like(role)}{optional}"
+        raise
+    varied = [*own.conditions] if kind.what == BY else []
+    yield f"{rows} {len(own.table):,} {kind.what}{' by ' * bool(varied)}{' and '.join(varied)}"
+    yield from _columns(source, own.table if is_wide and "rating" not in source.columns else None, varied)
+    yield from (*own.problems, *own.notices, *own.notes)
 
 
-def _columns(source: Source, wide: Any) -> list[str]:
-    """Return a line for each column: its role, the factor to the package's unit, and some cells."""
-    roles = {name: role for role, name in source.columns.items()}
+def _columns(source: Source, wide: Any = None, varied: Collection[str] = ()) -> Iterator[str]:
+    """Yield a line for each column: its role, the factor to the package's unit, and some cells."""
+    roles = {name: role for role, name in source.columns.items()} | dict.fromkeys(varied, "condition (by)")
     ratings = set() if wide is None else {str(label[2]) for label in wide.index if len(label) > 2}
-    lines = []
     for column in source.cells:
         name = str(column)
         role = "rating (one column a condition)" if name in ratings else roles.get(name, "not used")
-        factor = factor_of(role, source.schema.columns[role].units, name) if name in roles else 1
+        units = source.schema.columns[role].units if role in source.schema.columns else {}
+        factor = factor_of(role, units, name) if name in roles else 1
         times = f", times {factor:g}" if factor != 1 else ""
-        cells = few([cell for cell in source.cells[column].head(100) if cell.strip()][:60])
-        lines.append(f"  {name or '(no name)'} -> {role}{times}: {cells[:80]}")
-    return lines
+        cells = [cell.strip() for cell in source.cells[column].unique()]
+        yield f"  {name or '(no name)'} -> {role}{times}: {few(cells, '; ', SHOWN)}"

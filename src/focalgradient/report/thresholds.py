@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -25,9 +25,10 @@ from focalgradient.statistics import (
     ThresholdResult,
     blur_thresholds,
 )
+from focalgradient.statistics.adaptive import WITHOUT_FIT
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.threshold_questions import threshold_questions
-from focalgradient.statistics.thresholds import ATTENDING
+from focalgradient.statistics.thresholds import ATTENDING, LateLevels
 from focalgradient.statistics.wording import many, number, with_interval
 from focalgradient.tasks import Task
 from focalgradient.user_tables.thresholds import OwnThresholds
@@ -118,6 +119,7 @@ def threshold_part(
     guess: float = 0.5,
     data: DataSet | None = None,
     questions: Analysis | None = None,
+    prefix: str = "",
 ) -> Part:
     """Return the section on thresholds.
 
@@ -133,9 +135,12 @@ def threshold_part(
         Data set with the design; None for the user's own table.
     questions
         Analysis of the task; None for the user's own table.
+    prefix
+        Beginning of the names of files, but for those of a design of blur thresholds.
     """
     questions = questions or threshold_questions(unit, results, guess)
-    answers = everyone = questions.asked(results, everyone=True)
+    answers = everyone = questions.answers(results)
+    file = "blur_thresholds" if data else f"{prefix}thresholds"
     simulated = bool((table["kind"] == "simulated").any()) if data is None else data.simulated
     plan = Plan(questions)
     said: list[str] = []
@@ -157,9 +162,9 @@ def threshold_part(
         level = None if data else f"level ({unit})" if unit else "level"
         caption = GROUPS + MISSED * any(not one.kept for _, one in sessions)
         draw = partial(threshold_figure, results, simulated=simulated, level=level)
-        figures.append(Drawing("blur_thresholds" if data else "thresholds", caption, draw))
+        figures.append(Drawing(file, caption, draw))
         draw = partial(person_figure, results, simulated=simulated, level=level)
-        figures.append(Drawing("threshold_people", PEOPLE, draw))
+        figures.append(Drawing(f"{prefix}threshold_people", PEOPLE, draw))
     return Part(
         title="Blur thresholds" if data else "Thresholds",
         name=(name := "blur_threshold" if data else "threshold"),
@@ -170,25 +175,38 @@ def threshold_part(
         shown=everyone,
         data=data,
         said=said,
-        notices=[notice for name, one in sessions for notice in _notices(name, one, levels, ends)],
+        notices=[*_unfitted(sessions), *_notices(sessions, levels, ends)],
         figures=figures,
         captions={EFFECTS: "Geometric mean thresholds" + ", and their ratios between conditions" * bool(several)},
-        sheets=[_sheet(results, unit, is_design=data is not None)],
-        files=table_files(f"{name}_trials", table) | {"thresholds.R": r_script("thresholds", answers)},
+        sheets=[_sheet(f"{file}.csv", results, unit, is_design=data is not None)],
+        files=table_files(f"{name}_trials", table)
+        | {f"{prefix}thresholds.R": r_script("thresholds", answers).replace(b"THRESHOLDS", file.encode())},
         observed=(table, guess),
     )
 
 
-def _notices(condition: str, one: SubjectThreshold, levels: tuple[float, float], ends: str) -> Iterator[str]:
-    who = " ".join(filter(None, [one.participant, one.session, condition]))
-    if isinstance(one.fit, NotComputed):
-        yield f"{who}: {one.fit.reason}"
-    elif one.fit.low < 1.1 * levels[0] or one.fit.high > levels[1] / 1.1:
-        yield f"{who}: the interval ends within 10 % of an end of the levels ({ends}): the threshold may lie beyond."
-    if not one.kept:
+def _unfitted(sessions: Sequence[tuple[str, SubjectThreshold]]) -> list[str]:
+    return [WITHOUT_FIT] * any(isinstance(one.fit, LateLevels) for _, one in sessions)
+
+
+def _notices(sessions: Sequence[tuple[str, SubjectThreshold]], levels: tuple[float, float], ends: str) -> Iterator[str]:
+    at_end = []
+    for condition, one in sessions:
+        who = " ".join(filter(None, [one.participant, one.session, condition]))
+        fit = one.fit
+        if isinstance(fit, NotComputed):
+            yield f"{who}: {fit.reason}"
+        elif isinstance(fit, ThresholdFit) and (fit.low < 1.1 * levels[0] or fit.high > levels[1] / 1.1):
+            at_end.append(who)
+        if not one.kept:
+            yield (
+                f"{who} was right in {one.catch_right} of {one.catch_trials} catch trials, fewer than {ATTENDING:.0%}: "
+                "by inattention, or because the threshold is high."
+            )
+    if at_end:
         yield (
-            f"{who} was right in {one.catch_right} of {one.catch_trials} catch trials, fewer than {ATTENDING:.0%}: by "
-            "inattention, or because the threshold is high."
+            f"{'; '.join(at_end)}: the 95 % interval of the threshold comes within 10 % of the lowest or the highest "
+            f"level shown ({ends}), so the threshold may lie beyond the levels."
         )
 
 
@@ -205,19 +223,19 @@ def _attending(result: ThresholdResult, unit: str) -> str:
     )
 
 
-def _sheet(results: Mapping[str, ThresholdResult], unit: str, *, is_design: bool) -> Sheet:
+def _sheet(file: str, results: Mapping[str, ThresholdResult], unit: str, *, is_design: bool) -> Sheet:
     """Return the threshold of each session; columns of sessions, catch trials and truth where there are any."""
     of = f" ({unit})" if unit else ""
     rows: list[dict[str, Any]] = []
     has_sessions = any(one.session for result in results.values() for one in result.subjects)
     for name, one in ((name, one) for name, result in results.items() for one in result.subjects):
-        fit = one.fit if isinstance(one.fit, ThresholdFit) else None
+        fit = None if isinstance(one.fit, NotComputed) else one.fit
         row: dict[str, Any] = {"participant": one.participant}
         row |= {"session": one.session} if has_sessions else {}
         row |= {} if is_design else {"condition": name}
         row["threshold" + of * is_design] = fit and fit.threshold
         row |= {key: getattr(fit, key, None) for key in ("low", "high", "slope")}
-        row |= {"lapses": fit and fit.lapse, "trials": fit.trials if fit else 0}
+        row |= {"lapses": getattr(fit, "lapse", None), "trials": fit.trials if fit else 0}
         if one.catch_trials:
             row["catch trials right"] = f"{one.catch_right} of {one.catch_trials}"
             row["enough of them"] = "yes" if one.kept else "no"
@@ -225,4 +243,4 @@ def _sheet(results: Mapping[str, ThresholdResult], unit: str, *, is_design: bool
     head = list(dict.fromkeys(name for row in rows for name in row))
     caption = f"Each person’s threshold{of} with its 95 % interval"
     cells = [[row.get(name) for name in head] for row in rows]
-    return listed("blur_thresholds.csv" if is_design else "thresholds.csv", caption, head, cells)
+    return listed(file, caption, head, cells)

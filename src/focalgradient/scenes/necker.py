@@ -17,7 +17,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_fields, check_finite, check_number
+from focalgradient.errors import InputError, check_fields, check_finite, check_number, checked
 from focalgradient.quantities import ARCMIN, DEGREES, METRES, POSITIVE, Range
 
 __all__ = [
@@ -88,15 +88,13 @@ class NeckerCube:
     size: Annotated[float, DEGREES.si, Range("radians", positive=True)] = math.radians(8)
     perspective: Annotated[float, POSITIVE, Range("edge length / distance", positive=True), "P"] = 0.4
     distance: Annotated[float, METRES, Range("metres", positive=True)] = 0.5
-    tilt: Annotated[float, DEGREES.si] = math.radians(20)
+    tilt: Annotated[float, DEGREES.si, Range("radians, below a right angle", -1.5707, 1.5707)] = math.radians(20)
     direction: Direction = "right"
     speed: Annotated[float, POSITIVE.between(1e-3, 100), Range("turns per second", positive=True), "T"] = 0.125
     line_width: Annotated[float, ARCMIN.si, Range("radians", positive=True)] = math.radians(3 / 60)
 
     def __post_init__(self) -> None:
         check_fields(self)
-        if not abs(self.tilt) < math.pi / 2:
-            raise InputError(f"tilt is {self.tilt!r}, but must be smaller than a right angle: give it in radians.")
         if self._reach > 0.95:
             raise InputError(
                 f"perspective is {self.perspective:g}, with which the rotating cube comes within "
@@ -174,10 +172,9 @@ class NeckerCube:
         depth = true[..., 2:]
         return true * (2 * self.distance - depth) / depth
 
+    @checked
     def seen(self, turn: ArrayLike, reading: Reading) -> NDArray[np.float64]:
         """Return the vertices of the shape under an interpretation (`reading`), ... x 8 x 3, in metres."""
-        if reading not in ("rigid", "nonrigid"):
-            raise InputError(f"reading is {reading!r}, but must be 'rigid' or 'nonrigid'.")
         return self.vertices(turn) if reading == "rigid" else self.reversed(turn)
 
     def direction_seen(self, reading: Reading) -> Direction:

@@ -111,6 +111,8 @@ class Question:
     r_code
         R code that prints the same outcomes, run after the head of the analysis' R script; empty if R cannot repeat
         them: resampling, and models whose R package approximates otherwise.
+    levels
+        Levels known before the data; empty: one, "".
     """
 
     name: str
@@ -124,6 +126,7 @@ class Question:
     hypothesis: tuple[str, ...] = ()
     method: str = ""
     r_code: str = ""
+    levels: tuple[str, ...] = ()
 
 
 class Caution(str):

@@ -29,7 +29,13 @@ BIAS = (
 """Bias of the estimate: docs/report/thresholds.md."""
 
 
-def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: float = 0.5, of: str = "") -> Analysis:
+def threshold_questions(
+    unit: str,
+    conditions: Iterable[str] = ("",),
+    guess: float = 0.5,
+    of: str = "",
+    compared: Iterable[tuple[str, str]] | None = None,
+) -> Analysis:
     """Return the questions about thresholds, asked of a `ThresholdResult` by condition.
 
     Parameters
@@ -43,6 +49,8 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
         Guess rate.
     of
         What thresholds are of, such as "of blur"; empty if unknown.
+    compared
+        Pairs of conditions to compare; None: all.
 
     Examples
     --------
@@ -56,7 +64,8 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
     >>> round(found["dim over bright"].ratio.estimate, 2)
     2.15
     """
-    pairs = {f"{one} over {other}": (one, other) for one, other in combinations(conditions, 2)}
+    together = combinations(conditions, 2) if compared is None else compared
+    pairs = {f"{one} over {other}": (one, other) for one, other in together}
 
     def means(results: Results) -> dict[str, Tested]:
         return {name: Tested(result.mean, n=len(log_thresholds(result.subjects))) for name, result in results.items()}
@@ -78,7 +87,7 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
             return f"The thresholds of {one} and {other} were not compared: {found.reason}"
         return f"Threshold of {one} over that of {other}: {with_interval(found.ratio)}, {statistic(found)}."
 
-    compared = "conditions are compared by t-tests of log thresholds over people (paired, of separate groups Welch’s)"
+    how = "conditions are compared by t-tests of log thresholds over people (paired, of separate groups Welch’s)"
     questions = [
         Question(
             MEAN,
@@ -102,11 +111,13 @@ def threshold_questions(unit: str, conditions: Iterable[str] = ("",), guess: flo
             "log ratio",
             RATIO * (len(pairs) > 1),
             sentence=ratio,
-            method=f"{compared[0].upper()}{compared[1:]}, several by Holm’s method." if pairs else "",
+            hypothesis=tuple(f"The thresholds of {one} and of {other} differ." for one, other in pairs.values()),
+            method=f"{how[0].upper()}{how[1:]}, several by Holm’s method." if pairs else "",
             r_code="".join(
                 f"show({quoted(RATIO)}, {quoted(level)}, compared(of({quoted(one)}), of({quoted(other)})))\n"
                 for level, (one, other) in pairs.items()
             ),
+            levels=tuple(pairs),
         ),
         Question(THRESHOLD, _sessions, "description", unit),
     ]
@@ -151,7 +162,7 @@ def _sessions(results: Results) -> dict[str, Tested]:
         ", ".join(filter(None, [session.participant, session.session, name])): Tested(
             session.fit
             if isinstance(session.fit, NotComputed)
-            else Interval(session.fit.threshold, session.fit.low, session.fit.high),
+            else Interval(session.fit.threshold, getattr(session.fit, "low", None), getattr(session.fit, "high", None)),
             n=1,
         )
         for name, result in results.items()

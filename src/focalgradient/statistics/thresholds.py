@@ -22,12 +22,15 @@ from focalgradient.statistics.records import Interval, NotComputed
 
 __all__ = [
     "ATTENDING",
+    "LateLevels",
     "SubjectThreshold",
     "ThresholdFit",
     "ThresholdResult",
     "blur_thresholds",
     "fit_threshold",
+    "late_levels",
     "log_thresholds",
+    "too_few",
 ]
 
 NEEDED = ("fitting thresholds", "thresholds", "psignifit")
@@ -127,6 +130,22 @@ class ThresholdFit:
 
 
 @dataclass(frozen=True, slots=True)
+class LateLevels:
+    """Threshold without a fitted function: where a procedure kept the level.
+
+    Parameters
+    ----------
+    threshold
+        Geometric mean of the levels in the second half of the trials.
+    trials
+        Number of trials.
+    """
+
+    threshold: float
+    trials: int
+
+
+@dataclass(frozen=True, slots=True)
 class SubjectThreshold:
     """Threshold of one participant in one session.
 
@@ -141,7 +160,7 @@ class SubjectThreshold:
         above the largest level; therefore nobody is excluded from the mean, and a second mean is computed without
         failures.
     fit
-        Fitted function, or the reason why there is none.
+        Fitted function, or a threshold without one, or the reason why there is none.
     known
         True threshold of a simulated observer.
     """
@@ -151,7 +170,7 @@ class SubjectThreshold:
     catch_right: int
     catch_trials: int
     kept: bool
-    fit: ThresholdFit | NotComputed
+    fit: ThresholdFit | LateLevels | NotComputed
     known: float | None = None
 
 
@@ -208,6 +227,8 @@ class ThresholdResult:
             return f"{name}: {one.fit.reason}"
         left_out = "" if one.kept else "; catch trials were missed"
         fit = one.fit
+        if isinstance(fit, LateLevels):
+            return f"{name}: {fit.threshold:.3g} {self.unit}{left_out}"
         return f"{name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
 
 
@@ -359,9 +380,7 @@ def blur_thresholds(
         right = rows["correct"].to_numpy(bool)
         caught, catches = int(right[catch].sum()), int(catch.sum())
         counted = int((~catch).sum())
-        fit: ThresholdFit | NotComputed = NotComputed(
-            f"A threshold needs {MIN_TRIALS} trials or more, and there {'is' if counted == 1 else 'are'} {counted}."
-        )
+        fit: ThresholdFit | NotComputed = too_few(counted)
         if counted >= MIN_TRIALS:
             level = rows["level"].to_numpy(float)[~catch]
             fit = fit_threshold(level, right[~catch], least=least, most=most, lapse=lapse, slope=slope, guess=guess)
@@ -369,6 +388,24 @@ def blur_thresholds(
         name = str(participant)
         subjects.append(SubjectThreshold(name, str(session), caught, catches, kept, fit, (known or {}).get(name)))
     return ThresholdResult(unit, tuple(subjects))
+
+
+def too_few(trials: int) -> NotComputed:
+    """Return the reason why so few trials have no threshold."""
+    there = "is" if trials == 1 else "are"
+    return NotComputed(f"A threshold needs {MIN_TRIALS} trials or more, and there {there} {trials}.")
+
+
+def late_levels(levels: ArrayLike) -> LateLevels | NotComputed:
+    """Return the geometric mean of the levels in the second half of the trials, which are in the order shown.
+
+    >>> late_levels([8.0] * 10 + [1.0, 4.0] * 5).threshold
+    2.0
+    """
+    shown = np.asarray(levels, float)
+    if len(shown) < MIN_TRIALS:
+        return too_few(len(shown))
+    return LateLevels(math.exp(float(np.log(shown[len(shown) // 2 :]).mean())), len(shown))
 
 
 def _mean(subjects: Sequence[SubjectThreshold]) -> Interval | NotComputed:
@@ -381,6 +418,6 @@ def log_thresholds(subjects: Sequence[SubjectThreshold]) -> dict[str, float]:
     """Return the log threshold of each participant, averaged over sessions."""
     by_participant: dict[str, list[float]] = {}
     for one in subjects:
-        if isinstance(one.fit, ThresholdFit):
+        if not isinstance(one.fit, NotComputed):
             by_participant.setdefault(one.participant, []).append(math.log(one.fit.threshold))
     return {name: float(np.mean(values)) for name, values in by_participant.items()}

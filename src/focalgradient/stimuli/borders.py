@@ -17,7 +17,6 @@ from focalgradient.psf.profile import edge_profile
 from focalgradient.quantities import Range
 from focalgradient.stimuli.layers import (
     blurred,
-    check_equalise,
     coverage,
     fineness,
     noise,
@@ -29,7 +28,7 @@ from focalgradient.stimuli.stimulus import (
     Angle,
     Contrast,
     Degrees,
-    Frame,
+    Drawing,
     Luminance,
     Metres,
     Millimetres,
@@ -37,11 +36,7 @@ from focalgradient.stimuli.stimulus import (
     Resolution,
     Shape,
     Stimulus,
-    arguments,
-    check_light,
-    check_shape,
     depth_of_blur,
-    measured_stimulus,
 )
 
 __all__ = ["blurred_edge", "texture_border"]
@@ -49,6 +44,8 @@ __all__ = ["blurred_edge", "texture_border"]
 MAX_TEXTURE_SD = 5.0
 """Maximum value of a texture in standard deviations: sharp textures are clipped at 3, equalised ones may exceed
 that."""
+
+BORDER_PAPERS = "mather1996", "marshall1996", "mather2002"
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 """Gauss-Legendre nodes (-1 to 1) and weights for averaging radiance over a pixel."""
@@ -130,11 +127,8 @@ def texture_border(
     >>> one.shape, one.controlled["near"], one.depth_m[0, [0, -1]].round(3).tolist()
     ((128, 128), 'left', [0.57, 1.693])
     """
-    parameters = arguments(texture_border, locals())
-    frame = Frame(width_deg, height_deg, pixels_per_degree)
-    check_light(mean, contrast, seed, MAX_TEXTURE_SD)
-    shape = check_shape(psf, parameters)
-    names = check_equalise(equalise)
+    drawing = Drawing.begin(texture_border, locals(), *BORDER_PAPERS, peak=MAX_TEXTURE_SD)
+    frame, shape, names = drawing.frame, drawing.psf, drawing.equalised
     sides = {"left": left_blur_arcmin, "right": right_blur_arcmin}
     blur = {side: frame.blur(f"{side}_blur_arcmin", arcmin) for side, arcmin in sides.items()}
     edge = None if border_blur_arcmin is None else frame.blur("border_blur_arcmin", border_blur_arcmin)
@@ -183,16 +177,13 @@ def texture_border(
     at_border = maximum_filter(covered, 3) - minimum_filter(covered, 3) > 1e-4
     # Through the near side's blurred border shows the far side, at its own blur.
     allowed = np.where(at_border, min(edge, *blur.values()), blur_map * frame.pixels(1.0))
-    return measured_stimulus(
-        *("texture_border", ("mather1996", "marshall1996", "mather2002"), frame, parameters),
+    return drawing.stimulus(
         picture=picture,
         sharp=sharp,
         depth=np.where(masks["left"], depth["left"], depth["right"]),
         blur=blur_map,
         masks=masks,
-        psf=shape,
         allowed_px=allowed,
-        equalised=names,
         near=near,
         occlusion_agrees_with_blur=edge == (max(blur.values()) if "spectrum" in names else blur[near]),
     )
@@ -302,10 +293,8 @@ def blurred_edge(
     >>> round(float(np.diff(edge.picture[0]).max() / 0.4 * 5 * np.sqrt(2 * np.pi)), 3)
     0.997
     """
-    parameters = arguments(blurred_edge, locals())
-    frame = Frame(width_deg, height_deg, pixels_per_degree)
-    check_light(mean, contrast, 0, 1.0)
-    shape = check_shape(psf, parameters)
+    drawing = Drawing.begin(blurred_edge, locals(), "watson2011", peak=1.0)
+    frame, shape = drawing.frame, drawing.psf
     frame.blur("pedestal_arcmin", pedestal_arcmin)
     if increment_arcmin < -pedestal_arcmin:
         raise InputError(
@@ -328,14 +317,12 @@ def blurred_edge(
     )
     low, high = mean * (1 - contrast), mean * (1 + contrast)
     picture, sharp = (low + (high - low) * part for part in (share, sharp))
-    return measured_stimulus(
-        *("blurred_edge", ("watson2011",), frame, parameters),
+    return drawing.stimulus(
         picture=picture,
         sharp=sharp,
         depth=np.full(frame.shape, depth_of_blur(arcmin, side, focus_m=focus_m, pupil_mm=pupil_mm)),
         blur=np.full(frame.shape, arcmin, float),
         masks={"bright": place > 0, "dark": place <= 0},
-        psf=shape,
         blur_arcmin=arcmin,
     )
 

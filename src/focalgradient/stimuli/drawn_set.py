@@ -4,34 +4,29 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
 from focalgradient.progress import Progress, silent
-from focalgradient.stimuli.depth_rating import FOCAL_LENGTH
 from focalgradient.stimuli.fixated import innermost
-from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_scenes
 from focalgradient.stimuli.sets import (
     StimulusSet,
-    add_picture,
-    add_scene,
     begin_set,
     check_size,
     finish_set,
-    picture_files,
+    picture_entry,
     stem_of,
-    stored_distance,
 )
-from focalgradient.stimuli.stimulus import (
-    PUPIL,
-    Stimulus,
-)
+from focalgradient.stimuli.stimulus import PUPIL, Stimulus
 
 __all__ = ["make_from_stimuli"]
 
@@ -98,9 +93,9 @@ def make_from_stimuli(
     }
     folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
-        for number, (name, one) in enumerate(stimuli.items()):
-            say(number / len(stimuli), name)
-            _scene(folder, name, one, aperture, pupil_mm, display)
+        make_scenes(
+            folder, [DrawnRecipe(name, display, None, one, aperture) for name, one in stimuli.items()], None, say
+        )
     return finish_set(folder, say)
 
 
@@ -145,27 +140,45 @@ def _about(one: Stimulus) -> dict[str, Any]:
     }
 
 
-def _scene(folder: Folder, name: str, one: Stimulus, aperture: str, pupil_mm: float, display: Display) -> None:
-    """Make the two pictures of a stimulus, and their entries in the folder's content."""
-    depth = np.where(np.isnan(one.depth_m), np.inf, one.depth_m)
-    known = np.isfinite(depth)
-    least = float(one.blur_arcmin[known].min())
-    region = known & (one.blur_arcmin <= least + 0.02 * (float(one.blur_arcmin[known].max()) - least))
-    place = innermost(region)
-    focus_m = float(depth[int(place[1]), int(place[0])])
-    add_scene(folder, name, {FOCUS: (place, focus_m)}, stored_distance(depth, name))
-    blur = [2 * 2 * float(end) for end in (one.blur_arcmin.min(), one.blur_arcmin.max())]  # a disc's diameter
-    per_px = np.degrees(one.pixel_angle) * 60
-    sharpest = {key: one.controlled[key] for key in ("sharpest", "sharpest_px")}
-    for shown, light, diameters in (("pinhole", one.sharp, [0.0, 0.0]), (aperture, one.picture, blur)):
-        stem, is_pinhole = stem_of(shown, FOCUS), shown == "pinhole"
-        folder.put(picture_files(f"{name}/{stem}", np.repeat(light.astype(np.float32)[..., None], 3, axis=2), display))
-        measured = {"mean_luminance": float(light.mean()), "clipped": 0.0} | ({} if is_pinhole else sharpest)
-        folder.content["controls"]["scenes"][name]["pictures"][stem] = measured
-        add_picture(
-            *(folder, f"{name}/{stem}", shown, FOCUS),
-            focus_m=focus_m,
-            aperture_mm=0.0 if is_pinhole else pupil_mm,
-            blur_px=[diameter / per_px for diameter in diameters],
-            blur_arcmin=diameters,
-        )
+@dataclass(eq=False)
+class DrawnRecipe(Recipe):
+    """A stimulus without blur and with it, through an aperture of this name; the region in focus is fixated."""
+
+    drawn: Stimulus
+    aperture: str
+
+    def __post_init__(self) -> None:
+        drawn = self.drawn
+        depth = np.where(np.isnan(drawn.depth_m), np.inf, drawn.depth_m)
+        known = np.isfinite(depth)
+        least = float(drawn.blur_arcmin[known].min())
+        region = known & (drawn.blur_arcmin <= least + 0.02 * (float(drawn.blur_arcmin[known].max()) - least))
+        place = innermost(region)
+        self.depth, self.targets = depth, {FOCUS: (place, float(depth[int(place[1]), int(place[0])]))}
+
+    @property
+    def stems(self) -> tuple[str, ...]:
+        """File stems of the two pictures."""
+        return stem_of("pinhole", FOCUS), stem_of(self.aperture, FOCUS)
+
+    def picture(self, stem: str, progress: Progress) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Return a picture, with the measures of the stimulus."""
+        is_pinhole = stem == self.stems[0]
+        light = self.drawn.sharp if is_pinhole else self.drawn.picture
+        sharpest = {} if is_pinhole else {key: self.drawn.controlled[key] for key in ("sharpest", "sharpest_px")}
+        colours = np.repeat(light.astype(np.float32)[..., None], 3, axis=2)
+        return colours, {"mean_luminance": float(light.mean()), "clipped": 0.0} | sharpest
+
+    def listed(self, scene: Entry, depth: Depth) -> Iterator[Entry]:
+        """Return the entry of each picture; a disc's diameter is four times the standard deviation of its light."""
+        per_px, pupil_mm = np.degrees(self.drawn.pixel_angle) * 60, float(self.drawn.parameters["pupil_mm"])
+        blur = [4 * float(end) for end in (self.drawn.blur_arcmin.min(), self.drawn.blur_arcmin.max())]
+        kinds = (("pinhole", [0.0, 0.0], 0.0), (self.aperture, blur, pupil_mm))
+        for stem, (aperture, diameters, aperture_mm) in zip(self.stems, kinds, strict=True):
+            yield picture_entry(
+                *(f"{self.name}/{stem}", aperture, FOCUS),
+                focus_m=self.targets[FOCUS][1],
+                aperture_mm=aperture_mm,
+                blur_px=[diameter / per_px for diameter in diameters],
+                blur_arcmin=diameters,
+            )

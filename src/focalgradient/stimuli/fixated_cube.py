@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -19,14 +20,13 @@ from focalgradient.stimuli.stimulus import (
     Amount,
     Angle,
     Degrees,
+    Drawing,
     Frame,
     Luminance,
     Metres,
     Millimetres,
     Resolution,
     Stimulus,
-    arguments,
-    measured_stimulus,
 )
 
 __all__ = ["fixated_cube"]
@@ -92,8 +92,8 @@ def fixated_cube(
     >>> round(float(one.blur_arcmin[one.masks["fixation"] & one.masks["lines"]].min()), 1)
     0.0
     """
-    parameters = arguments(fixated_cube, locals())
-    frame = Frame(width_deg, height_deg, pixels_per_degree)
+    drawing = replace(Drawing.begin(fixated_cube, locals(), "pastukhov"), psf=Gaussian(), equalised=("luminance",))
+    frame = drawing.frame
     cube = NeckerCube(
         size=math.radians(edge_deg),
         perspective=perspective,
@@ -131,17 +131,14 @@ def fixated_cube(
     middle = np.zeros(2) if at is None else vertices[at] - (np.array(frame.shape[::-1]) - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
     line_sd = frame.pixels(line_arcmin) / WIDTH  # standard deviation of a sharp line
-    return measured_stimulus(
-        *("fixated_cube", ("pastukhov",), frame, parameters),
+    return drawing.stimulus(
         picture=picture,
         sharp=sharp,
         depth=np.where(lines, depth, np.nan),
         blur=blur,
         masks={"lines": lines, "fixation": mark},
-        psf=Gaussian(),
         allowed_px=np.hypot(frame.pixels(1.0) * blur, line_sd),
         lines=True,
-        equalised=("luminance",),
         light_percent=100 * (float(picture.sum() / sharp.sum()) - 1),
         focus_m=focus_m,
         fixation_px=[float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],

@@ -6,40 +6,40 @@ import hashlib
 import io
 import math
 import re
-import warnings
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError
-from focalgradient.files import inner_name, plain_name, read_array, read_bytes, refuse_overwriting
+from focalgradient.errors import InputError, checked, warn
+from focalgradient.files import inner_name, plain_name, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
 from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.fixated import target_of
-from focalgradient.stimuli.folder import MANIFEST, UNFINISHED, Folder
+from focalgradient.stimuli.folder import MANIFEST, UNFINISHED
+from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_scenes
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
     StimulusSet,
-    add_picture,
-    add_scene,
+    Targets,
     begin_set,
     check_size,
     finish_set,
-    npy,
+    picture_entry,
     png_of,
     stored_distance,
 )
@@ -78,14 +78,15 @@ class Row:
         return f"{self.scene}/{self.aperture.replace('/', '')}{end}{version}"
 
 
+@checked
 def import_pictures(
     folder: str | Path,
     table: str | Path,
     out: str | Path,
     *,
     display: Display | None = None,
-    focal_length: float = 0.050,
-    field: float | None = None,
+    focal_length: Annotated[float, Range("metres", most=1, positive=True)] = FOCAL_LENGTH,
+    field: Annotated[float | None, Range("radians", most=3.14, positive=True)] = None,
     progress: Progress | None = None,
 ) -> StimulusSet:
     """Make a set from existing pictures, resume an interrupted one, or verify a finished one.
@@ -131,10 +132,6 @@ def import_pictures(
     """
     folder, table, out = Path(folder), Path(table), Path(out)
     display, say = display or Display(), progress or silent
-    if not 0 < focal_length <= 1:
-        raise InputError(f"focal_length is {focal_length!r}, but must be in metres, above 0 and at most 1.")
-    if field is not None and not 0 < field < math.pi:
-        raise InputError(f"field is {field!r}, but must be in radians, above 0 and below pi.")
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
     made_names = [f"{row.stem}.{kind}" for row in rows for kind in ("png", "npy")]
@@ -154,21 +151,19 @@ def import_pictures(
         scenes = list(dict.fromkeys(row.scene for row in rows))
         every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
         ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
-        middles = [
-            name for name in scenes if _scene(made, folder, [one for one in rows if one.scene == name], size, ends)
-        ]
+        pixel_angle = parameters.get("pixel_angle_rad")
+        recipes, middles = [], []
+        for name in scenes:
+            own = tuple(row for row in rows if row.scene == name)
+            targets, depth, is_in_middle = _located(folder, own, size, ends)
+            recipes.append(ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle))
+            middles += [name] * is_in_middle
         if middles:
-            warnings.warn(
+            warn(
                 f"the table does not give the positions of the fixated objects of {', '.join(middles[:5])}: their "
-                "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth.",
-                FocalGradientWarning,
-                stacklevel=2,
+                "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth."
             )
-        for number, row in enumerate(rows):
-            say(number / len(rows), row.file)
-            _picture(made, folder, row, display, focal_length)
-        if field is not None:
-            _measure(out, made.content, parameters["pixel_angle_rad"])
+        make_scenes(made, recipes, None, say)
     return finish_set(made, say, remedy=f"{SMOOTH}; or leave out the control (field)")
 
 
@@ -300,9 +295,10 @@ def _values(folder: Path, row: Row) -> NDArray[np.uint8]:
     return values[..., :3]
 
 
-def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int], ends: tuple[Fixation, ...]) -> bool:
-    """Add a scene with its depth to the set's content; return whether a mark had to be placed at the centre."""
-    name = rows[0].scene
+def _located(
+    folder: Path, rows: Sequence[Row], size: tuple[int, int], ends: tuple[Fixation, ...]
+) -> tuple[Targets, NDArray[np.float32] | None, bool]:
+    """Return the fixated objects of a scene, its depth (m), and whether a mark had to be placed at the centre."""
     with_depth = [row for row in rows if row.depth is not None]
     other = next((row for row in with_depth if row.depth != with_depth[0].depth), None)
     if other is not None:
@@ -344,49 +340,65 @@ def _scene(made: Folder, folder: Path, rows: Sequence[Row], size: tuple[int, int
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         targets[end] = position, distance
-    add_scene(made, name, targets, depth)
-    return middle
+    return targets, depth, middle
 
 
-def _picture(made: Folder, folder: Path, row: Row, display: Display, focal_length: float) -> None:
-    """Add a picture and its entry to the set."""
-    values = _values(folder, row)
-    light = display.decode(values).astype(np.float32)
-    if not made.has(f"{row.stem}.png", f"{row.stem}.npy"):
-        made.put({f"{row.stem}.png": png_of(values), f"{row.stem}.npy": npy(light)})
-    for end in row.fixations:
-        scene = made.content["scenes"][row.scene]
-        focus = row.focus or (scene | scene.get("targets", {}))[end]["distance_m"]
-        add_picture(
-            *(made, row.stem, row.aperture, end),
-            focus_m=focus,
-            aperture_mm=0.0 if row.aperture == "pinhole" else 1e3 * focal_length / float(row.aperture[2:]),
-            source=row.file,
-            further=dict(row.further),
-        )
-    known = made.content["controls"]["scenes"][row.scene]["pictures"]
-    known[row.stem.partition("/")[2]] = {"mean_luminance": float((light @ np.array(LUMINANCE)).mean())}
+@dataclass(eq=False)
+class ImportRecipe(Recipe):
+    """The rows of a scene, its fixated objects and its depth (m), and the folder of the pictures.
 
+    Blur is measured relative to a disc's if a `pixel_angle` (rad) is given, for a lens of this focal length (m).
+    """
 
-def _measure(out: Path, content: dict[str, Any], pixel_angle: float) -> None:
-    """Measure spectrum and shift of pictures with known pinhole picture, depth and focus, relative to disc blur."""
-    weights = np.array(LUMINANCE)
-    for name, scene in content["scenes"].items():
-        shown = [one for one in content["pictures"] if one["scene"] == name]
-        sharp = next((one for one in shown if one["aperture"] == "pinhole"), None)
-        if sharp is None or scene["depth"] is None:
-            continue
-        light = read_array(out / sharp["linear"], "a picture of the set") @ weights
-        distance = read_array(out / scene["depth"], "a depth of the set")
-        known = content["controls"]["scenes"][name]["pictures"]
-        for one in shown:
-            if one["aperture"] == "pinhole" or one["focus_m"] is None:
-                continue
-            optics = Aperture(1e-3 * one["aperture_mm"], 1 / one["focus_m"])
-            blurred = read_array(out / one["linear"], "a picture of the set") @ weights
-            stem = one["linear"].removeprefix(f"{name}/").removesuffix(".npy")
-            known[stem] |= against_discs(blurred, light, distance, optics, pixel_angle)
-            known[stem] |= sharpest(blurred, light, distance, [optics], pixel_angle)
+    targets: Targets
+    depth: Depth
+    rows: tuple[Row, ...]
+    folder: Path
+    focal_length: float
+    pixel_angle: float | None
+
+    @property
+    def stems(self) -> tuple[str, ...]:
+        """File stems of the pictures."""
+        return tuple(row.stem.partition("/")[2] for row in self.rows)
+
+    def _row(self, stem: str) -> Row:
+        return self.rows[self.stems.index(stem)]
+
+    def encoded(self, stem: str, light: NDArray[np.float32]) -> bytes:
+        """Return the picture's own values as a PNG file."""
+        return png_of(_values(self.folder, self._row(stem)))
+
+    def picture(self, stem: str, progress: Progress) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Read a picture, and measure it, if possible relative to the first one of the pinhole."""
+        row, weights = self._row(stem), np.array(LUMINANCE)
+        light = self._light(row)
+        measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean())}
+        pinhole = next((other for other in self.rows if other.aperture == "pinhole"), None)
+        focus = row.focus or self.targets[row.fixations[0]][1]
+        if row.aperture != "pinhole" and pinhole and focus and self.pixel_angle and self.depth is not None:
+            lens, sharp = Aperture(1e-3 * self._aperture_mm(row), 1 / focus), self._light(pinhole) @ weights
+            measured |= against_discs(light @ weights, sharp, self.depth, lens, self.pixel_angle)
+            measured |= sharpest(light @ weights, sharp, self.depth, [lens], self.pixel_angle)
+        return light, measured
+
+    def _light(self, row: Row) -> NDArray[np.float32]:
+        return self.display.decode(_values(self.folder, row)).astype(np.float32)
+
+    def _aperture_mm(self, row: Row) -> float:
+        return 0.0 if row.aperture == "pinhole" else 1e3 * self.focal_length / float(row.aperture[2:])
+
+    def listed(self, scene: Entry, depth: Depth) -> Iterator[Entry]:
+        """Return the entry of each picture for each of its fixations."""
+        for row in self.rows:
+            for end in row.fixations:
+                yield picture_entry(
+                    *(row.stem, row.aperture, end),
+                    focus_m=row.focus or self.targets[end][1],
+                    aperture_mm=self._aperture_mm(row),
+                    source=row.file,
+                    further=dict(row.further),
+                )
 
 
 def _apertures(rows: Sequence[Row]) -> list[str]:

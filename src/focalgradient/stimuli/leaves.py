@@ -15,11 +15,12 @@ from focalgradient.errors import InputError
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
 from focalgradient.render.shaped import shape_picture
-from focalgradient.stimuli.layers import check_equalise, equalised, reach_of
+from focalgradient.stimuli.layers import equalised, reach_of
 from focalgradient.stimuli.stimulus import (
     Amount,
     Contrast,
     Degrees,
+    Drawing,
     Frame,
     Luminance,
     Metres,
@@ -27,11 +28,7 @@ from focalgradient.stimuli.stimulus import (
     Resolution,
     Shape,
     Stimulus,
-    arguments,
-    check_light,
-    check_shape,
     depth_of_blur,
-    measured_stimulus,
 )
 
 __all__ = ["dead_leaves"]
@@ -139,11 +136,8 @@ def dead_leaves(
     >>> sorted(one.masks), bool(0 <= one.picture.min() < one.picture.max() <= 1)
     (['0 arcmin', '3 arcmin'], True)
     """
-    parameters = arguments(dead_leaves, locals())
-    frame = Frame(width_deg, height_deg, pixels_per_degree)
-    check_light(mean, contrast, seed, UNIFORM_PEAK)
-    shape = check_shape(psf, parameters)
-    names = check_equalise(equalise)
+    drawing = Drawing.begin(dead_leaves, locals(), "taylor2015", peak=UNIFORM_PEAK)
+    frame = drawing.frame
     blurs = [float(one) for one in blurs_arcmin]
     sds = [frame.blur("blurs_arcmin", one) for one in blurs]
     if not blurs or len(set(blurs)) < len(blurs):
@@ -156,19 +150,16 @@ def dead_leaves(
     sizes = smallest_deg * pixels_per_degree, largest_deg * pixels_per_degree
     leaves = _leaves(frame.shape, sizes, exponent, aspect, max(sds), (mean, contrast), seed)
     picture, sharp, level, least = _composed(
-        leaves, frame.shape, mean, [_Spread.of(sd, shape, side) for sd in sds], order, seed
+        leaves, frame.shape, mean, [_Spread.of(sd, drawing.psf, side) for sd in sds], order, seed
     )
     masks = {f"{blur:g} arcmin": level == number for number, blur in enumerate(blurs)}
-    return measured_stimulus(
-        *("dead_leaves", ("taylor2015",), frame, parameters),
-        picture=equalised(picture, sharp, names, mean),
+    return drawing.stimulus(
+        picture=equalised(picture, sharp, drawing.equalised, mean),
         sharp=np.clip(sharp, 0, 1),
         depth=depths[level],
         blur=np.asarray(blurs)[level],
         masks=masks,
-        psf=shape,
         allowed_px=least,
-        equalised=names,
         share_of_picture={name: float(mask.mean()) for name, mask in masks.items()},
         occlusion_agrees_with_blur=order == "depth" or len(blurs) == 1,
     )

@@ -5,37 +5,36 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from concurrent.futures import Executor
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_number
+from focalgradient.errors import InputError, checked
 from focalgradient.files import plain_name
-from focalgradient.optics import Aperture
-from focalgradient.parallel import in_order
-from focalgradient.progress import Progress, part_of, silent
+from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
-from focalgradient.stimuli.depth_rating import F_NUMBERS, FOCAL_LENGTH, named_apertures
 from focalgradient.stimuli.fixated import target_of
-from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.making import (
+    F_NUMBERS,
+    FOCAL_LENGTH,
+    Series,
+    make_scenes,
+    named_apertures,
+)
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
     StimulusSet,
-    add_picture,
-    add_scene,
     begin_set,
     check_size,
-    disc_ends,
     finish_set,
-    picture_files,
-    stem_of,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -46,11 +45,12 @@ Photograph = tuple[NDArray[np.floating], NDArray[np.floating]]
 """Sharp linear radiance, H x W or H x W x 3, and distance of each pixel in metres, H x W."""
 
 
+@checked
 def make_from_photographs(
     out: str | Path,
     photographs: Mapping[str, Photograph],
     *,
-    pixel_angle: float,
+    pixel_angle: Annotated[float, Range("radians", positive=True)],
     apertures: Sequence[float] = F_NUMBERS,
     display: Display | None = None,
     executor: Executor | None = None,
@@ -89,7 +89,6 @@ def make_from_photographs(
     """
     out, display, say = Path(out), display or Display(), progress or silent
     lenses = named_apertures(apertures)
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     shape = _checked(photographs, display)
     targets = {
         name: {end: target_of(distance, end) for end in FIXATIONS} for name, (_, distance) in photographs.items()
@@ -112,9 +111,11 @@ def make_from_photographs(
     }
     folder = begin_set(out, display, shape, parameters)
     if not folder.complete:
-        for number, (name, pair) in enumerate(photographs.items()):
-            share = part_of(say, number, len(photographs))
-            _scene(folder, name, pair, targets[name], lenses, pixel_angle, display, executor, share)
+        recipes = [
+            PhotographRecipe(name, display, None, targets[name], distance, lenses, pixel_angle, light)
+            for name, (light, distance) in photographs.items()
+        ]
+        make_scenes(folder, recipes, executor, say)
     return finish_set(folder, say, display, SMOOTH)
 
 
@@ -134,59 +135,28 @@ def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[i
     return first
 
 
-def _blurred(
-    sharp: NDArray[np.float32], distance: NDArray[np.floating], pixel_angle: float, optics: Aperture
-) -> tuple[NDArray[np.float32], dict[str, Any]]:
-    """Return a picture seen through an aperture, and its measures."""
-    weights = np.array(LUMINANCE)
-    blurred = sharp
-    if optics.aperture_diameter > 0:
-        blurred = blur_picture(sharp, distance, optics, pixel_angle=pixel_angle)
-    light = np.maximum(blurred, 0).astype(np.float32)
-    measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean()), "clipped": float(np.mean(light > 1))}
-    if optics.aperture_diameter > 0:
-        measured |= against_discs(light @ weights, sharp @ weights, distance, optics, pixel_angle)
-        measured |= sharpest(light @ weights, sharp @ weights, distance, [optics], pixel_angle)
-    return light, measured
+@dataclass(eq=False)
+class PhotographRecipe(Series):
+    """A photograph, its depth (m) and the objects that are in focus in turn."""
 
+    targets: Mapping[Fixation, tuple[tuple[float, float], float]]
+    depth: NDArray[np.floating]
+    light: NDArray[np.floating]
 
-def _scene(
-    folder: Folder,
-    name: str,
-    photograph: Photograph,
-    targets: Mapping[Fixation, tuple[tuple[float, float], float]],
-    lenses: Mapping[str, float],
-    pixel_angle: float,
-    display: Display,
-    executor: Executor | None,
-    say: Progress,
-) -> None:
-    """Make the pictures of one photograph, and their entries in the folder's content."""
-    sharp, distance = photograph
-    sharp = sharp if sharp.ndim == 3 else np.repeat(sharp[..., None], 3, axis=2)
-    sharp = np.asarray(sharp / max(1.0, float(sharp.max())), np.float32)
-    add_scene(folder, name, targets, stored_distance(distance, name))
-    shown = {
-        (end, aperture): (stem_of(aperture, end), Aperture(FOCAL_LENGTH / f_number, 1 / targets[end][1]))
-        for end in FIXATIONS
-        for aperture, f_number in lenses.items()
-    }
-    optics_of = dict(shown.values())  # pinhole first
-    blurred = partial(_blurred, sharp, distance, pixel_angle)
-    known = folder.content["controls"]["scenes"][name]["pictures"]
-    for stem, (light, measured) in zip(optics_of, in_order(executor, blurred, [*optics_of.values()]), strict=True):
-        known[stem] = measured
-        folder.put(picture_files(f"{name}/{stem}", light, display))
-        say(len(known) / len(optics_of), f"{name} {stem}")
-    for (end, aperture), (stem, optics) in shown.items():
-        blur = disc_ends(optics, distance, pixel_angle)
-        add_picture(
-            *(folder, f"{name}/{stem}", aperture, end),
-            focus_m=targets[end][1],
-            aperture_mm=1e3 * optics.aperture_diameter,
-            blur_px=blur,
-            blur_arcmin=[display.arcmin(diameter) for diameter in blur],
-        )
+    def picture(self, stem: str, progress: Progress) -> tuple[NDArray[np.float32], dict[str, Any]]:
+        """Blur the photograph as seen through an aperture, and measure the picture."""
+        colours = self.light if self.light.ndim == 3 else np.repeat(self.light[..., None], 3, axis=2)
+        light = sharp = np.asarray(colours / max(1.0, float(colours.max())), np.float32)
+        (aperture, end), weights = self.conditions[stem], np.array(LUMINANCE)
+        (lens,) = self.optics(aperture, 1 / self.targets[end][1])
+        if aperture != "pinhole":
+            light = np.maximum(blur_picture(sharp, self.depth, lens, pixel_angle=self.pixel_angle), 0)
+        shown, clipped = light @ weights, float(np.mean(light > 1))
+        measured: dict[str, Any] = {"mean_luminance": float(shown.mean()), "clipped": clipped}
+        if aperture != "pinhole":
+            measured |= against_discs(shown, sharp @ weights, self.depth, lens, self.pixel_angle)
+            measured |= sharpest(shown, sharp @ weights, self.depth, [lens], self.pixel_angle)
+        return light.astype(np.float32), measured
 
 
 def _sha256(array: NDArray[Any]) -> str:

@@ -16,7 +16,6 @@ from PIL import Image
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
-from focalgradient.optics import Optics
 from focalgradient.photographs.pictures import png_of
 from focalgradient.progress import Progress
 from focalgradient.stimuli.blurred_scene import blurred_scene
@@ -34,15 +33,13 @@ __all__ = [
     "ShownScene",
     "StimulusSet",
     "Target",
-    "add_picture",
-    "add_scene",
+    "Targets",
     "begin_set",
     "check_size",
-    "disc_ends",
     "display_json",
     "finish_set",
     "npy",
-    "picture_files",
+    "picture_entry",
     "png_of",
     "read_set",
     "scene_entry",
@@ -264,15 +261,14 @@ def begin_set(
 ) -> Folder:
     """Return the folder of a set of pictures of a `shape` (height, width), empty unless it is finished or resumed.
 
-    `versions` are those of the programs by which a set that is resumed must be finished; None: a set begins anew.
+    `versions` are those of the programs by which a set that is resumed must be finished; None: of those that all need.
     """
     height, width = shape
     size = {"picture_px": [width, height], "picture_deg": [display.degrees(width), display.degrees(height)]}
     settings = {"set": "depth-rating", "seed": seed, "parameters": size | parameters, "display": display_json(display)}
     folder = Folder(out, settings, versions or versions_of("focalgradient", "numpy", "pillow"))
     if not folder.complete:
-        new: dict[str, Any] = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}}
-        folder.content = new | (folder.content if versions else {})
+        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}} | folder.content
     return folder
 
 
@@ -302,20 +298,9 @@ def check_size(
     return first
 
 
-def disc_ends(optics: Optics, distance: NDArray[np.floating], pixel_angle: float) -> list[float]:
-    """Return the smallest and the largest diameter in pixels of the blur disc at the distances (m) of a picture."""
-    diameters = optics.aperture_diameter * np.abs(optics.focus_vergence - 1 / distance) / pixel_angle
-    return [float(diameters.min()), float(diameters.max())]
-
-
 def stem_of(aperture: str, end: Fixation) -> str:
     """Return the stem of a picture's files; the pinhole picture serves all fixations."""
     return "pinhole" if aperture == "pinhole" else f"{aperture.replace('/', '')}-{end}"
-
-
-def picture_files(stem: str, light: NDArray[np.float32], display: Display, seed: int = 0) -> dict[str, bytes]:
-    """Return the files of a picture, from its linear radiance (white = 1), H x W x 3."""
-    return {f"{stem}.png": png_of(display.encode(light, seed)), f"{stem}.npy": npy(light)}
 
 
 Targets = Mapping[Fixation, tuple[Sequence[float], float | None]]
@@ -331,16 +316,7 @@ def scene_entry(targets: Targets, depth: str | None, seed: int | None = None) ->
     return entry
 
 
-def add_scene(folder: Folder, name: str, targets: Targets, depth: NDArray[np.float32] | None) -> None:
-    """Add the manifest's entry of a scene without pictures yet, and write its depth (m)."""
-    if depth is not None:
-        folder.put({f"{name}/depth.npy": npy(depth)})
-    folder.content["scenes"][name] = scene_entry(targets, None if depth is None else f"{name}/depth.npy")
-    folder.content["controls"]["scenes"][name] = {"pictures": {}}
-
-
-def add_picture(
-    folder: Folder,
+def picture_entry(
     stem: str,
     aperture: str,
     fixation: Fixation,
@@ -350,22 +326,20 @@ def add_picture(
     blur_px: Sequence[float | None] = (None, None),
     blur_arcmin: Sequence[float | None] = (None, None),
     **others: Any,
-) -> None:
-    """Add the manifest's entry of a picture, whose files are `stem`.png and `stem`.npy in the folder of its scene."""
-    folder.content["pictures"].append(
-        {
-            "scene": stem.partition("/")[0],
-            "aperture": aperture,
-            "fixation": fixation,
-            "png": f"{stem}.png",
-            "linear": f"{stem}.npy",
-            "focus_m": focus_m,
-            "aperture_mm": aperture_mm,
-            "blur_px": blur_px,
-            "blur_arcmin": blur_arcmin,
-            **others,
-        }
-    )
+) -> dict[str, Any]:
+    """Return the manifest's entry of a picture, whose files are `stem`.png and `stem`.npy."""
+    return {
+        "scene": stem.partition("/")[0],
+        "aperture": aperture,
+        "fixation": fixation,
+        "png": f"{stem}.png",
+        "linear": f"{stem}.npy",
+        "focus_m": focus_m,
+        "aperture_mm": aperture_mm,
+        "blur_px": blur_px,
+        "blur_arcmin": blur_arcmin,
+        **others,
+    }
 
 
 def finish_set(folder: Folder, say: Progress, display: Display | None = None, remedy: str = AGAIN) -> StimulusSet:

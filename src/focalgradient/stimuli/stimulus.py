@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_arguments, check_fields, check_number, check_seed
 from focalgradient.optics import Side, distance_of_blur
-from focalgradient.psf import Psf, PsfName, psf_from, psf_of
+from focalgradient.psf import Disc, Psf, PsfName, psf_from, psf_of
 from focalgradient.quantities import Range
+from focalgradient.stimuli.layers import check_equalise
 from focalgradient.stimuli.sharpness import sharpest_place
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "Angle",
     "Contrast",
     "Degrees",
+    "Drawing",
     "Frame",
     "Luminance",
     "Metres",
@@ -30,11 +32,7 @@ __all__ = [
     "Resolution",
     "Shape",
     "Stimulus",
-    "arguments",
-    "check_light",
-    "check_shape",
     "depth_of_blur",
-    "measured_stimulus",
 ]
 
 Region = NDArray[np.bool_]
@@ -181,13 +179,7 @@ class Frame:
         return height[:, None], width[None]
 
 
-def arguments(function: Callable[..., Stimulus], given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the arguments `given` to a function that draws a stimulus, after checking them beside their types."""
-    check_arguments(function, given)
-    return dict(given)
-
-
-def check_light(mean: float, contrast: float, seed: int, peak: float) -> None:
+def _check_light(mean: float, contrast: float, seed: int, peak: float) -> None:
     """Validate RMS contrast (`peak` multiples of which must stay within 0 to 1) at a mean luminance, and seed."""
     check_seed(seed)
     if mean * (1 + peak * contrast) > 1 + 1e-9 or peak * contrast > 1 + 1e-9:
@@ -196,13 +188,6 @@ def check_light(mean: float, contrast: float, seed: int, peak: float) -> None:
             f"contrast is {contrast:g} at a mean of {mean:g}, with which luminance would leave 0 to 1: give at most "
             f"{max(most, 0):.3g}, or another mean."
         )
-
-
-def check_shape(psf: Shape, parameters: dict[str, Any]) -> Psf:
-    """Return the blur shape given to a function, and record it as plain values in `parameters`."""
-    shape = psf_from(psf) if isinstance(psf, dict) else psf_of(psf)
-    parameters["psf"] = psf if isinstance(psf, str) else {"shape": shape.name, **shape.stated()}
-    return shape
 
 
 def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> NDArray[np.float64]:
@@ -243,48 +228,91 @@ def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_m
     return distance
 
 
-def measured_stimulus(
-    name: str,
-    source: tuple[str, ...],
-    frame: Frame,
-    parameters: Mapping[str, Any],
-    *,
-    picture: NDArray[np.float64],
-    sharp: NDArray[np.float64],
-    depth: NDArray[np.float64],
-    blur: NDArray[np.float64],
-    masks: Mapping[str, Region],
-    psf: Psf,
-    allowed_px: NDArray[np.float64] | None = None,
-    lines: bool = False,
-    equalised: Sequence[str] = (),
-    **stated: Any,
-) -> Stimulus:
-    """Return a drawn stimulus with its control measures.
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """Validated arguments of a function that draws a stimulus: all of them, the picture's size, and the blur's shape.
 
-    Parameters
-    ----------
-    name, source, frame, parameters, picture, sharp, masks
-        Fields of `Stimulus`; `frame` is its size.
-    depth, blur
-        Distance in metres, and blur in arcmin.
-    psf, allowed_px, lines
-        For `sharpness`: blur shape, smallest blur of each pixel in pixels (None: `blur`), and whether lines are drawn.
-    equalised, stated
-        Properties equalised, and others that `controlled` states.
+    `equalised` names the properties to equalise, and `source` the papers.
     """
-    regions = {"picture": np.ones(picture.shape, bool), **masks}
-    means = {region: float(picture[inside].mean()) for region, inside in regions.items() if inside.any()}
-    contrasts = {
-        region: float(picture[regions[region]].std() / mean) if mean > 0 else 0.0 for region, mean in means.items()
-    }
-    allowed_px = blur * frame.pixels(1.0) if allowed_px is None else allowed_px
-    controlled = {
-        "equalised": list(equalised),
-        **stated,
-        "mean_luminance": means,
-        "rms_contrast": contrasts,
-        "range": [float(picture.min()), float(picture.max())],
-        **sharpest_place(picture, allowed_px, psf, span=float(np.ptp(sharp)), lines=lines),
-    }
-    return Stimulus(name, picture, sharp, depth, blur, masks, frame.pixel_angle, parameters, controlled, source)
+
+    name: str
+    source: tuple[str, ...]
+    parameters: dict[str, Any]
+    frame: Frame
+    psf: Psf
+    equalised: tuple[str, ...]
+
+    @classmethod
+    def begin(
+        cls,
+        function: Callable[..., Stimulus],
+        given: Mapping[str, Any],
+        *source: str,
+        peak: float | None = None,
+        frame: Frame | None = None,
+    ) -> Drawing:
+        """Validate the arguments `given` to a function beside their types.
+
+        Parameters
+        ----------
+        function, given, source
+            The drawing function, its arguments, and the bibliography keys of papers.
+        peak
+            Maximum luminance in multiples of RMS contrast above the mean; None: it does not depend on contrast.
+        frame
+            Size of the picture; None: that of the arguments.
+        """
+        check_arguments(function, given)
+        parameters = dict(given)
+        if frame is None:
+            frame = Frame(*(given[name] for name in ("width_deg", "height_deg", "pixels_per_degree")))
+        if peak is not None:
+            _check_light(given["mean"], given["contrast"], given.get("seed", 0), peak)
+        psf: Psf = Disc()
+        if "psf" in given:
+            stated = given["psf"]
+            psf = psf_from(stated) if isinstance(stated, dict) else psf_of(stated)
+            parameters["psf"] = stated if isinstance(stated, str) else {"shape": psf.name, **psf.stated()}
+        return cls(function.__name__, source, parameters, frame, psf, check_equalise(given.get("equalise", ())))
+
+    def stimulus(
+        self,
+        *,
+        picture: NDArray[np.float64],
+        sharp: NDArray[np.float64],
+        depth: NDArray[np.float64],
+        blur: NDArray[np.float64],
+        masks: Mapping[str, Region],
+        allowed_px: NDArray[np.float64] | None = None,
+        lines: bool = False,
+        **stated: Any,
+    ) -> Stimulus:
+        """Return the drawn stimulus with its control measures.
+
+        Parameters
+        ----------
+        picture, sharp, masks
+            Fields of `Stimulus`.
+        depth, blur
+            Distance in metres, and blur in arcmin.
+        allowed_px, lines
+            For `sharpness`: smallest blur of each pixel in pixels (None: `blur`), and whether lines are drawn.
+        stated
+            Other properties that `controlled` states.
+        """
+        regions = {"picture": np.ones(picture.shape, bool), **masks}
+        means = {region: float(picture[inside].mean()) for region, inside in regions.items() if inside.any()}
+        contrasts = {
+            region: float(picture[regions[region]].std() / mean) if mean > 0 else 0.0 for region, mean in means.items()
+        }
+        allowed_px = blur * self.frame.pixels(1.0) if allowed_px is None else allowed_px
+        controlled = {
+            "equalised": list(self.equalised),
+            **stated,
+            "mean_luminance": means,
+            "rms_contrast": contrasts,
+            "range": [float(picture.min()), float(picture.max())],
+            **sharpest_place(picture, allowed_px, self.psf, span=float(np.ptp(sharp)), lines=lines),
+        }
+        angle = self.frame.pixel_angle
+        return Stimulus(self.name, picture, sharp, depth, blur, masks, angle, self.parameters, controlled, self.source)

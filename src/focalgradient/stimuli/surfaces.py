@@ -9,28 +9,25 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.errors import InputError, check_finite, check_seed
+from focalgradient.errors import InputError, check_arguments, check_finite, check_seed
 from focalgradient.optics import Aperture, Optics, check_optics
-from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
 from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.fractal import fractal
-from focalgradient.stimuli.layers import CLIP, check_equalise, equalised
+from focalgradient.stimuli.layers import CLIP, equalised
 from focalgradient.stimuli.stimulus import (
     ARCMIN,
     Amount,
     Angle,
     Contrast,
     Degrees,
+    Drawing,
     Frame,
     Luminance,
     Metres,
     Millimetres,
     Resolution,
     Stimulus,
-    arguments,
-    check_light,
-    measured_stimulus,
 )
 from focalgradient.stimuli.town import draw_town
 
@@ -116,7 +113,7 @@ def slanted_plane(
     >>> one.depth_m[[0, -1], 64].round(3).tolist(), one.blur_arcmin[[0, -1], 64].round(3).tolist()
     ([0.532, 0.472], [0.619, 0.619])
     """
-    parameters = arguments(slanted_plane, locals())
+    drawing = Drawing.begin(slanted_plane, locals(), "watt2005", "vishwanath2010", peak=CLIP + 0.5)
     if slant_deg >= 90:
         raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 degrees is seen edge-on.")
     slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
@@ -130,7 +127,7 @@ def slanted_plane(
             )
         return distance_m / rest
 
-    return _surface("slanted_plane", ("watt2005", "vishwanath2010"), depth, parameters)
+    return _surface(drawing, depth)
 
 
 def corrugated_plane(
@@ -200,7 +197,7 @@ def corrugated_plane(
     >>> round(float(one.depth_m.max()), 3)
     0.6
     """
-    parameters = arguments(corrugated_plane, locals())
+    drawing = Drawing.begin(corrugated_plane, locals(), "rogers1982", peak=CLIP + 0.5)
     if amplitude_m >= 0.9 * distance_m:
         raise InputError(f"amplitude_m is {amplitude_m:g}, but must be below 0.9 of distance_m, {distance_m:g}.")
     turn = math.radians(orientation_deg)
@@ -210,21 +207,13 @@ def corrugated_plane(
         wave = np.sin(2 * math.pi * cycles_per_degree * degrees + math.radians(phase_deg))
         return distance_m + amplitude_m * wave
 
-    return _surface("corrugated_plane", ("rogers1982",), depth, parameters, between=distance_m)
+    return _surface(drawing, depth, between=distance_m)
 
 
-def _surface(
-    name: str,
-    source: tuple[str, ...],
-    depth: Distance,
-    parameters: dict[str, Any],
-    between: float | None = None,
-) -> Stimulus:
+def _surface(drawing: Drawing, depth: Distance, between: float | None = None) -> Stimulus:
     """Return a textured surface, whose distance is a function of the tangents down and right, through the optics."""
-    frame = Frame(*(parameters[key] for key in ("width_deg", "height_deg", "pixels_per_degree")))
+    frame, parameters = drawing.frame, drawing.parameters
     mean, contrast, distance_m = (parameters[key] for key in ("mean", "contrast", "distance_m"))
-    check_light(mean, contrast, parameters["seed"], CLIP + 0.5)
-    names = check_equalise(parameters["equalise"])
     focus_m = distance_m if parameters["focus_m"] is None else parameters["focus_m"]
     optics = _optics(parameters["optics"], focus_m, parameters["pupil_mm"])
     down, right = (frame.pixel_angle * axis for axis in frame.grid())
@@ -244,19 +233,11 @@ def _surface(
     light = mean * (1 + contrast * np.clip(_standard(light, inside), -CLIP, CLIP))
     sharp = light[inside]
     blurred = np.asarray(blur_picture(light, metres, optics, pixel_angle=frame.pixel_angle), float)[inside]
-    shown = equalised(np.clip(blurred, 0, 1), sharp, names, mean)
+    shown = equalised(np.clip(blurred, 0, 1), sharp, drawing.equalised, mean)
     metres = metres[inside]
     masks = {} if between is None else {"near": metres < between, "far": metres >= between}
-    return measured_stimulus(
-        *(name, source, frame, parameters),
-        picture=shown,
-        sharp=sharp,
-        depth=metres,
-        blur=_blur_map(optics, metres),
-        masks=masks,
-        psf=Disc(),
-        equalised=names,
-    )
+    blur = _blur_map(optics, metres)
+    return drawing.stimulus(picture=shown, sharp=sharp, depth=metres, blur=blur, masks=masks)
 
 
 def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
@@ -365,10 +346,8 @@ def miniature(
     >>> one.shape, round(one.controlled["aperture_m"], 2)
     ((120, 160), 2.3)
     """
-    given = arguments(miniature, locals())
-    parameters = {name: value for name, value in given.items() if name not in ("picture", "depth_m")}
+    check_arguments(miniature, given := dict(locals()))
     check_seed(seed)
-    names = check_equalise(equalise)
     if (picture is None) != (depth_m is None):
         raise InputError(
             "only one of picture and depth_m is given, but they must be given together: give both, or neither for a "
@@ -388,6 +367,9 @@ def miniature(
                 "H x W with even sides, and luminance from 0 to 1: crop or scale it."
             )
         frame = Frame(width_deg, width_deg * sharp.shape[0] / sharp.shape[1], sharp.shape[1] / width_deg)
+    drawing = Drawing.begin(miniature, given, "held2010", "vishwanath2010", frame=frame)
+    for name in ("picture", "depth_m"):
+        del drawing.parameters[name]
     scale = true_distance_m / simulated_distance_m
     optics = Aperture(pupil_mm / 1000 * scale, 1 / true_distance_m)
     vergence = 1 / metres
@@ -401,15 +383,12 @@ def miniature(
     cause = f"simulated_distance_m is {simulated_distance_m:g}, with which "
     _widest(optics, shown_at, frame, cause, "a larger distance or a smaller pupil_mm")
     blurred = np.asarray(blur_picture(sharp, shown_at, optics, pixel_angle=frame.pixel_angle), float)
-    return measured_stimulus(
-        *("miniature", ("held2010", "vishwanath2010"), frame, parameters),
-        picture=equalised(np.clip(blurred, 0, 1), sharp, names, float(sharp.mean())),
+    return drawing.stimulus(
+        picture=equalised(np.clip(blurred, 0, 1), sharp, drawing.equalised, float(sharp.mean())),
         sharp=sharp,
         depth=metres,
         blur=_blur_map(optics, shown_at),
         masks={},
-        psf=Disc(),
-        equalised=names,
         scale=scale,
         aperture_m=optics.aperture_diameter,
         blur_agrees_with_depth=gradient == "consistent",

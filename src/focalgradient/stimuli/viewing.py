@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
@@ -14,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import FocalGradientWarning, InputError
+from focalgradient.errors import InputError, warn
 from focalgradient.eye import Eye, SpectralBasis, chromatic_stimulus, parts_needed, retinal_image
 from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.files import printable
@@ -144,11 +143,9 @@ class Viewing:
         if not self.chromatic or self.wavelengths is not None:
             return self
         if self.illuminant is None and find_spec("colour") is None:
-            warnings.warn(
+            warn(
                 "colour-science is not installed, so red, green and blue are each blurred at one focus, which is "
-                "in error by up to 0.1 of white: install focalgradient[eye].",
-                FocalGradientWarning,
-                stacklevel=2,
+                "in error by up to 0.1 of white: install focalgradient[eye]."
             )
             return self
         metres = picture.metres if self.screen is None else np.append(picture.metres, self.screen)
@@ -216,11 +213,9 @@ def viewed_files(
         If values are negative, or more than 0.1 % of a picture's values are brighter than white.
     """
     if (dark := float((picture.light < 0).mean())) > 0:
-        warnings.warn(
+        warn(
             f"{picture.name}: {dark:.2%} of the values are negative and are shown as black: check how the picture was "
-            "made.",
-            FocalGradientWarning,
-            stacklevel=2,
+            "made."
         )
     files: dict[str, bytes] = {}
     resolved = {stem: viewing.resolved(picture) for stem, viewing in viewings.items()}
@@ -229,11 +224,9 @@ def viewed_files(
         seen = viewing.see(picture, part_of(progress, number, len(resolved)))
         shares = seen.light / np.float32(viewing.white)
         if (beyond := float((shares > 1).mean())) > CLIPPED:
-            warnings.warn(
+            warn(
                 f"{beyond:.1%} of the values are brighter than white and are clipped in the PNG: "
-                f"give a larger {named('white')}.",
-                FocalGradientWarning,
-                stacklevel=2,
+                f"give a larger {named('white')}."
             )
         files |= {f"{stem}.png": png_of(display.encode(shares)), f"{stem}.npy": npy(seen.light)}
         found.append(seen)

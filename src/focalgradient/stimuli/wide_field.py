@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_arguments
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import blurred, reach_of
 from focalgradient.stimuli.leaves import dead_leaves
@@ -16,6 +16,7 @@ from focalgradient.stimuli.stimulus import (
     Amount,
     Contrast,
     Degrees,
+    Drawing,
     Frame,
     Luminance,
     Metres,
@@ -23,10 +24,7 @@ from focalgradient.stimuli.stimulus import (
     Resolution,
     Shape,
     Stimulus,
-    arguments,
-    check_shape,
     depth_of_blur,
-    measured_stimulus,
 )
 
 __all__ = ["wide_field"]
@@ -109,10 +107,10 @@ def wide_field(
     >>> one.shape, round(float(one.masks["target"].sum() / one.masks["annulus"].sum()), 2)
     ((168, 168), 0.25)
     """
-    parameters = arguments(wide_field, locals())
-    shape = check_shape(psf, parameters)
+    check_arguments(wide_field, given := dict(locals()))
     flat = 2 * math.degrees(math.tan(math.radians(window_deg / 2)))  # in degrees at the central resolution
     frame = Frame(flat, flat, pixels_per_degree)
+    drawing = Drawing.begin(wide_field, given, "maiello2017", frame=frame)
     if eccentricity_deg + annulus_deg / 2 + transition_deg > window_deg / 2:
         raise InputError(
             f"eccentricity_deg is {eccentricity_deg:g}, with which the annulus leaves the window of {window_deg:g} "
@@ -152,7 +150,7 @@ def wide_field(
     pad = reach_of(max(sds))
     wide = np.pad(leaves, pad, mode="symmetric")
     inside = slice(pad, pad + frame.shape[0]), slice(pad, pad + frame.shape[1])
-    low, high = (blurred(wide, sd, shape, side)[inside] for sd in sds)
+    low, high = (blurred(wide, sd, drawing.psf, side)[inside] for sd in sds)
     mixed = (1 - annulus) * leaves + annulus * ((1 - quarter) * low + quarter * high)
     picture = np.clip(mean + window * (mixed - mean), 0, 1)
     ring = annulus >= 0.5
@@ -160,14 +158,12 @@ def wide_field(
     number = ring.astype(int) + target
     # Where two blurs are mixed, the sharper one limits the gradient.
     least = np.where(annulus > 1 - 1e-9, np.where(quarter > 1 - 1e-9, sds[1], sds[0]), 0.0)
-    return measured_stimulus(
-        *("wide_field", ("maiello2017",), frame, parameters),
+    return drawing.stimulus(
         picture=picture,
         sharp=np.clip(mean + window * (leaves - mean), 0, 1),
         depth=depths[number],
         blur=np.array([0.0, *blurs])[number],
         masks={"window": window >= 0.5, "annulus": ring, "target": target},
-        psf=shape,
         allowed_px=least,
         pixels_per_degree_at_annulus=pixels_per_degree * stretch,
     )

@@ -13,6 +13,7 @@ from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.scales.base import filled
+from focalgradient.tasks.adaptive import adapted_analysis
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted
@@ -175,7 +176,8 @@ class Task(Generic[Design, Trial, Answer]):
     ) -> Analysis:
         """Return the questions of the task, of which report, preregistration and power are made.
 
-        By default a question for each planned test: each answer on each condition. Further questions:
+        By default the thresholds if a procedure sets the level (`adapted`) and answers are correct or not, else a
+        question for each planned test: each answer on each condition. Further questions:
         ``dataclasses.replace(super().analysis(design), also=[Analysis([Question(...)])])``.
 
         Parameters
@@ -189,6 +191,8 @@ class Task(Generic[Design, Trial, Answer]):
         """
         from focalgradient.statistics.conditions import condition_analysis, planned_tests  # with pandas and SciPy
 
+        if self.planned is None and self.tested is None and (thresholds := adapted_analysis(self, design)):
+            return thresholds
         if self.planned is not None:
             planned = tuple(self.planned(design))
         else:

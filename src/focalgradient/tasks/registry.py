@@ -159,16 +159,14 @@ def is_task(name: Any) -> bool:
     return name in _REGISTERED or name in OURS or name in _declared() or name in _REGISTERED
 
 
-def unknown_task(name: str) -> str:
+def unknown_task(name: str, command: str = "report") -> str:
     """Return the remedy for recorded data of an unknown task, completing "a task".
 
     >>> unknown_task("mine")[:40]
     "'mine' that is unknown here: install its"
     """
-    return (
-        f"{name!r} that is unknown here: install its package, or name its file as in 'focalgradient report data "
-        "--task-file my_task.py'."
-    )
+    remedy = "install its package, or name its file as in 'focalgradient report data --task-file my_task.py'."
+    return f"{name!r} that is unknown here: {remedy.replace('report', command)}"
 
 
 def task_named(name: str) -> Task:

@@ -8,7 +8,7 @@ from focalgradient.user_tables.detection import OwnDetection, read_detection
 from focalgradient.user_tables.files import Paths, UserTable, read_table
 from focalgradient.user_tables.ratings import OwnRatings, read_ratings
 from focalgradient.user_tables.reports import OwnReports, read_reports
-from focalgradient.user_tables.source import Where, of_one_data_set
+from focalgradient.user_tables.source import Where, data_sets, of_one_data_set
 from focalgradient.user_tables.thresholds import OwnThresholds, read_thresholds
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "Paths",
     "UserTable",
     "Where",
+    "data_sets",
     "of_one_data_set",
     "read_conditions",
     "read_detection",

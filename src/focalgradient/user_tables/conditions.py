@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -49,7 +51,7 @@ class OwnConditions(ImportedAnswers):
     Parameters
     ----------
     conditions
-        Columns of the conditions, each with its levels in ascending order, or in the order of the file.
+        Columns of the conditions, each with its levels: the reference first, then in ascending order.
     log
         True if all ratings are above 0 and are analysed on their logarithm.
     """
@@ -86,7 +88,9 @@ def read_conditions(
         Name in the file of each column: participant and rating; optionally scene, catch and aperture_mm.
     by
         Columns of the conditions; none: that of the apertures. Numbers are amounts, whose slope is tested; those of
-        "NAME=factor" are names of levels.
+        "NAME=factor" are names of levels. "NAME=LEVEL" states the reference, with which the others are compared; by
+        default it is the one without blur ("pinhole", "sharp", "0"), else the largest f-number, the smallest number,
+        or the first word of the alphabet.
     where
         Values by column: only rows that have one of them are read.
     steps
@@ -111,10 +115,11 @@ def read_conditions(
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in source.cells}
-    theirs = [by_name.get(clean(name.removesuffix("=factor")).casefold(), "") for name in by]
-    factors = {column for column, name in zip(theirs, by, strict=True) if name.endswith("=factor")}
+    stated = [_name_and_reference(name, by_name) for name in by]
+    theirs = [by_name.get(clean(name).casefold(), "") for name, _ in stated]
+    references = {column: level for column, (_, level) in zip(theirs, stated, strict=True) if level}
     if not by or not all(theirs):
-        missing = f"no column {by[theirs.index('')].removesuffix('=factor')}" if by else "no column of conditions"
+        missing = f"no column {stated[theirs.index('')][0]}" if by else "no column of conditions"
         raise InputError(f"{source.name} has {missing}: give by, one or more of {few([*map(str, source.cells)])}.")
     for role, name in [*source.columns.items()]:
         if role in NO_CONDITIONS and (name in theirs or role in theirs):
@@ -124,7 +129,7 @@ def read_conditions(
     source.columns.update({name: name for name in theirs})
     defined = {role: column._replace(shown=False) for role, column in RATINGS.columns.items() if role not in theirs}
     for name in theirs:
-        is_number = name not in factors and _is_numeric(source.cells[name])
+        is_number = name not in references and _is_numeric(source.cells[name])
         defined[name] = CONDITION._replace(number=True, codes="signed") if is_number else CONDITION
     source = replace(source, schema=RATINGS._replace(columns=defined))
     table = rated(source, source.rows(), order)
@@ -134,7 +139,7 @@ def read_conditions(
         if defined[name].number:
             levels[name] = _numeric_levels(source, table[name])
         else:
-            levels[name] = _named_levels(source, table, name, is_factor=name in factors)
+            levels[name] = _named_levels(source, table, name, references.get(name, ""))
         if len(levels[name]) < 2:
             raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
     table = source.with_catch(table, note=False)
@@ -160,9 +165,22 @@ def _numeric_levels(source: Source, values: pd.Series[float]) -> list[float]:
     return levels
 
 
-def _named_levels(source: Source, table: pd.DataFrame, name: str, *, is_factor: bool) -> list[str]:
-    """Return the levels in the order of the file, sharp ones first; a notice tells that they may be numbers."""
-    levels = list(map(str, table[name].unique()))
+def _name_and_reference(name: str, columns: Collection[str]) -> tuple[str, str]:
+    """Split "NAME=LEVEL" into the column and its level of reference, "factor" for the default one.
+
+    >>> _name_and_reference("group=young", ["group"]), _name_and_reference("a=b", ["a=b"])
+    (('group', 'young'), ('a=b', ''))
+    """
+    column, _, level = name.rpartition("=")
+    return (column, level.strip()) if column and clean(name).casefold() not in columns else (name, "")
+
+
+def _named_levels(source: Source, table: pd.DataFrame, name: str, reference: str) -> list[str]:
+    """Return the levels, the reference first: the one given unless "factor", else in the order of `_place_of_level`.
+
+    Without a reference a notice tells that levels may be numbers.
+    """
+    levels, is_factor = list(map(str, table[name].unique())), bool(reference)
     if any(map(is_date, levels)) and any(as_number(level) is not None for level in levels):
         source.numbers(table, name)  # names the first date
     if not is_factor and any(level[:1].isdigit() for level in levels):
@@ -178,7 +196,25 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, *, is_factor: 
         )
     if len(levels) > MOST_LEVELS:
         raise InputError(f"{printable(name)} has {len(levels)} levels that are not numbers: give a condition.")
-    return sorted(levels, key=lambda level: level.casefold() not in SHARP)
+    levels = sorted(levels, key=_place_of_level)
+    first = [level for level in levels if clean(level).casefold() == clean(reference).casefold()]
+    if reference not in ("", "factor") and not first:
+        raise InputError(
+            f"by states {printable(name)}={printable(reference)}, but no level is {printable(reference)}: give one of "
+            f"{few(levels)} as the reference."
+        )
+    return [*first, *(level for level in levels if level not in first)]
+
+
+def _place_of_level(level: str) -> tuple[bool, float, str, str]:
+    """Return by what levels are sorted: those without blur, f-numbers from the largest, numbers, words.
+
+    >>> sorted(["slight", "f/5.6", "10", "pinhole", "f/11", "2 D", "none"], key=_place_of_level)
+    ['pinhole', 'f/11', 'f/5.6', '2 D', '10', 'none', 'slight']
+    """
+    number = re.match(r"(f/?)?(-?\d+(?:[.,]\d+)?)", level.casefold())
+    size = math.inf if number is None else float(number[2].replace(",", ".")) * (-1 if number[1] else 1)
+    return level.casefold() not in SHARP, size, level.casefold(), level
 
 
 def _is_numeric(cells: pd.Series[str]) -> bool:

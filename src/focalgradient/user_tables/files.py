@@ -90,8 +90,19 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     cells = pd.concat(parts, names=["file"]).fillna("")
     cells.attrs = {"delimiter": delimiters}
     lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
-    notes = tuple(note for table in tables for note in table.notes)
-    return UserTable(files, f"{tables[0].name} and {len(files) - 1} more", cells, notes, lacking)
+    name = f"the table of {tables[0].name} and {len(files) - 1} more"
+    return UserTable(files, name, cells, _united_notes(tables), lacking)
+
+
+def _united_notes(tables: Sequence[UserTable]) -> tuple[str, ...]:
+    """Return the notes of all files; of those that differ in the file's name only the first, with their number."""
+    alike: dict[str, list[str]] = {}
+    for table in tables:
+        for note in table.notes:
+            alike.setdefault(note.replace(table.paths[0].name, ""), []).append(note)
+    return tuple(
+        notes[0] if len(notes) == 1 else f"{notes[0]} This applies to {len(notes)} files." for notes in alike.values()
+    )
 
 
 def text_table(text: str, name: str = "own.csv") -> UserTable:

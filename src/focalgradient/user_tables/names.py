@@ -152,10 +152,27 @@ def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
     return f"rows {', '.join(str(number) for number in numbers[:3])}{more}"
 
 
-def few(names: list[str]) -> str:
-    """Join up to ten distinct names that are not empty, in printable characters."""
+def few(names: Iterable[str], comma: str = ", ", most: int | None = None) -> str:
+    """Join up to ten distinct names that are not empty, in printable characters, and count the others.
+
+    Parameters
+    ----------
+    names
+        Names.
+    comma
+        Separator.
+    most
+        Maximum number of characters, but for the first name.
+
+    >>> few(["0,76", "1,05", "0,71", "0,88"], "; ", 12)
+    '0,76; 1,05 and 2 more'
+    """
     several = list(dict.fromkeys(printable(name) for name in names if name))
-    return ", ".join(several[:10]) + (f" and {len(several) - 10} more" if len(several) > 10 else "")
+    count = min(len(several), 10)
+    while most is not None and count > 1 and len(comma.join(several[:count])) > most:
+        count -= 1
+    first = comma.join(several[:count])[:most]
+    return first + (f" and {len(several) - count:,} more" if len(several) > count else "")
 
 
 def place(table: pd.DataFrame, wrong: pd.Series[bool]) -> str:

@@ -132,7 +132,10 @@ def read_ratings(
     table = numbered(source, source.with_catch(table), ("scene", "aperture", "fixation"))
     if "aperture_mm" not in table:
         if focal_length_mm is None:
-            notes.append(f"The apertures’ diameters are for a lens of {lens:g} mm: state another (the focal length).")
+            notes.append(
+                f"The apertures’ diameters are for a lens of {lens:g} mm: state another by focal_length_mm, or "
+                "'focalgradient report --focal-length'."
+            )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     checked = rating_table(completed(table, "kind"), Choices() if choices else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
@@ -164,13 +167,20 @@ def check_rating(source: Source) -> None:
             )
 
 
+OTHERS = (
+    "without ratings, thresholds need columns for level and correct (or level, interval and response), detection for "
+    "signal and response, the cube for percept, gradient, trial and duration"
+)
+"""Roles of the columns of tables without ratings."""
+
+
 def _require(source: Source, *present: str) -> None:
     """Raise `InputError` that names the missing columns of ratings; roles in `present` need none."""
     here = {*source.columns, *present}
     shown = [words for role, words in EXAMPLES.items() if not {role, f"{role}_mm"} & here]
     otherwise = ""
     if "rating" not in here:
-        otherwise = ", or give each condition a column whose name holds its aperture, like near_f5.6"
+        otherwise = f", or give each condition a column whose name holds its aperture, like near_f5.6; {OTHERS}"
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
         otherwise = f', {add}, or name the conditions with by=["NAME"]'

@@ -105,6 +105,7 @@ PARTICIPANT = Column(
     )
 )
 PLAIN, CATCH, FRAMES = Column(), Column(words=NO), Column(number=True)
+KIND = Column(("simulated",))
 GROUP = Column(("group", "cond"))
 
 RATINGS = Schema(
@@ -137,7 +138,7 @@ RATINGS = Schema(
         "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
         "repetition": Column(("rep", "repeat", "replicate", "replication", "repetition_number", "wiederholung")),
         "dropped_frames": FRAMES,
-        "kind": PLAIN,
+        "kind": KIND,
     },
     required=("participant_id", "aperture", "fixation", "rating"),
     instead={"aperture": (frozenset({"aperture_mm"}), "")},
@@ -171,7 +172,7 @@ DETECTION = Schema(
         "session": PLAIN,
         "catch": CATCH,
         "trial": PLAIN,
-        "kind": PLAIN,
+        "kind": KIND,
     },
     signs=[frozenset(("signal", "response"))],
     others=frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval")),
@@ -214,7 +215,7 @@ THRESHOLDS = Schema(
         "session": PLAIN,
         "catch": CATCH,
         "trial": PLAIN,
-        "kind": PLAIN,
+        "kind": KIND,
     },
     signs=[frozenset(("level", "correct")), frozenset(("level", "interval", "response"))],
     others=frozenset(("rating", "percept")),
@@ -261,7 +262,7 @@ CUBE = Schema(
         ),
         "censored": CATCH._replace(names=("cut_off",)),
         "catch": CATCH,
-        "kind": PLAIN,
+        "kind": KIND,
         "dropped_frames": FRAMES,
     },
     required=("participant_id", "percept", "gradient", "trial", "duration"),

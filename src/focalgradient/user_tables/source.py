@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
@@ -13,7 +14,7 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, name_and_unit
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import in_steps, without_codes, without_headers, without_summaries
-from focalgradient.user_tables.files import SUBJECT, Paths, file_labels, person_of, read_table
+from focalgradient.user_tables.files import SUBJECT, Paths, UserTable, file_labels, person_of, read_table
 from focalgradient.user_tables.names import clean, few, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, PARTICIPANT, TIMES, Schema
@@ -24,6 +25,7 @@ __all__ = [
     "columns_like",
     "completed",
     "conditions_like",
+    "data_sets",
     "folded",
     "holds",
     "of_one_data_set",
@@ -35,6 +37,9 @@ TRUTH = {
     **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
 }
 """Recognised words for yes and no."""
+
+KINDS: Mapping[bool | None, str] = {True: "simulated", False: "human"}
+"""Kinds of participants, by whether a column says that they are simulated."""
 
 PRACTICE = re.compile(
     r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
@@ -166,20 +171,27 @@ class Source:
         if named := [printable(name) for name in names if name]:
             self.notes.append(f"Columns that were not used: {few(named)}.")
 
+    def missing(self, *roles: str, also: Sequence[str] = ()) -> list[str]:
+        """Return the required roles without a column, as the caller names them; parameters as of `require`."""
+        here = {*self.columns, *also}
+        lacking = [role for role in roles or self.schema.required if role not in here]
+        instead = {role: self.schema.instead[role][0] for role in lacking if role in self.schema.instead}
+        return [
+            "participant" if role == "participant_id" else role
+            for role in lacking
+            if role not in instead or not instead[role] <= here
+        ]
+
     def require(self, *roles: str, also: Sequence[str] = (), otherwise: str = "") -> None:
         """Raise `InputError` that names the required roles (`roles`; by default those of the schema) without a column.
 
         Roles in `also` need no column; `otherwise` adds a remedy to that of the schema.
         """
-        here = {*self.columns, *also}
-        lacking = [role for role in roles or self.schema.required if role not in here]
-        missing = []
-        for role in lacking:
-            roles_instead, remedy = self.schema.instead.get(role, (None, ""))
-            if roles_instead is None or not roles_instead <= here:
-                missing.append("participant" if role == "participant_id" else role)
-                theirs = [name for name in self.schema.columns if name in (roles_instead or ()) and name not in here]
-                otherwise = remedy.format(columns_like(*theirs)) or otherwise
+        here, missing = {*self.columns, *also}, self.missing(*roles, also=also)
+        for role in missing:
+            roles_instead, remedy = self.schema.instead.get(role, (frozenset(), ""))
+            theirs = [name for name in self.schema.columns if name in roles_instead and name not in here]
+            otherwise = remedy.format(columns_like(*theirs)) or otherwise
         if missing:
             there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
             noun = "column" if len(missing) == 1 else "columns"
@@ -190,7 +202,10 @@ class Source:
 
     def renamed(self) -> pd.DataFrame:
         """Return the columns in use, named by role."""
-        return pd.DataFrame({role: self.cells[name] for role, name in self.columns.items()}, index=self.cells.index)
+        table = pd.DataFrame({role: self.cells[name] for role, name in self.columns.items()}, index=self.cells.index)
+        if "kind" in table:
+            table["kind"] = table["kind"].map(lambda cell: KINDS.get(TRUTH.get(cell.strip().casefold()), cell))
+        return table
 
     def rows(self) -> pd.DataFrame:
         """Return the columns in use, named by role and cleaned, without rows that show nothing."""
@@ -237,7 +252,19 @@ class Source:
                 f"{place(table, wrong)}: the participant is {names[wrong].iloc[0]}, to which a spreadsheet program may "
                 "have shortened different names: enter them again as text."
             )
+        self._note_files(names)
         return table
+
+    def _note_files(self, names: pd.Series[str]) -> None:
+        """Note that several files were read as one table, at the top if a file has several participants."""
+        people = [{*own} for _, own in names.groupby(level=0)]
+        again, several = _in_several(people), any(len(own) > 1 for own in people)
+        if len(people) > 1 and (again or several):
+            shared = f", of whom {few(again)} {'occurs' if len(again) == 1 else 'occur'} in several" if again else ""
+            (self.notices if several else self.notes).append(
+                f"The {len(people)} files were read as one table of {names.nunique()} participants{shared}: for "
+                "separate experiments use 'focalgradient report --separate'."
+            )
 
     def apart(self, index: pd.Index[int], wrong: pd.Series[bool], text: str) -> str:
         """Return `text` with the columns and values that tell wrong rows from the others; "" if none do."""
@@ -292,6 +319,8 @@ class Source:
                 damaged += f": write the numbers alone, below the heading '{role} (%)'"
             if role in ("rating", "confidence") and not texts[~absent].str.contains(r"\d").any():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
+            elif self.schema.columns[role].answer and not re.search(r"\d", text):
+                damaged += ": leave it empty, or NA, where it is missing"
             damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
             raise invalid(table, role, wrong, f"but must be a number, like 1.4{damaged}")
         header = self.columns.get(role, "")
@@ -361,7 +390,9 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
 
 
 def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
-    """Return whether tables are the parts of one data set: files of one participant each.
+    """Return whether tables are the parts of one data set.
+
+    They are if one of them has a single participant, if all have the same columns, or if a participant occurs in two.
 
     Parameters
     ----------
@@ -375,19 +406,60 @@ def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> b
     InputError
         If several files hold one participant each, all of the same name.
     """
-    people: list[set[str]] = []
     tables = [read_table(path) for path in paths]
-    columns = {} if participant is None else {"participant": participant}
-    for label, table in zip(file_labels([part.paths[0] for part in tables]), tables, strict=True):
-        theirs = found_columns(table.name, table.cells, Schema({"participant_id": PARTICIPANT}), columns)
-        cells = table.cells[theirs["participant_id"]] if theirs else [person_of(label)]
-        people.append({clean(cell) for cell in cells} - {""} if theirs else {*cells})
+    people = _people(tables, participant)
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
             f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
             "sessions of one person in one table with a column session."
         )
-    return any(len(names) <= 1 for names in people)
+    columns = {frozenset(clean(str(name)).casefold() for name in table.cells) for table in tables}
+    return any(len(names) <= 1 for names in people) or len(columns) == 1 or bool(_in_several(people))
+
+
+def data_sets(
+    tables: Sequence[UserTable], participant: str | None = None, *, separate: bool = False
+) -> tuple[list[UserTable], list[str]]:
+    """Return tables as data sets, with notices: as one if they are its parts and not `separate` experiments.
+
+    Parameters
+    ----------
+    tables, participant
+        See `of_one_data_set`.
+    separate
+        True if each table is an experiment of its own.
+    """
+    if not separate and of_one_data_set(tables, participant):
+        return [read_table(tables)], []
+    again = _in_several(_people(tables, participant))
+    return [*tables], [
+        f"{len(tables)} files taken as {len(tables)} data sets: "
+        + ("they are separate experiments" if separate else "their columns differ, and no participant occurs in two")
+        + (f"; taken for different people though in several of them: {few(again)}" if again else "")
+        + ("." if separate else "; give them the same columns if they are parts of one table.")
+    ]
+
+
+def _people(tables: Sequence[UserTable], participant: str | None = None) -> list[set[str]]:
+    """Return the participants of each table, by their column or by the names of the files."""
+    people: list[set[str]] = []
+    columns = {} if participant is None else {"participant": participant}
+    for label, table in zip(file_labels([part.paths[0] for part in tables]), tables, strict=True):
+        theirs = found_columns(table.name, table.cells, Schema({"participant_id": PARTICIPANT}), columns)
+        cells = table.cells[theirs["participant_id"]].unique() if theirs else [person_of(label)]
+        people.append({clean(cell) for cell in cells} - {""} if theirs else {*cells})
+    return people
+
+
+def _in_several(people: Iterable[Collection[str]]) -> list[str]:
+    """Return the names that occur in more than one collection; case does not count.
+
+    >>> _in_several([{"AB", "gh"}, {"GH", "IJ"}])
+    ['GH']
+    """
+    spelt = {name.casefold(): name for names in people for name in names}
+    counts = Counter(folded_name for names in people for folded_name in {name.casefold() for name in names})
+    return sorted(spelt[folded_name] for folded_name, count in counts.items() if count > 1)
 
 
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:

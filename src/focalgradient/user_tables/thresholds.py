@@ -99,11 +99,38 @@ def read_thresholds(
     table = _above_zero(source, source.answers(source.rows(), "level"))
     table = source.with_catch(_judged(source, table, folded(conditions)))
     table = completed(table, "session", "condition", "kind")
+    _note_conditions(source)
     rate = _guess(source, table, guess)
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
     return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate)
+
+
+MAX_LEVELS = 6
+"""Maximum number of levels of a column that may be a condition of thresholds (our choice)."""
+
+
+def _note_conditions(source: Source) -> None:
+    """Note unused columns of few levels that vary within a person, over which a threshold is fitted."""
+    if "condition" in source.columns:
+        return
+    people = source.cells[source.columns["participant_id"]]
+    split = [
+        name
+        for name in source.unused
+        if name.strip()
+        and source.cells[name].nunique() <= MAX_LEVELS
+        and source.cells[name].groupby(people).nunique().max() > 1
+        and not source.cells[name].str.strip().str.casefold().isin(ABSENT).any()
+    ]
+    if split:
+        shown = "; ".join(f"{printable(name)} ({few(sorted(source.cells[name].unique()))})" for name in split)
+        one = "it" if len(split) == 1 else "one of them"
+        source.notices.append(
+            f"Each threshold is over all levels of {shown}: if {one} is a condition, give "
+            f'columns={{"condition": "{printable(split[0])}"}}.'
+        )
 
 
 def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:
@@ -158,6 +185,9 @@ def _below_half(counted: pd.DataFrame) -> tuple[float, float, float] | None:
     return counted.index[at], *counted.iloc[at]
 
 
+UNITS_NAMED = dict.fromkeys(("db", "decibel"), "decibels (dB)")
+"""Names of units in messages, by their words in headings."""
+
 LOGARITHMS = {"log10": 10.0, "ln": math.e}
 """Bases of logarithms that a heading of levels may state."""
 
@@ -168,14 +198,16 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     for word in re.findall(r"[a-z]+\d*", clean(header).casefold()):
         if word in LOGARITHMS:
             source.notices.append(
-                f"The column {header} holds logarithms: levels are {word} undone, and so are thresholds."
+                f"The column {header} holds logarithms ({word}): levels and thresholds are reported as amounts, not "
+                "logarithms."
             )
             table = table.assign(level=LOGARITHMS[word] ** table["level"])
             break
         if word in ("db", "decibel", "decibels") or word.startswith("log"):
             raise InputError(
-                f"the heading {printable(header)!r} says that levels are in {word}, but they must be amounts above 0, "
-                "as thresholds are sought on their logarithm: convert them, or name the column log10_level."
+                f"the heading {printable(header)!r} says that levels are in {UNITS_NAMED.get(word, word)}, but they "
+                "must be amounts above 0, as thresholds are sought on their logarithm: convert them, or name the "
+                "column log10_level."
             )
     if (below := table["level"] < 0).any():
         amounts = "give amounts (of decibels or log units the antilogarithm)"

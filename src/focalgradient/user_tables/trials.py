@@ -34,6 +34,9 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
             return table
         if same.equals(again):
             raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
+        if "session" not in table and not same.any() and not _in_files(table, "participant_id", "trial").any():
+            source.notes.append("Trial numbers count within files.")
+            return _counted(source, table, by)
         shown = table.duplicated([*by, "trial", *condition])
         keys = table[[*by, "trial", *condition]]
         after = (keys == keys.shift()).all(axis=1)
@@ -54,7 +57,17 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
             source.notices.append(f"Rows come in groups of one condition, as several rows of one trial do{remedy}.")
         elif start := _same_start(table["rating"], keys):
             source.notices.append(start)
-    table["trial"] = table.groupby(by, sort=False).cumcount() + 1
+    return _counted(source, table, by)
+
+
+def _in_files(table: pd.DataFrame, *roles: str) -> pd.Series[bool]:
+    """Return which rows repeat the values of a row above in the same file."""
+    return table.assign(file=table.index.get_level_values(0)).duplicated(["file", *roles])
+
+
+def _counted(source: Source, table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:
+    """Return the table with the trials numbered in the order of the rows."""
+    table["trial"] = table.groupby([*by], sort=False).cumcount() + 1
     source.notes.append("Trials are numbered in the order of the file.")
     return table
 

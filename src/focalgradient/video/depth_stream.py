@@ -5,7 +5,6 @@ Every two successive frames give one frame of depth, by the ratio of their detai
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -21,7 +20,7 @@ from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.search import Search
 from focalgradient.depth.settings import check_blur
-from focalgradient.errors import FocalGradientWarning, InputError, check_number
+from focalgradient.errors import InputError, check_number, warn
 from focalgradient.optics import Lens
 from focalgradient.plausibility import check_frame, check_pixel_pitch
 from focalgradient.progress import Progress, silent
@@ -159,7 +158,7 @@ class DepthStream:
                 )
             if not apart:
                 text = "even and odd frames hardly differ in detail, so a lost frame cannot be detected."
-                warnings.warn(FocalGradientWarning(text), stacklevel=2)
+                warn(text)
         elif not apart:
             raise InputError(
                 f"even and odd frames differ in detail by only {abs(np.expm1(self.step)):.1%}, which does not show "
@@ -174,7 +173,7 @@ class DepthStream:
         self.search = search = Search.over(lenses, pixel_angle, near, far)
         self._table = table_for(search, self.psf)
         if not search.side_known:
-            warnings.warn(FocalGradientWarning(search.side_text), stacklevel=3)
+            warn(search.side_text)
         self.scale = Scale.of_distance(search.lowest, search.highest)
         self.even_is_sharper = lenses[0].f_number > lenses[1].f_number
 

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_number, described
+from focalgradient.errors import InputError, described
 from focalgradient.files import printable, write_whole
 from focalgradient.progress import Progress, silent
+from focalgradient.quantities import Range
 from focalgradient.video.reading import Grey, check_frames, check_name, quiet
 
 __all__ = ["CODECS", "check_ending", "save_movie", "write_frames"]
@@ -87,9 +88,7 @@ def save_movie(
     """
     path = Path(path)
     check_ending(path)
-    check_number("rate", rate, "frames per second", positive=True)
-    if rate > MAX_RATE:
-        raise InputError(f"rate is {rate:g}, but must be {MAX_RATE:g} at most: give frames per second.")
+    Range("frames per second", most=MAX_RATE, positive=True).check("rate", rate)
     if lossless and path.suffix.lower() not in LOSSLESS:
         raise InputError(
             f"{printable(path)} ends in {path.suffix}, which is always compressed: choose one of "

@@ -100,6 +100,7 @@ class Whitening:
     scale: float  # noise variance in units of the one assumed
     law: NoiseLaw | None  # by which noise rises with brightness and contrast
     power: FloatArray | None  # of the sharp scene; None: that of the tile
+    shows_blocks: bool  # of JPEG; in other views noise by contrast is an error of the model, and hides no surface
     tiles: Sequence[Tile]
     whole: tuple[Equalised, Image] | None  # the frame, where it is one tile: whitened already, with its energy
 
@@ -137,12 +138,11 @@ class Whitening:
             noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
         scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
         if not is_large:
-            return cls(
-                problem, blurs, shared, noise_sd, scale, law, power, parts, (replace(first, scale=scale), energy)
-            )
+            whole = replace(first, scale=scale), energy
+            return cls(problem, blurs, shared, noise_sd, scale, law, power, compressed, parts, whole)
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
-        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, parts, None)
+        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, compressed, parts, None)
 
     @property
     def noise_found(self) -> list[float]:
@@ -163,7 +163,7 @@ class Whitening:
             settings.progress(0.4 + 0.5 * share, words)
         if self.whole is not None:
             (equalised, energy), self.whole = self.whole, None
-            return registered, replace(equalised, compressed=self.is_compressed), energy
+            return registered, replace(equalised, compressed=self.is_compressed and self.shows_blocks), energy
         views = registered.part(*tile.outer)
         equalised = equalise(
             views.images,
@@ -176,7 +176,7 @@ class Whitening:
         )
         if self.law is not None:
             equalised.divide(uneven_noise(self.law, views))
-        return views, replace(equalised, compressed=self.is_compressed), None
+        return views, replace(equalised, compressed=self.is_compressed and self.shows_blocks), None
 
 
 def _brightness_of_noise(registered: RegisteredViews) -> float:

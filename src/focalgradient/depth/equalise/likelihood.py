@@ -155,7 +155,7 @@ class Equalised:
     radii: FloatArray  # n x L: each view's blur radius in pixels
     limited: tuple[bool, bool] = (False, False)  # whether depth may lie beyond the first, and the last level
     scale: float = 1.0  # noise variance in units of the one assumed
-    compressed: bool = False  # whether noise rises with contrast, as compression makes it
+    compressed: bool = False  # whether noise rises with contrast in views that show blocks of JPEG
 
     @property
     def levels(self) -> int:

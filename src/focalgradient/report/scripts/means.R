@@ -35,11 +35,14 @@ by_reml <- function(y) {  # the same in base R: deviance in relative SDs, Satter
   }
   variance <- function(x) x[3]^2 / solved(x[1:2])[["information"]]
   used <- c(free, 3); size <- 1e-3 * c(pmax(theta, 1), point[3])
-  step <- function(k) replace(c(0, 0, 0), k, size[k])
-  gradient <- sapply(used, function(k) (variance(point + step(k)) - variance(point - step(k))) / (2 * size[k]))
-  hessian <- outer(used, used, Vectorize(function(i, j) (deviance(point + step(i) + step(j)) -
-    deviance(point + step(i) - step(j)) - deviance(point - step(i) + step(j)) + deviance(point - step(i) - step(j))) /
-    (4 * size[i] * size[j])))
+  step <- function(k, h) replace(c(0, 0, 0), k, h * size[k])
+  extrapolated <- function(difference) (4 * difference(1) - difference(2)) / 3  # Richardson
+  gradient <- sapply(used, function(k)
+    extrapolated(function(h) (variance(point + step(k, h)) - variance(point - step(k, h))) / (2 * h * size[k])))
+  hessian <- outer(used, used, Vectorize(function(i, j) extrapolated(function(h)
+    (deviance(point + step(i, h) + step(j, h)) - deviance(point + step(i, h) - step(j, h)) -
+     deviance(point - step(i, h) + step(j, h)) + deviance(point - step(i, h) - step(j, h))) /
+    (4 * h^2 * size[i] * size[j]))))
   e <- eigen(hessian, symmetric = TRUE); kept <- e$values > 1e-8 * max(e$values, 1)
   along <- as.vector(t(e$vectors[, kept, drop = FALSE]) %*% gradient)
   df <- 2 * variance(point)^2 / sum(2 * along^2 / e$values[kept]); unit <- sd(y[at])

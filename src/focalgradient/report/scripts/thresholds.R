@@ -1,8 +1,7 @@
 # Geometric mean thresholds and their ratios, as in the report, from the thresholds that psignifit fitted to each person.
 # Base R. Run in the report's folder: Rscript thresholds.R
-design <- file.exists("blur_thresholds.csv")
-d <- read.csv(if (design) "blur_thresholds.csv" else "thresholds.csv", colClasses = c(participant = "character"))
-if (design && !is.null(d$enough.of.them)) d <- d[d$enough.of.them == "yes", ]  # with exclusions
+d <- read.csv("THRESHOLDS.csv", colClasses = c(participant = "character"))
+if (is.null(d$condition) && !is.null(d$enough.of.them)) d <- d[d$enough.of.them == "yes", ]  # with exclusions
 d$log <- log(d[[grep("^threshold", names(d))[1]]]); d <- d[!is.na(d$log), ]
 d$condition <- if (is.null(d$condition)) rep("", nrow(d)) else ifelse(is.na(d$condition), "", as.character(d$condition))
 # include tests

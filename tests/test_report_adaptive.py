@@ -1,0 +1,190 @@
+"""Reports, preregistrations and power of a task whose level a procedure sets: thresholds, not proportions correct."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from focalgradient.dataset import Response
+from focalgradient.design import Counterbalanced, Trial, answers_of, weighted_staircase
+from focalgradient.observers import simulate
+from focalgradient.power import Observers, Study
+from focalgradient.power.own_tasks import _people
+from focalgradient.report import Report, Stated, make_report
+from focalgradient.report.parts import Asked
+from focalgradient.report.preregister import preregister_conditions
+from focalgradient.scales import Ways
+from focalgradient.statistics import Rules
+from focalgradient.tasks import Task, register, task_named
+from focalgradient.tasks.adaptive import guessed
+
+pytestmark = pytest.mark.usefixtures("unrendered")
+
+STAIRCASE = weighted_staircase(0.75, 30.0, 1.0, 60.0)
+TRUE = {0.05: 10.0, 0.5: 5.0}  # level (%) of 75 % correct at each contrast: their ratio is 2
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FinerTrial(Trial):
+    contrast: float = field(metadata={"about": "Contrast.", "least": 0, "most": 1})
+    interval: Literal[1, 2] = field(metadata={"about": "Interval of the finer grating."})
+    level: float | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FinerAnswer(Response):
+    level: float = field(metadata={"about": "Difference.", "units": "%", "above": 0})
+    correct: bool = field(metadata={"about": "Whether the finer grating was chosen."})
+
+
+class FinerDesign(Counterbalanced):
+    task: str = "finer"
+    repetitions: int = 15
+
+    def trials(self, participant, session=None):
+        shown = [FinerTrial(contrast=one, interval=half) for one in TRUE for half in (1, 2)]
+        return self.ordered(participant, session, shown)
+
+
+@register
+class Finer(Task):
+    """Choose the interval with the finer grating."""
+
+    name = "finer"
+    title = "Finer of two gratings"
+    design, trial, answer = FinerDesign, FinerTrial, FinerAnswer
+    ratios = frozenset({"level"})
+
+    def adapted(self, design, trial, recorded):
+        return replace(trial, level=STAIRCASE.level(answers_of(recorded, contrast=trial.contrast)))
+
+    def shown(self, design, trial, pixels_per_degree):
+        return [(np.full((8, 8), 127, np.uint8), 0.25)] * 2
+
+    def control(self, words, trial):
+        return Ways("Which was finer?", ("the first", "the second"))
+
+    def answered(self, design, trial, value, **times):
+        return FinerAnswer(level=trial.level, correct=int(value) == trial.interval, **times)
+
+    def simulated(self, design, trial, observer, chance):
+        detected = 1 - 0.5 ** ((trial.level / TRUE[trial.contrast]) ** 2)
+        right = bool(chance.random() < 0.5 + 0.49 * detected)
+        return FinerAnswer(onset=0.0, response_time=0.8, level=trial.level, correct=right)
+
+
+class Seen(Finer):
+    """Say whether the grating was seen."""
+
+    name = "finerseen"
+
+    def answered(self, design, trial, value, **times):
+        return FinerAnswer(level=trial.level, correct=int(value) == 1, **times)
+
+
+@pytest.fixture
+def without_psignifit(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("focalgradient.statistics.adaptive.find_spec", lambda name: None)
+
+
+def report(folder: Path, observers: int) -> Report:
+    simulate(FinerDesign(), folder, observers=observers, seed=1)
+    return make_report(folder)
+
+
+def outcomes(made: Report) -> pd.DataFrame:
+    table = pd.read_csv(pd.io.common.BytesIO(made.files["results.csv"]))
+    return table[table["role"] == "main"].set_index(["name", "level"])
+
+
+def check_sections(made: Report) -> None:
+    found = outcomes(made)
+    assert [*found.index] == [
+        ("geometric mean threshold", "contrast 0.05"),
+        ("geometric mean threshold", "contrast 0.5"),
+        ("log ratio of thresholds", "contrast 0.05 over contrast 0.5"),
+    ]
+    means = pd.read_csv(pd.io.common.BytesIO(made.files["finer_means.csv"]))
+    assert "level" not in means
+    assert len(means) == 2 * 2 * 2
+    ratio = found.loc["log ratio of thresholds"].iloc[0]
+    assert ratio["low"] < math.log(2) < ratio["high"]
+    assert ratio["low"] > 0
+    page = made.files["report.md"].decode()
+    first = page.index("Geometric mean threshold in contrast 0.05")
+    assert first < page.index("Threshold of contrast 0.05 over that of contrast 0.5")
+    assert "shown to change correct" not in page
+    assert {"finer_thresholds.csv", "finer_thresholds.R", "finer_trials.csv"} <= {*made.files}
+    assert b'"finer_thresholds.csv"' in made.files["finer_thresholds.R"]
+
+
+@pytest.mark.slow
+def test_the_primary_outcome_is_the_threshold_in_each_condition(tmp_path: Path) -> None:
+    pytest.importorskip("psignifit")
+    made = report(tmp_path / "data", 6)
+    check_sections(made)
+    found = outcomes(made).loc["geometric mean threshold"]
+    for contrast, true in TRUE.items():
+        estimate = found.loc[f"contrast {contrast:g}"]["estimate"]
+        assert estimate == pytest.approx(true, rel=0.25)  # two standard errors of 6 people, 30 trials each
+    assert made.notices == ()
+
+
+@pytest.mark.usefixtures("without_psignifit")
+def test_without_psignifit_the_late_levels_are_named_and_compared(tmp_path: Path) -> None:
+    made = report(tmp_path / "data", 6)
+    check_sections(made)
+    page = made.files["report.md"].decode()
+    assert page.count("psignifit (extra thresholds) is not installed: each threshold is the geometric mean") == 2
+    assert "fitted by psignifit" not in page
+
+
+def test_the_control_gives_the_guess_rate_and_the_field_of_the_right_answer() -> None:
+    design = FinerDesign()
+    assert guessed(Finer(), design, "correct") == (0.5, {"interval"})
+    assert guessed(Seen(), design, "correct") == (0.0, frozenset())
+
+
+@pytest.mark.usefixtures("without_psignifit")
+def test_the_preregistration_states_the_thresholds_that_the_report_has(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("focalgradient.report.preregister.TASK_EXPERIMENTS", 5)
+    monkeypatch.setattr("focalgradient.report.preregister.TASK_SUBJECTS", (6,))
+    _people.cache_clear()
+    text = preregister_conditions(task_named("finer"), FinerDesign(), Asked(Stated(Rules())))
+    assert text.plan.questions.hypotheses == [
+        "H1 (primary). The thresholds of contrast 0.05 and of contrast 0.5 differ."
+    ]
+    assert text.plan.questions.outcome.startswith("The primary outcome is the geometric mean over participants of the")
+    assert [*text.tests.values()] == ["log ratio of thresholds, contrast 0.05 over contrast 0.5"]
+    assert {*text.powers[6]} == {"test_1"}
+    assert text.powers[6]["test_1"] > 0
+
+
+@pytest.mark.usefixtures("without_psignifit")
+def test_power_finds_a_twofold_ratio_of_thresholds() -> None:
+    _people.cache_clear()
+    study = Study(Observers(task_named("finer")), FinerDesign(), seed=1)
+    assert [*study.tests.values()] == ["log ratio of thresholds, contrast 0.05 over contrast 0.5"]
+    found = [study.experiment(4, number) for number in range(20)]
+    assert sum(one["test_1"] for one in found) >= 10
+    assert all(one["width"] > 0 for one in found)
+
+
+@pytest.mark.parametrize(
+    ("level", "reason"),
+    [(lambda trial: -1.0, "needs levels above 0"), (lambda trial: 2.0, "All levels are 2")],
+)
+def test_levels_without_a_threshold_have_a_reason(level: Callable[[int], float], reason: str) -> None:
+    analysis = Finer().analysis(FinerDesign())
+    table = pd.DataFrame({"participant_id": "sub-01", "level": [*map(level, range(60))], "correct": [True, False] * 30})
+    found = analysis.asked(table.assign(contrast=[0.05, 0.5] * 30)).to("geometric mean threshold")
+    assert [outcome.reason for outcome in found.values()] == ["No participant has a threshold."] * 2
+    sessions = analysis.asked(table.assign(contrast=[0.05, 0.5] * 30)).to("threshold")
+    assert all(reason in outcome.reason for outcome in sessions.values())
