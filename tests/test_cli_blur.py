@@ -211,7 +211,7 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
             "contains integers of type int32, but not what one step is: give the scale",
         ),
         (
-            (1e3 * METRES).astype(np.uint16),
+            (10 * METRES).astype(np.uint16),  # a median of 20 mm
             {"unit": "mm"},
             "give the scale, 1 if a step is one millimetre, or a file of floating-point",
         ),
@@ -225,6 +225,14 @@ def test_depth_that_would_silently_be_another_is_refused(
     np.save(tmp_path / "d.npy", values)
     with pytest.raises(InputError, match=said):
         read_distances(tmp_path / "d.npy", **options)
+
+
+def test_plausible_integers_in_millimetres_need_no_scale(tmp_path: Path) -> None:
+    path = tmp_path / "d.png"
+    cv2.imwrite(str(path), (1e3 * METRES).astype(np.uint16))
+    with pytest.warns(FocalGradientWarning, match=r"one step is assumed to be 1 mm \(scale 1\)"):
+        found = read_distances(path, "mm")
+    assert np.allclose(found.metres, METRES, atol=1e-3)
 
 
 def test_the_encoding_assumed_of_16_bits_is_stated(tmp_path: Path) -> None:

@@ -41,6 +41,7 @@ _WRITTEN = re.compile(
     r"(?:/?\s*(?P<cylinder>[+-]\d+(?:\.\d+)?)\s*(?:DC)?\s*(?:x|×|@|ax)\s*(?P<axis>\d+(?:\.\d+)?)\s*°?)?\s*",
     re.IGNORECASE,
 )
+_DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,8 +79,12 @@ class Refraction:
 
     @classmethod
     def parse(cls, text: str) -> Refraction:
-        """Parse a refraction written as "-2.00", "plano" or "-2.00 -0.75 x 180"."""
-        found = _WRITTEN.fullmatch(text.replace("−", "-")) if isinstance(text, str) else None
+        """Parse a refraction written as "-2.00", "plano" or "-2.00 -0.75 x 180"; decimal commas are accepted.
+
+        >>> Refraction.parse("-2,25 -0,75 x 80")
+        Refraction(sphere=-2.25, cylinder=-0.75, axis=80.0)
+        """
+        found = _WRITTEN.fullmatch(_DECIMAL_COMMA.sub(".", text.replace("−", "-"))) if isinstance(text, str) else None
         if found is None:
             raise InputError(
                 f"refraction is {described(text)}, but must be a sphere, or sphere, cylinder and axis: give it as "

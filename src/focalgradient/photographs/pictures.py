@@ -134,7 +134,8 @@ def read_distances(
     unit
         Unit of the depth values.
     scale
-        Units per step of the depth values; required for integer files.
+        Units per step of the depth values; required for integer files, except in millimetres with a median of 0.1 to
+        100 m: then 1, with a warning.
     baseline
         Baseline of the stereo pair in metres, for disparity in pixels.
     pixel_angle
@@ -266,6 +267,11 @@ def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[A
             f"{printable(path)} contains 8-bit integers, as a picture does: give the picture first, then its depth; or "
             f"for a depth map of 8 bits the {named('scale')}, {example}."
         )
+    if values.dtype.kind in "iu" and scale is None and unit == "mm":
+        present = values[(values > 0) & (values < np.iinfo(values.dtype).max)]
+        if present.size and PLAUSIBLE_MM[0] <= np.median(present) <= PLAUSIBLE_MM[1]:
+            warn(f"{printable(path)} contains integers: one step is assumed to be 1 mm ({named('scale')} 1).")
+            return values
     if values.dtype.kind in "iu" and scale is None:
         example = f"1 if a step is one {step}" if step else "such as 0.001 for millimetres read as metres"
         raise InputError(
@@ -274,6 +280,9 @@ def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[A
         )
     return values
 
+
+PLAUSIBLE_MM = 100.0, 1e5
+"""Median distances in mm between which integers in millimetres need no scale."""
 
 MARKERS = (
     *(255.0, 4095.0, 8191.0, 32767.0, 65504.0, 65535.0, 65.535, 655.35, 6553.5, 4294967295.0, 3.4028234663852886e38),
