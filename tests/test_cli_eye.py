@@ -54,7 +54,8 @@ def test_an_eye_of_a_prescription_and_an_age():
 
 
 def test_quality_through_focus():
-    succeed("--through-focus", "--out", "out", "--refraction", "-2.00 -0.75 x 30", "--pupil", "3")
+    result = succeed("--through-focus", "--out", "out", "--refraction", "-2,00 -0,75 x 30", "--pupil", "3")
+    assert "cannot focus on 1 m, the default --accommodation: it" in result.stderr
     summary = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))
     assert summary["found"]["best_D"] == pytest.approx(2.31 + 0.08, abs=0.1)  # mean sphere; white focuses as 555 nm
     assert cv2.imread("out/through_focus.png") is not None

@@ -99,8 +99,8 @@ def blur(
     are --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a
     lens, or that of the display (--display, or --screen-width and --distance).
 
-    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light (M is
-    where an eye is focused, if its refraction and age do not allow --focus); also
+    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light (an
+    eye that cannot focus at M: M is its nearest possible focus); also
     DIR/distance.npy, the depth in metres with holes filled, and DIR/summary.json with all settings. Two folders instead
     of two files: every picture with the depth file of the same name, written to DIR/NAME-M.png and .npy. A video and a
     folder: each frame with one file of the folder, in order of name. After an interruption the same command continues.
@@ -154,7 +154,7 @@ def blur(
     gamma
         Gamma of the display, or sRGB.
     white
-        Linear value shown as white.
+        Linear value shown at full display luminance.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
     from focalgradient.stimuli.sets import npy

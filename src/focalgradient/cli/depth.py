@@ -105,9 +105,9 @@ def depth(
     distance (m), vergence (dioptres), valid, and two standard deviations in dioptres: vergence_sd for errors that
     differ between pixels, and common_sd for errors common to the frame, such as that of the focus. Pixels that are not
     valid have no usable estimate; with --dense they have a completed one, and `evidence` is 2 where depth is measured,
-    1 near such pixels and 0 where it is extrapolated. `beyond` is -1 where depth lies farther than the search, 1 where
-    it lies nearer; with --method autofocus, at or beyond the focus at that end. With one focus and two apertures more
-    blur than is searched may lie on either side of it: the summary states the distances.
+    1 close to that and 0 where it is extrapolated. `beyond` is -1 where depth lies farther than the search, 1 where
+    it lies nearer; with --method autofocus, at or beyond the focus at that end. With one focus and two apertures
+    blur beyond the search has two possible distances, nearer and farther: see the summary.
 
     \b
     Methods and their uses:

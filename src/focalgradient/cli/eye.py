@@ -130,8 +130,8 @@ def eye(
     """See the depth of SCENE (spheres, slant, step or plane) as an eye could from blur alone.
 
     The scene is blurred by waves, with diffraction, in as many wavelengths for each cone class as the pupil needs (5 to
-    15), with 1 % noise. S cones resolve 10 cycles per degree, and their texture has a correlation of 0.95 with the
-    others'. Depth is then recovered from these views alone. Takes about 20 s on two cores.
+    15), with 1 % noise. S cones resolve 10 cycles per degree; the pattern that they see has a correlation of 0.95
+    with that of the other cones. Depth is then recovered from these views alone. Takes about 20 s on two cores.
 
     Writes DIR/views.png (views, true and recovered depth, error), DIR/focus.png (focus over time), DIR/oscillation.mp4,
     DIR/depth.npz (distance, vergence, vergence_sd, valid) and DIR/summary.json.
@@ -174,7 +174,7 @@ def eye(
     accommodation
         Vergence in dioptres (1 / distance in m) that the eye focuses, as far as --refraction and --age allow.
     views
-        Views: bands, L and M cones and S cones at one moment; oscillation, L and M cones at two moments; or both.
+        Views: bands (L and M cones, and S cones, at one moment), oscillation (L and M cones at two moments), or both.
     amplitude
         Amplitude of the oscillation of focus, in dioptres: from the mean to an extreme.
     seed
@@ -308,7 +308,7 @@ def _through_focus(seeing: Eye, conditions: ViewingConditions, settings: Mapping
         {"through_focus.png": figure.savefig, "through_focus.csv": quality.to_csv().encode()},
         {"settings": settings, "found": found},
         [
-            f"Best focus: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
+            f"Best focus in white light: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
             f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
         ],
     )

@@ -71,7 +71,7 @@ def focus_series(
     error
         Maximum interpolation error, in 8-bit steps.
     white
-        Linear value shown as white.
+        Linear value shown at full display luminance.
     web
         Also write DIR/focus.json: the series for a web page, such as one of jsPsych.
     """  # noqa: D301  click's mark against rewrapping is a real backspace

@@ -8,6 +8,8 @@ from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
+import click
+
 import focalgradient as fg
 from focalgradient.cli.generate import Made, options_named
 from focalgradient.errors import FocalGradientWarning
@@ -49,9 +51,11 @@ def eye_of(person: EyeDescription, eye_file: Path | None, pupil_mm: float | None
     with options_named(NAMED | {field.name: f"--{field.name}" for field in fields(person)}):
         eye = person.eye(vergence, None if pupil_mm is None else 1e-3 * pupil_mm)
     if not eye_state(person, eye, vergence)["in_reach"]:
+        source = click.get_current_context().get_parameter_source("accommodation")
+        by_default = ", the default --accommodation" if source is click.core.ParameterSource.DEFAULT else ""
         warnings.warn(
-            f"this eye cannot focus on {focus_words(vergence)}: it is focused at {focus_words(eye.focus_vergence)}, as "
-            "its refraction, correction and age allow.",
+            f"this eye cannot focus on {focus_words(vergence)}{by_default}: it is focused at "
+            f"{focus_words(eye.focus_vergence)}, as its refraction, correction and age allow.",
             FocalGradientWarning,
             stacklevel=2,
         )

@@ -89,7 +89,7 @@ def stereo(
     gamma
         Gamma of the display, or sRGB.
     white
-        Linear value shown as white.
+        Linear value shown at full display luminance.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     from focalgradient.photographs.pictures import png_of
 
