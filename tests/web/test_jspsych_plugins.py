@@ -147,6 +147,7 @@ def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> 
     assert [row["trial_type"] for row in rows[-3:]] == ["focal-picture", "focal-blur", "focal-cube"]
     picture, blur, cube = rows[-3:]
     assert picture["response"] == "j"
+    assert picture["stimulus"].endswith(".png")
     assert 0 < picture["rt"] < 2000
     assert blur["focus"] == pytest.approx(wanted)
     assert blur["start"] == pytest.approx(start)

@@ -23,6 +23,7 @@ export default class FocalPicture {
       frame: { type: ParameterType.FLOAT, default: null },
     },
     data: {
+      stimulus: { type: ParameterType.STRING },
       response: { type: ParameterType.STRING },
       rt: { type: ParameterType.FLOAT },
       stamps: { type: ParameterType.COMPLEX },
@@ -68,7 +69,9 @@ export default class FocalPicture {
     const answer = await keys.wait(stamps[0], open ? rest : rest === Infinity ? 0 : rest, trial.response_ends_trial);
     keys.end();
     element.replaceChildren();
-    this.jsPsych.finishTrial({ response: answer?.key ?? null, rt: answer ? answer.rt : null, stamps, dropped_frames, lost });
+    const { stimulus } = trial;
+    const [response, rt] = [answer?.key ?? null, answer?.rt ?? null];
+    this.jsPsych.finishTrial({ stimulus, response, rt, stamps, dropped_frames, lost });
   }
 
   simulate(trial, mode, options, loaded) {
@@ -78,6 +81,7 @@ export default class FocalPicture {
     const longest = Math.min(trial.stimulus_duration ?? Infinity, trial.trial_duration ?? Infinity);
     const seen = trial.response_ends_trial && rt !== null ? Math.min(rt, longest) : longest;
     const data = {
+      stimulus: trial.stimulus,
       response: none ? null : jsPsych.pluginAPI.getValidKey(trial.choices),
       rt,
       stamps: [0, Number.isFinite(seen) ? seen : 0],
