@@ -115,8 +115,8 @@ class PhotographedDepth:
             )
             shared = f"; {common:.2g} D of the whole frame ({parts})" if common > 0 else ""
             metres = medians["distance_sd_m"]
-            together = f", together {metres:.2g} m" if math.isfinite(metres) else ""
-            lines.append(f"Standard deviation (median): {own:.2g} D between pixels{shared}{together}")
+            total = f", total {metres:.2g} m" if math.isfinite(metres) else ""
+            lines.append(f"Standard deviation (median): {own:.2g} D between pixels{shared}{total}")
         return "\n".join(lines)
 
     def record(self, warnings: Sequence[str] = ()) -> dict[str, Any]:

@@ -116,7 +116,8 @@ def depth_figure(
         titles = [f"{shortened(name)}\n{title}" for name, title in zip(names, titles, strict=False)]
     limits = _vergence_limits(depth, truth)
     with style():
-        rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 + _depth_title(depth).count("\n"))]
+        lines = max(_depth_title(depth).count("\n"), _uncertainty_title(depth).count("\n"))
+        rows = [(max(2, len(shown)), 1 if names is None else 2), (2, 1 + lines)]
         rows += [(2, 1)] * (truth is not None) + [(2, 2)] * (depth.evidence is not None)
         figure, panels = _page(depth.shape, rows)
         for ax, view, title in zip(panels[0], shown, titles, strict=False):
@@ -240,17 +241,30 @@ def _with_metres(ax: Axes, bar: Any, limits: tuple[float, float], title: str, of
 
 def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axes:
     """Draw the standard deviation of distance, in per cent of distance, where valid."""
+    _draw_relative_sd(ax, depth, depth.valid)
+    return _picture(ax, _uncertainty_title(depth) if title is None else title)
+
+
+def _relative_sd(depth: DepthMap) -> NDArray[np.float64]:
+    """Return the standard deviation of distance in per cent of distance; inf at infinity."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        percent = np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
-    low, high = _robust(percent[depth.valid], 0, 98)
-    bar = _map(ax, percent, depth.valid, "magma", (min(low, 0.8 * high), high), "sd (%)")
+        return np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
+
+
+def _draw_relative_sd(ax: Axes, depth: DepthMap, drawn: NDArray[np.bool_]) -> None:
+    percent = _relative_sd(depth)
+    low, high = _robust(percent[drawn], 0, 98)
+    bar = _map(ax, percent, drawn, "magma", (min(low, 0.8 * high), high), "sd (%)")
     bar.locator = MaxNLocator("auto", steps=[1, 2, 5, 10])  # no 2.5, which takes a digit more
-    if title is None:
-        title = _summary("Uncertainty: median sd", percent[depth.valid])
-        if len(depth.common_errors) and depth.valid.any():
-            common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
-            title += f"\nbetween pixels, frame {100 * common:.2g} %"
-    return _picture(ax, title)
+
+
+def _uncertainty_title(depth: DepthMap) -> str:
+    """Return the median standard deviation between pixels, and that common to the frame."""
+    title = _summary("Uncertainty: median sd", _relative_sd(depth)[depth.valid])
+    if len(depth.common_errors) and depth.valid.any():
+        common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
+        title += f" between pixels,\n{100 * common:.2g} % common to the frame"
+    return title
 
 
 def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: str | None = None) -> Axes:
@@ -267,16 +281,13 @@ def draw_error(ax: Axes, depth: DepthMap, truth: NDArray[np.floating], title: st
 
 
 def _draw_completed(depth_ax: Axes, sd_ax: Axes, depth: DepthMap, limits: tuple[float, float]) -> None:
-    """Draw a completed map and its standard deviation (D), with the fraction of each kind of evidence."""
+    """Draw a completed map and its standard deviation, with the fraction of each kind of evidence."""
     assert depth.evidence is not None
     measured, near, guessed = (_percent(float(np.mean(depth.evidence == how))) for how in (2, 1, 0))
     everywhere = np.ones(depth.shape, bool)
     title = f"Completed depth: {measured} measured,\n{near} near evidence, {guessed} guessed"
     _draw_metres(depth_ax, depth, everywhere, limits, title)
-    low, high = _robust(depth.vergence_sd, 0, 98)
-    factor, unit = (1.0, "D") if high > 0.1 else (1e3, "mD")  # smaller ticks leave no room for the label
-    limits = factor * min(low, 0.8 * high), factor * high
-    _map(sd_ax, factor * depth.vergence_sd, everywhere, "magma", limits, f"sd ({unit})")
+    _draw_relative_sd(sd_ax, depth, everywhere)
     _picture(sd_ax, "Uncertainty of the completed map")
 
 
