@@ -101,7 +101,9 @@ def focus_series(
         seconds = 2 * planes * (wavelengths or 1) * SECONDS_PER_MEGAPIXEL * 1e-6 * shown.metres.size
         if not optics.is_lens:
             seconds *= 4
-        announce(seconds, f"About {planes} planes, {planes * 4 * shown.metres.size / 2**20:.0f} MB as textures")
+        size = planes * 4 * shown.metres.size / 2**20
+        fewer = "fewer for a smaller picture, or by --nearest and --farthest"
+        announce(seconds, f"About {planes} planes, {size:.0f} MB as textures ({fewer})")
         made = fg.live.FocusSeries.of(
             shown.light / white,
             shown.metres,

@@ -167,12 +167,14 @@ class FocusSeries:
         expected = source.expected(ends, bound)
         texels = light.shape[0] * light.shape[1] * (4 if light.min() >= 0 and light.max() <= 1 else 8)
         require(expected * light.size * 4.0, f"A focus series of {expected} planes", "reduce the picture")
-        about = f"about {expected} planes of focus, {expected * texels / 2**20:.0f} MB as textures"
-        say(0.0, about)
+        say(0.0, f"about {expected} planes of focus, {expected * texels / 2**20:.0f} MB as textures")
+        done = [ends[0]]
 
         def accepted(near: float, halfway: float) -> None:
             kept.forget(halfway)
-            say((near - ends[0]) / (ends[1] - ends[0]), about)
+            done.append(near)
+            share = (near - ends[0]) / (ends[1] - ends[0])
+            say(share, f"{len(done)} of about {1 + round((len(done) - 1) / share)} planes of focus")
 
         chosen = choose(kept, ends, bound, accepted)
         kept.finish(chosen.vergences)

@@ -49,7 +49,7 @@ def study_of(task: Task, design: Any, assumed: Mapping[str, Any], seed: int = 1)
         if assumed:
             option = next(iter(assumed))
             raise InputError(
-                f"{option} cannot be set for {task.called}, whose simulated observer has its own effect: leave it out."
+                f"{option} cannot be set for {task.called}, whose method 'simulated' sets the effect: change it there."
             )
         return Study(Observers(task), design, seed=seed)
     kind = model(design)

@@ -117,7 +117,7 @@ NEEDS = {
     **dict.fromkeys(("by", "where"), "tables"),
     "guess_rate": LEVELS,
     "order": "answers in words in a table",
-    **dict.fromkeys(("scale", "bound", "bayes", "focal_length_mm"), "depth ratings"),
+    **dict.fromkeys(("scale", "bound", "bayes", "focal_length_mm"), "depth ratings by aperture"),
 }
 """What settings are for."""
 
