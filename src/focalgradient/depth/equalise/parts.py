@@ -231,50 +231,37 @@ class Refined:
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
-def into_rim(image: NDArray[np.bool_], inward: NDArray[np.intp], width: Image) -> NDArray[np.bool_]:
-    """Continue an `image` (H x W) into the rim of the frame, of `width` pixels at each pixel, from the pixel beside it.
-
-    >>> inward = np.minimum.outer([0, 1, 2, 1, 0], [0, 1, 2, 1, 0])
-    >>> into_rim(np.eye(5) > 0, inward, np.ones((5, 5)))[0].tolist()
-    [True, True, False, False, False]
-    """
-    continued, rim = image.copy(), np.nonzero(inward < width)
-    reach = np.ceil(width[rim]).astype(int)
-    beside = tuple(np.clip(at, reach, n - 1 - reach) for at, n in zip(rim, image.shape, strict=True))
-    continued[rim] = image[beside]
-    return continued
-
-
 def _inliers(
     equalised: Equalised, views: RegisteredViews, found: Likelihood, false_alarm: float
-) -> tuple[Likelihood, NDArray[np.bool_], NDArray[np.bool_], ResidualStatistics, Image]:
+) -> tuple[Likelihood, NDArray[np.bool_], NDArray[np.bool_], ResidualStatistics]:
     """Reject pixels whose views contradict each other at the depth found, and find depth without them, in turn.
 
-    Returns the likelihood, `Refined.is_consistent`, `Refined.is_within`, what each pixel leaves at the depth by which
-    it was judged, and the width of the rim that light from beyond the frame reaches there. `found` is changed.
+    Returns the likelihood, `Refined.is_consistent`, `Refined.is_within`, and what each pixel leaves at the depth by
+    which it was judged. `found` is changed.
     """
     blur = equalised.radii.max(axis=0)  # L
     tolerance = BLUR_ERROR * blur * equalised.levels_per_pixel
     is_usable, inward = views.usable, _inward(views)
     # Blur carries light in from beyond the frame: its rim is left out, and takes the depth of what lies next to it.
     rim = _rim(views, equalised)
+    middle = (slice(rim, -rim), slice(rim, -rim))
     for _ in range(MAX_REJECTIONS):
         local = equalised.evaluate(found.nodes)
         agreement = equalised.agreement(local, CHECK_SIDE, false_alarm, tolerance)
         reach = np.clip(at_levels(RIM_REACH * blur, local.level), rim, min(views.shape) / 6)
-        is_consistent = is_usable & into_rim(agreement, inward, reach)
+        is_consistent = is_usable & np.pad(agreement[middle], rim, mode="edge")
         is_within = is_usable & (inward >= reach)
         if (found.is_summed ^ (is_consistent & is_within)).mean() < REJECTION_SETTLED:
             break
         found = found.over(equalised, is_consistent & is_within)
-    return found, is_consistent, is_within, local, reach
+    return found, is_consistent, is_within, local
 
 
 def refine(
     equalised: Equalised, views: RegisteredViews, found: Likelihood, false_alarm: float, growth: Growth = SMOOTH
 ) -> Refined:
     """Reject outliers, refine depth by local planes in windows of `growth`, and find where it rests on texture."""
-    likelihood, is_consistent, is_within, local, reach = _inliers(equalised, views, found, false_alarm)
+    likelihood, is_consistent, is_within, local = _inliers(equalised, views, found, false_alarm)
     nodes, weight = likelihood.nodes, (is_consistent & is_within).astype(np.float32)
     local = equalised.evaluate_to_refine(nodes, local)
     first = replace(equalised.refine(nodes, local, weight, growth.first), sd=nodes.sd)
@@ -282,7 +269,6 @@ def refine(
     nodes = equalised.refine(first, equalised.evaluate_to_refine(first, local), weight, growth)
     nodes = _with_texture_of_its_own(equalised, nodes, local, weight)
     is_textured, other_surface = own_texture(equalised, local, weight)
-    is_textured = into_rim(is_textured, _inward(views), reach)
     return Refined(nodes, likelihood, is_consistent, is_within, is_textured, other_surface, images)
 
 
