@@ -99,8 +99,8 @@ def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> Non
     done = CliRunner().invoke(main, ["report", str(tmp_path / "data"), "--out", str(tmp_path / "report")])
     assert done.exit_code == 0, done.output
     text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
-    told = re.findall(r"Geometric mean threshold in pedestal (\d): ([\d.]+) arcmin", text)
-    found = [float({**dict(told)}[pedestal]) for pedestal in "014"]
+    thresholds = re.findall(r"Geometric mean threshold in pedestal (\d): ([\d.]+) arcmin", text)
+    found = [float(dict(thresholds)[pedestal]) for pedestal in "014"]
     assert found[1] < found[0] < found[2]  # the dipper
 
 

@@ -301,9 +301,7 @@ def parse_table(
         titles = _titles(kept)
         comments += [" ".join(cells).strip() for _, cells in kept[:titles]]
         notes += [
-            f"Above the names of the columns stands a title: {printable(title)}."
-            for title in comments[-titles:]
-            if titles
+            f"Above the names of the columns stands a title: {printable(row)}." for row in comments[-titles:] if titles
         ]
         kept = kept[titles:]
     if kept and (header or not any(map(_like_number, kept[0][1]))):

@@ -316,10 +316,11 @@ def _smooth_at_nyquist(
     bend would make rows of alternating sign beside bright points. Frequencies are therefore moved so that the slope
     ends at 0, and the two sides of the jump are averaged.
     """
-    across = [np.clip((np.abs(f) - EXACT_UP_TO) / (0.5 - EXACT_UP_TO), 0, 1) for f in (np.fft.fftshift(down), right)]
+    frequencies, changed = (np.fft.fftshift(down), right), 0.5 - EXACT_UP_TO
+    across = [np.clip((np.abs(f) - EXACT_UP_TO) / changed, 0, 1) for f in frequencies]
     moved = [
-        np.sign(f) * (np.minimum(np.abs(f), EXACT_UP_TO) + (0.5 - EXACT_UP_TO) * (t - t**3 / 3))
-        for f, t in zip((np.fft.fftshift(down), right), across, strict=True)
+        np.sign(f) * (np.minimum(np.abs(f), EXACT_UP_TO) + changed * (t - t**3 / 3))
+        for f, t in zip(frequencies, across, strict=True)
     ]
     side = len(down)
     places = np.meshgrid(side * moved[0] + side // 2, side * moved[1], indexing="ij")

@@ -4,11 +4,12 @@
 """
 
 from focalgradient.user_tables.conditions import OwnConditions, read_conditions
+from focalgradient.user_tables.data_sets import data_sets, of_one_data_set
 from focalgradient.user_tables.detection import OwnDetection, read_detection
 from focalgradient.user_tables.files import Paths, UserTable, read_table
 from focalgradient.user_tables.ratings import OwnRatings, read_ratings
 from focalgradient.user_tables.reports import OwnReports, read_reports
-from focalgradient.user_tables.source import Where, data_sets, of_one_data_set
+from focalgradient.user_tables.source import Where
 from focalgradient.user_tables.thresholds import OwnThresholds, read_thresholds
 
 __all__ = [

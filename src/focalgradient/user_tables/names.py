@@ -10,7 +10,8 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Collection, Iterable
 
 import pandas as pd
 
@@ -21,6 +22,7 @@ __all__ = [
     "UNIT",
     "clean",
     "few",
+    "in_several",
     "invalid",
     "is_summary",
     "maybe_summary",
@@ -214,3 +216,14 @@ def united(table: pd.DataFrame, role: str, noun: str, notices: list[str]) -> pd.
             "differ otherwise where they are not one."
         )
     return table.assign(**{role: names.map(chosen)})
+
+
+def in_several(people: Iterable[Collection[str]]) -> list[str]:
+    """Return the names that occur in more than one collection; case does not count.
+
+    >>> in_several([{"AB", "gh"}, {"GH", "IJ"}])
+    ['GH']
+    """
+    spelt = {name.casefold(): name for names in people for name in names}
+    counts = Counter(folded for names in people for folded in {name.casefold() for name in names})
+    return sorted(spelt[folded] for folded, count in counts.items() if count > 1)

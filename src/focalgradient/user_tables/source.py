@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import pandas as pd
@@ -14,10 +13,10 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, name_and_unit
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import in_steps, without_codes, without_headers, without_summaries
-from focalgradient.user_tables.files import SUBJECT, Paths, UserTable, file_labels, person_of, read_table
-from focalgradient.user_tables.names import clean, few, invalid, place, stem_of, united
+from focalgradient.user_tables.files import SUBJECT, Paths, person_of, read_table
+from focalgradient.user_tables.names import clean, few, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
-from focalgradient.user_tables.schema import ABSENT, PARTICIPANT, TIMES, Schema
+from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
 
 __all__ = [
     "Source",
@@ -25,10 +24,8 @@ __all__ = [
     "columns_like",
     "completed",
     "conditions_like",
-    "data_sets",
     "folded",
     "holds",
-    "of_one_data_set",
     "where_like",
 ]
 
@@ -258,7 +255,7 @@ class Source:
     def _note_files(self, names: pd.Series[str]) -> None:
         """Note that several files were read as one table, at the top if a file has several participants."""
         people = [{*own} for _, own in names.groupby(level=0)]
-        again, several = _in_several(people), any(len(own) > 1 for own in people)
+        again, several = in_several(people), any(len(own) > 1 for own in people)
         if len(people) > 1 and (again or several):
             shared = f", of whom {few(again)} {'occurs' if len(again) == 1 else 'occur'} in several" if again else ""
             (self.notices if several else self.notes).append(
@@ -387,79 +384,6 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
     found = found_columns(table.name, table.cells, schema, theirs)
     return any(roles <= set(found) for roles in schema.signs)
-
-
-def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
-    """Return whether tables are the parts of one data set.
-
-    They are if one of them has a single participant, if all have the same columns, or if a participant occurs in two.
-
-    Parameters
-    ----------
-    paths
-        The files, or their content.
-    participant
-        Column of the participants, if it was named.
-
-    Raises
-    ------
-    InputError
-        If several files hold one participant each, all of the same name.
-    """
-    tables = [read_table(path) for path in paths]
-    people = _people(tables, participant)
-    if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
-        raise InputError(
-            f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
-            "sessions of one person in one table with a column session."
-        )
-    columns = {frozenset(clean(str(name)).casefold() for name in table.cells) for table in tables}
-    return any(len(names) <= 1 for names in people) or len(columns) == 1 or bool(_in_several(people))
-
-
-def data_sets(
-    tables: Sequence[UserTable], participant: str | None = None, *, separate: bool = False
-) -> tuple[list[UserTable], list[str]]:
-    """Return tables as data sets, with notices: as one if they are its parts and not `separate` experiments.
-
-    Parameters
-    ----------
-    tables, participant
-        See `of_one_data_set`.
-    separate
-        True if each table is an experiment of its own.
-    """
-    if not separate and of_one_data_set(tables, participant):
-        return [read_table(tables)], []
-    again = _in_several(_people(tables, participant))
-    return [*tables], [
-        f"{len(tables)} files taken as {len(tables)} data sets: "
-        + ("they are separate experiments" if separate else "their columns differ, and no participant occurs in two")
-        + (f"; taken for different people though in several of them: {few(again)}" if again else "")
-        + ("." if separate else "; give them the same columns if they are parts of one table.")
-    ]
-
-
-def _people(tables: Sequence[UserTable], participant: str | None = None) -> list[set[str]]:
-    """Return the participants of each table, by their column or by the names of the files."""
-    people: list[set[str]] = []
-    columns = {} if participant is None else {"participant": participant}
-    for label, table in zip(file_labels([part.paths[0] for part in tables]), tables, strict=True):
-        theirs = found_columns(table.name, table.cells, Schema({"participant_id": PARTICIPANT}), columns)
-        cells = table.cells[theirs["participant_id"]].unique() if theirs else [person_of(label)]
-        people.append({clean(cell) for cell in cells} - {""} if theirs else {*cells})
-    return people
-
-
-def _in_several(people: Iterable[Collection[str]]) -> list[str]:
-    """Return the names that occur in more than one collection; case does not count.
-
-    >>> _in_several([{"AB", "gh"}, {"GH", "IJ"}])
-    ['GH']
-    """
-    spelt = {name.casefold(): name for names in people for name in names}
-    counts = Counter(folded_name for names in people for folded_name in {name.casefold() for name in names})
-    return sorted(spelt[folded_name] for folded_name, count in counts.items() if count > 1)
 
 
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
