@@ -158,7 +158,7 @@ def test_the_title_of_uncertainty_states_that_of_pixels_and_of_the_frame():
     assert written(figure).count("or 0.87 to 1.5 m for points nearer than the focus") == 1
     uncertainty = panel(figure, "Uncertainty")
     title = uncertainty.get_title(loc="left")
-    assert re.fullmatch(r"Uncertainty: median sd [\d.]+ % between pixels,\n[\d.]+ % common to the frame", title)
+    assert re.fullmatch(r"Uncertainty: median sd [\d.]+ %\nbetween pixels, [\d.]+ % in common", title)
 
 
 @pytest.mark.fast_cases(6)

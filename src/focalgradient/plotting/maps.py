@@ -263,7 +263,7 @@ def _uncertainty_title(depth: DepthMap) -> str:
     title = _summary("Uncertainty: median sd", _relative_sd(depth)[depth.valid])
     if len(depth.common_errors) and depth.valid.any():
         common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
-        title += f" between pixels,\n{100 * common:.2g} % common to the frame"
+        title += f"\nbetween pixels, {100 * common:.2g} % in common"
     return title
 
 
