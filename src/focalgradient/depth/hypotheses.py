@@ -39,13 +39,14 @@ from focalgradient.depth.filters import RADII, FloatArray, Image, smoothed
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.registration import RegisteredViews, measure_placement, resample
 from focalgradient.depth.search import Blurs, Problem, Search, one_focus
-from focalgradient.depth.validity import DOUBTFUL, LARGEST_TAU, LEAST_BLUR, LEAST_NODES, TRIMMED
+from focalgradient.depth.settings import RecoverySettings
+from focalgradient.depth.validity import DOUBTFUL, LEAST_BLUR, LEAST_NODES, TRIMMED
 from focalgradient.errors import InputError
 from focalgradient.optics import Aperture, Optics
 from focalgradient.psf import Annulus, Blend, Disc, Gaussian, Psf
 from focalgradient.psf.shapes import disc_transfer
 
-__all__ = ["Alternative", "check_model", "error_with", "judge_blur", "likelier_slip", "misordered_apertures"]
+__all__ = ["Alternative", "check_model", "judge_blur", "likelier_slip", "misordered_apertures"]
 
 
 def refit(
@@ -309,62 +310,74 @@ class Alternative:
         )
 
 
+SAMPLE_SIDE, SAMPLE_LEVELS = 128, 2
+"""Side in pixels of the sample of the views in which blurs are compared first, and stride of its candidate levels."""
+
+
 def judge_blur(
     problem: Problem, blurs: Blurs, noise_sd: Sequence[float], is_consistent: NDArray[np.bool_]
 ) -> Alternative | None:
     """Return the changed blur that explains views in one waveband clearly better than `blurs`, or None.
 
-    Only pixels whose views agree count (H x W): no blur explains what occlusion leaves.
+    Only pixels whose views agree count (H x W): no blur explains what occlusion leaves. A change whose gain in a sample
+    of the views lies `CLEARLY_SDS` below `WORTHWHILE` is not looked at further.
     """
     # A displacement, which the user is warned about, looks like other blur.
     if problem.registered.warnings or blurs.frequencies.down is not None or blurs.parts:
         return None
-    registered = problem.registered
-    part = replace(registered, usable=registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
-    rim = min(NOISE_SIDE, *part.shape) // 12
-    inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=rim)
-    weight = (part.usable & inner).astype(np.float32)
+    part = replace(problem.registered, usable=problem.registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
     power = scene_power(part.spectra(blurs.reach).over(noise_sd), noise_sd, blurs.frequencies)
-
-    def again(models: Iterable[Blurs]) -> Iterator[tuple[Equalised, Nodes]]:
-        return refit(models, part, weight, noise_sd, problem.settings.window, power)
-
-    def cost(equalised: Equalised, nodes: Nodes) -> FloatArray:
-        # Noise is not known well where the model is wrong: each window's likelihood is that with its own.
-        return np.log(np.maximum(nodes.misfit, 0.01)) * equalised.window_size() * nodes.support / 2
-
-    equalised, nodes = next(again([blurs]))
-    use, stated = nodes.has_texture & nodes.inside, cost(equalised, nodes)
-    if use.sum() < LEAST_NODES:
+    gains = partial(_gains, noise_sd=noise_sd, settings=problem.settings, power=power)
+    sample = gains(part.most_textured_crop(SAMPLE_SIDE), blurs.every(SAMPLE_LEVELS))
+    first = ((cause, *next(models)) for cause, models in sample)
+    promising = {cause: mean + CLEARLY_SDS * error > WORTHWHILE for cause, mean, error, _ in first}
+    if promising and not any(promising.values()):
         return None
-    radius = equalised.blur(nodes.level)
-    windows = use.sum() * equalised.step**2 / equalised.window_size()
-    likelier: list[tuple[float, Alternative]] = []
-    for cause, models in _changed(blurs, isinstance(problem.settings.psf, Disc)):
-        before, accepted = 0.0, None
-        for equalised, other in again(models):  # ever stronger, while that explains more
-            gained = (stated - cost(equalised, other))[use]
-            low, high = np.quantile(gained, [TRIMMED, 1 - TRIMMED])
-            kept = gained[(gained >= low) & (gained <= high)]
-            mean = float(kept.mean())
-            clarity = mean / float(kept.std() + 1e-9) * math.sqrt((1 - 2 * TRIMMED) * windows)
-            if clarity < CLEARLY_SDS or mean <= max(before, WORTHWHILE):
+    likelier: list[tuple[float, Alternative]] = []  # with the lower bound of the gain
+    for cause, models in gains(part, blurs):
+        before, accepted = WORTHWHILE, []
+        for mean, error, change in models if promising.get(cause, True) else ():  # while stronger ones explain more
+            if mean < CLEARLY_SDS * error or mean <= before:
                 break
             before = mean
-            change = (
-                np.abs(other.level - nodes.level)[use]
-                / equalised.levels_per_pixel
-                / np.maximum(LEAST_BLUR, radius[use])
-            )
-            surely = mean * (1 - CLEARLY_SDS / clarity)  # the lower bound of the gain
-            if accepted is None or surely > accepted[0]:
-                accepted = surely, Alternative(cause, clarity, float(np.quantile(change, SHARE)))
-        if accepted is not None:
-            likelier.append(accepted)
+            accepted.append((mean - CLEARLY_SDS * error, Alternative(cause, mean / error, change)))
+        likelier += sorted(accepted, key=lambda pair: -pair[0])[:1]
     # Of models that the views hardly tell apart, that which would change depth most.
     surest = max((surely for surely, _ in likelier), default=0.0)
     some = (found for surely, found in likelier if surely >= AS_LIKELY * surest)
     return max(some, key=lambda found: found.change, default=None)
+
+
+def _gains(
+    part: RegisteredViews, blurs: Blurs, *, noise_sd: Sequence[float], settings: RecoverySettings, power: FloatArray
+) -> Iterator[tuple[str, Iterator[tuple[float, float, float]]]]:
+    """Yield causes of changed blur, and what its models gain over `blurs`, from weak to strong.
+
+    The mean difference of a window's log likelihoods, its standard error, and the change of depth as a share of the
+    blur radius. Nothing where too little texture is left.
+    """
+    inner = ndimage.binary_erosion(np.ones(part.shape, np.bool_), iterations=min(part.shape) // 12)
+    weight = (part.usable & inner).astype(np.float32)
+    again = partial(refit, part=part, weight=weight, noise_sd=noise_sd, window=settings.window, power=power)
+    equalised, nodes = next(again([blurs]))
+    use = nodes.has_texture & nodes.inside
+    if use.sum() < LEAST_NODES:
+        return
+    windows = use.sum() * equalised.step**2 / equalised.window_size()
+    pixels = equalised.levels_per_pixel * np.maximum(LEAST_BLUR, equalised.blur(nodes.level)[use])
+
+    def gain(other: Nodes) -> tuple[float, float, float]:
+        # Noise is not known well where the model is wrong: each window's likelihood is that with its own.
+        ratio = np.maximum(nodes.misfit, 0.01) / np.maximum(other.misfit, 0.01)
+        gained = (np.log(ratio) * nodes.support * equalised.window_size() / 2)[use]
+        low, high = np.quantile(gained, [TRIMMED, 1 - TRIMMED])
+        kept = gained[(gained >= low) & (gained <= high)]
+        error = float(kept.std() + 1e-9) / math.sqrt((1 - 2 * TRIMMED) * windows)
+        change = np.abs(other.level - nodes.level)[use] / pixels
+        return float(kept.mean()), error, float(np.quantile(change, SHARE))
+
+    for cause, models in _changed(blurs, isinstance(settings.psf, Disc)):
+        yield cause, (gain(other) for _, other in again(models))
 
 
 def _changed(own: Blurs, discs: bool) -> Iterator[tuple[str, Iterable[Blurs]]]:
@@ -382,11 +395,6 @@ def _changed(own: Blurs, discs: bool) -> Iterator[tuple[str, Iterable[Blurs]]]:
             "enlarged or compressed, the camera moved, or another view was sharpened",
             (replace(own, transfer=own.transfer * gain) for gain in gains),
         )
-
-
-def error_with(split: SplitBand, alternative: Alternative | None) -> float:
-    """Return the model error over the blur radius: by the split-band test, or by an alternative's change."""
-    return split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
 
 
 def check_model(
@@ -420,9 +428,8 @@ def check_model(
             texts = by_slip if COMMON in by_slip[0] else [*by_slip, *larger]  # which looks like another shape
         elif not is_better:
             texts = split.warnings() or larger or texts
-    details = {"fit_by_shape": shapes, "fit_by_optics": slips}
-    if alternative is not None:
-        details["likelier"] = asdict(alternative)
+    likelier = {} if alternative is None else asdict(alternative)
+    details = {"fit_by_shape": shapes, "fit_by_optics": slips, "likelier": likelier}
     return {name: found for name, found in details.items() if found}, texts
 
 
@@ -460,7 +467,8 @@ def misordered_apertures(registered: RegisteredViews, search: Search) -> str | N
     inside = ndimage.minimum_filter(part.usable, 2 * MARGIN + 1, mode="constant", cval=False)
 
     def details(image: Image) -> list[NDArray[np.float32]]:
-        return [(smoothed(image, scale) - smoothed(image, 2 * scale))[inside] for scale in SCALES]
+        smooth = {scale: smoothed(image, scale) for scale in {*SCALES, *(2 * scale for scale in SCALES)}}
+        return [(smooth[scale] - smooth[2 * scale])[inside] for scale in SCALES]
 
     contrasts = [[float(np.linalg.norm(detail)) for detail in details(image)] for image in part.images]
     placed: list[list[NDArray[np.float32]]] = []
@@ -473,7 +481,10 @@ def misordered_apertures(registered: RegisteredViews, search: Search) -> str | N
         # Less contrast contradicts nothing however the views are placed, which takes most of the time.
         if not any(less < more for less, more in zip(contrasts[small], contrasts[large], strict=True)):
             continue
-        placed = placed or [details(image) for image in _on_the_first(part)]
+        if not placed:
+            shifts = (measure_placement(part.images[0], image, part.usable)[0] for image in part.images[1:])
+            moved = (resample(image, shift)[0] for image, shift in zip(part.images[1:], shifts, strict=True))
+            placed = [details(image) for image in (part.images[0], *moved)]
         softened = in_focus[0] / in_focus[1]
         for one, other in zip(placed[small], placed[large], strict=True):
             shared = float(one @ other)
@@ -485,11 +496,3 @@ def misordered_apertures(registered: RegisteredViews, search: Search) -> str | N
                     f"(f_number); if not, view {small + 1} was moved, denoised or focused elsewhere"
                 )
     return None
-
-
-def _on_the_first(part: RegisteredViews) -> Iterator[Image]:
-    """Yield the views of a part, shifted, turned and scaled onto the first."""
-    first = part.images[0]
-    yield first
-    for image in part.images[1:]:
-        yield resample(image, measure_placement(first, image, part.usable)[0])[0]

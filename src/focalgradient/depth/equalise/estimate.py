@@ -32,7 +32,7 @@ from focalgradient.depth.equalise.parts import (
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.filters import FloatArray, Image, Spectra
-from focalgradient.depth.hypotheses import check_model, error_with, judge_blur
+from focalgradient.depth.hypotheses import check_model, judge_blur
 from focalgradient.depth.noise import (
     LENIENCE,
     NOISE_SIDE,
@@ -46,7 +46,7 @@ from focalgradient.depth.noise import (
 from focalgradient.depth.numerics import block_mean, repeat_blocks, step_of
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Estimate, Problem
-from focalgradient.depth.validity import NEARLY_NOTHING
+from focalgradient.depth.validity import LARGEST_TAU, NEARLY_NOTHING
 
 __all__ = ["Whitening", "estimate", "estimate_noise"]
 
@@ -287,7 +287,7 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     noise_sd = whitening.noise_found
     nodes, split, jump_variance = depth_at_nodes(frame, grid, blurs, gains, settings.outlines, compressed)
     alternative = judge_blur(problem, blurs, noise_sd, frame.is_consistent) if one_waveband else None
-    tau = error_with(split, alternative)
+    tau = split.tau if alternative is None else max(split.tau, min(alternative.change, LARGEST_TAU))
     signal = Signal.of(problem, nodes, gains, grid.step)
     vergence, sd, is_valid, beside_sd = depth_at_pixels(
         problem, grid, frame, nodes, jump_variance, signal, tau, whitening.law
