@@ -67,6 +67,13 @@ def test_steps_may_be_0_or_negative(tmp_path: Path, answers: str) -> None:
         read_ratings(path)
 
 
+def test_answers_in_words_with_their_numbers_name_the_remedy(tmp_path: Path) -> None:
+    path = write(tmp_path, "subject,aperture,focus,rating\nA,0,near,1 (flat)\nA,8,near,5 (deep)\n")
+    with pytest.raises(InputError, match="state the order of answers in words"):
+        read_ratings(path)
+    assert read_ratings(path, order=["1 (flat)", "5 (deep)"]).table["rating"].tolist() == [1, 2]
+
+
 def test_words_of_a_heading_may_be_written_apart_or_together(tmp_path: Path) -> None:
     text = "Participant.ID,trialNumber,F-Number,Focus,Perceived Depth\nA,1,5.6,near,1.4\nA,2,0,near,1.0\n"
     assert read_ratings(write(tmp_path, text)).table["rating"].tolist() == [1.4, 1.0]

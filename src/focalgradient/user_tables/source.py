@@ -323,7 +323,7 @@ class Source:
             )
             if role == "rating" and text.endswith("%"):
                 damaged += f": write the numbers alone, below the heading '{role} (%)'"
-            if role in ("rating", "confidence") and texts[wrong].map(is_in_words).all():
+            if role in ("rating", "confidence") and texts[~absent].map(is_in_words).all():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             elif self.schema.columns[role].answer and not re.search(r"\d", text):
                 damaged += ": leave it empty, or NA, where it is missing"
