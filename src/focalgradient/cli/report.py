@@ -289,6 +289,9 @@ def report(
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
         for sentence in sentences:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
+    if made.results and all("reason" in result for result in made.results):
+        remedy = " Test another column of the table with --by." if folder.is_file() and not by else ""
+        click.echo(f"Note: No effect was tested. {made.results[0]['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
     show(summary | {"written": written}, f"Done: open {printable(out / 'report.html')}")
