@@ -179,7 +179,7 @@ def report(
         blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers) with its level of reference
         (NAME=LEVEL): else that without blur, the smallest number or the first word of the alphabet. Those that vary
         between participants are adjusted for one another. Repeatable.  [default: the apertures of a table without
-        fixations]
+        fixations] Of a table of thresholds the condition; NAME=LEVEL states the reference of the ratios.
     order
         Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal. Repeatable:
         then each is one word, which may hold commas.
