@@ -122,7 +122,8 @@ def test_oblique_astigmatism_makes_no_rows_of_alternating_sign() -> None:
 @pytest.mark.slow
 def test_a_point_on_a_slope_is_blurred_as_on_a_plane_there() -> None:
     """Slopes take their blur from a table, a frontal plane at a multiple of 1/32 px its own: .175 with steps of .25."""
-    eye, pixel, side, errors = fg.Eye(0.004, 2.0), np.radians(1 / 30), 81, []
+    eye, pixel, side = fg.Eye(0.004, 2.0), np.radians(1 / 30), 81
+    errors: list[float] = []
     distance = 1 / (2 + 3 / 32 * (np.arange(side) - 40) * pixel / 0.002)
     for column in range(20, 61, 4):
         point = np.zeros((side, side), np.float32)
@@ -131,7 +132,7 @@ def test_a_point_on_a_slope_is_blurred_as_on_a_plane_there() -> None:
             blur_picture(point, np.broadcast_to(metres, point.shape), eye, pixel_angle=pixel)
             for metres in (distance, distance[column])
         ]
-        errors.append(np.abs(views[0] - views[1]).max() / views[1].max())
+        errors.append(float(np.abs(views[0] - views[1]).max() / views[1].max()))
     assert max(errors) < 0.075
 
 
