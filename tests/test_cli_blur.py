@@ -17,6 +17,7 @@ from focalgradient import Lens
 from focalgradient.cli import main
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye import natural_pupil
+from focalgradient.live import read_series
 from focalgradient.photographs import read_distances, read_picture, srgb_to_linear
 from focalgradient.render import blur_picture
 from focalgradient.video import write_frames
@@ -90,6 +91,13 @@ def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) 
     summary = json.loads((out / "summary.json").read_text())
     assert summary["pictures"][0]["pixel_arcmin"] == pytest.approx(60 * np.degrees(angle))
     assert summary["pictures"][0]["largest_blur_px"][0] == pytest.approx(0.0125 * (1 - 1 / 3) / angle, rel=1e-6)
+
+
+def test_pictures_focused_at_infinity_and_near_are_a_focus_series(folder: Path) -> None:
+    given = ["--focus", "inf", "--focus", "0.5", "--field", 4]
+    succeed(folder / "picture.png", folder / "depth.npy", "--out", folder / "two", *LENS, *given)
+    assert (folder / "two" / "blurred-inf.png").exists()
+    assert read_series(folder / "two").vergences == (0, 2)
 
 
 def test_an_eye_from_its_pupil_or_its_file_in_colours_of_its_own_focus(folder: Path) -> None:
@@ -208,7 +216,7 @@ def test_depth_comes_in_many_files_and_units(tmp_path: Path, name: str, values: 
         (
             (1e3 * METRES).astype(np.int32),
             {},
-            "contains integers of type int32, but not what one step is: give the scale",
+            "contains integers of type int32, but not what one step is: give unit mm if it is a millimetre",
         ),
         (
             (10 * METRES).astype(np.uint16),  # a median of 20 mm

@@ -107,6 +107,16 @@ def test_the_command_writes_table_and_figure(tmp_path, small):
     assert "±" not in result.stdout
 
 
+def test_a_test_without_effect_in_the_simulated_people_is_named():
+    """3 of 100 experiments are what no effect gives; 30 of 100 are not, and 3 of 3 neither."""
+    study = Study(Model(), SMALL)
+    shares = {"near_rise": 0.03, "far_equivalent": 0.3, "interaction": 0.03}
+    found = [power.Power(10, 100, shares, {}, 0, 0, 1, 1, 0)]
+    assert power.running.without_effect(found, study) == [study.tests["near_rise"], study.tests["interaction"]]
+    found.append(power.Power(20, 3, {**shares, "near_rise": 1.0}, {}, 0, 0, 1, 1, 0))
+    assert power.running.without_effect(found, study) == [study.tests["interaction"]]
+
+
 def test_shares_of_time_are_those_of_the_model():
     """Without differences between subjects: the odds of the time are the model's, to what 60 subjects tell."""
     model = CubeModel(effect=3.0, between=0.0, between_levels=0.0, between_dominances=0.0, dominance=0.5, lapses=0.0)

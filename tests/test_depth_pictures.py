@@ -39,9 +39,9 @@ def test_the_size_of_a_pixel() -> None:
 def test_distances_in_another_unit_are_refused_unless_their_unit_is_given(files: tuple[Path, Path]) -> None:
     np.save(files[1], np.linspace(800.0, 2200.0, 600).reshape(20, 30))
     lens = [Lens(0.0225, 5.0, 0.8)]
-    with pytest.raises(InputError, match=r"0\.8 to 2\.2 m in mm\. If all is correct, give unit m\."):
+    with pytest.raises(InputError, match=r"0\.8 to 2\.2 m in mm: give unit mm\. If all is correct, give unit m\."):
         read_depth_picture(*files, field=0.1, optics=lens)
-    with pytest.warns(match=r"0\.8 to 2\.2 m in mm\."):
+    with pytest.warns(match=r"0\.8 to 2\.2 m in mm: give unit mm\."):
         assert read_depth_picture(*files, field=0.1, optics=lens, unit="m").metres.max() == 2200
     assert read_depth_picture(*files, field=0.1, optics=lens, unit="mm").metres.max() == pytest.approx(2.2)
 

@@ -1,5 +1,6 @@
 """Dual pixels: the halves' law, depth with its side from one shot, and calibration from a sheet."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import cv2
@@ -78,6 +79,18 @@ def test_depth_and_its_side_come_from_one_shot(vergence: float) -> None:
     # Focus, and aperture times asymmetry, are shared by all pixels.
     expected = np.hypot(0.02 * LENS.focus_vergence, 0.03 * (vergence - LENS.focus_vergence))
     assert np.median(depth.common_sd[depth.valid]) == pytest.approx(expected, rel=0.1)
+
+
+def test_what_is_masked_does_not_influence_depth_beside_it() -> None:
+    """A lamp 20 times as bright as the sheet, in both halves, is masked: depth elsewhere is that of the sheet."""
+    mask = np.ones(SHAPE, bool)
+    mask[60:120, 100:160] = False
+    pictures = [np.where(mask, picture, 10.0) for picture in halves(0.9)]
+    masked = [replace(view, mask=mask) for view in views(pictures, DualPixel.pair(LENS, 0.35))]
+    depth = recover_depth(masked)
+    assert depth.valid[mask].mean() > 0.8
+    assert not depth.valid[~mask].any()
+    assert abs(np.median((depth.vergence - 0.9)[depth.valid])) < 0.02
 
 
 def test_a_sheet_calibrates_asymmetry() -> None:

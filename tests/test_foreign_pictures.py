@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from focalgradient import FocalGradientWarning
+from focalgradient import FocalGradientWarning, InputError
 from focalgradient.photographs import read_photograph
 from focalgradient.photographs.pictures import read_distances, read_picture
 from focalgradient.video.pairing import Pair, Skipped, alternation, pairs
@@ -88,3 +89,44 @@ def test_a_frame_lost_anywhere_keeps_the_order_of_the_apertures(lost: int) -> No
     assert all(pair.even[0, 0] == 40 and pair.odd[0, 0] == 20 for pair in made)
     assert len(made) >= 20
     assert any("a frame between them was lost" in str(item) for item in found if isinstance(item, Skipped))
+
+
+def deep_tiff(path: Path, channels: int, *, photometric: int, planes: bool) -> np.ndarray:
+    """Write a 16-bit TIFF file by the TIFF 6.0 specification, and return its values, H x W x channels."""
+    values = np.arange(1000, 1000 + 48 * channels, dtype="<u2").reshape(6, 8, channels)
+    layers = np.moveaxis(values, -1, 0) if planes else values[None]
+    count, size = len(layers), layers[0].nbytes
+    numbers = [(256, [8]), (257, [6]), (258, [16] * channels), (259, [1]), (262, [photometric]), (273, [0] * count)]
+    numbers += [(277, [channels]), (278, [6]), (279, [size] * count), (284, [2 if planes else 1])]
+    numbers += [(338, [2])] if channels == 2 else []
+    lists_at = 14 + 12 * len(numbers)
+    first = lists_at + 4 * sum(len(items) for _, items in numbers)
+    numbers[5] = (273, [first + n * size for n in range(count)])
+    entries, lists = b"", b""
+    for tag, items in numbers:  # all of 32 bits
+        data = struct.pack(f"<{len(items)}I", *items)
+        entries += struct.pack("<HHI", tag, 4, len(items))
+        entries += data if len(items) == 1 else struct.pack("<I", lists_at + len(lists))
+        lists += data if len(items) > 1 else b""
+    head = struct.pack("<2sHIH", b"II", 42, 8, len(numbers)) + entries + bytes(4) + lists
+    path.write_bytes(head.ljust(first, b"\0") + layers.tobytes())
+    return values
+
+
+@pytest.mark.parametrize(("channels", "planes"), [(3, True), (2, False)], ids=["separate planes", "grey and alpha"])
+def test_layouts_of_16_bits_that_opencv_decodes_wrongly_are_refused(
+    tmp_path: Path, channels: int, planes: bool
+) -> None:
+    # OpenCV returned wrong values for the one, and 8 bits, hence sRGB, for the other.
+    deep_tiff(tmp_path / "view.tif", channels, photometric=2 if channels == 3 else 1, planes=planes)
+    with pytest.raises(InputError, match=r"view.tif has 16 bits per channel .* interleaved"):
+        read_photograph(tmp_path / "view.tif")
+
+
+def test_16_bit_tiff_files_are_not_shown_as_negatives(tmp_path: Path) -> None:
+    values = deep_tiff(tmp_path / "white.tif", 1, photometric=0, planes=False)[..., 0]
+    found = read_photograph(tmp_path / "white.tif").luminance
+    np.testing.assert_allclose(found, (65535 - values) / 65535, atol=1e-7)
+    same = deep_tiff(tmp_path / "black.tif", 3, photometric=2, planes=False)
+    luminance = read_photograph(tmp_path / "black.tif").luminance
+    np.testing.assert_allclose(luminance, same / 65535 @ [0.2126, 0.7152, 0.0722], atol=1e-7)

@@ -177,7 +177,8 @@ def test_depth_in_another_unit_is_refused_unless_its_unit_is_stated(folder: Path
     words = ["blur", "a.png", "other.npy", "--out", "out", "--pupil", "4", "--focus", "0.8", "--field", "3"]
     words += ["--encoding", "linear"]
     said = sentence(run(*words))
-    assert re.search(rf"most likely, these are 0\.6 to 3 m in {unit}\. If all is correct, give --depth-unit m", said)
+    remedy = ": give --depth-unit mm" if unit == "mm" else ""
+    assert f"most likely, these are 0.6 to 3 m in {unit}{remedy}. If all is correct, give --depth-unit m." in said
     stated = run(*words, "--depth-unit", "m")
     assert stated.exit_code == 0
     assert "most likely" in stated.stderr

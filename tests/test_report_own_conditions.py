@@ -229,6 +229,19 @@ def test_the_figure_shows_the_tested_means() -> None:
     assert means[1] - means[0] == pytest.approx(test.effect.estimate)
 
 
+def test_the_figure_begins_with_the_reference_as_the_table_does(tmp_path: Path) -> None:
+    shown = {"much": 2, "little": 1.5, "sharp": 1}
+    rows = [f"{who},{blur},{rating + who}" for who in (1, 2, 3) for blur, rating in shown.items()]
+    path = tmp_path / "ratings.csv"
+    path.write_text("\n".join(["subject,blur,rating", *rows]))
+    own = read_conditions(path, by=["blur"])
+    [drawing] = conditions_of_table(own, Rules()).figures
+    [ax] = drawing.draw().axes
+    levels = [label.get_text() for label in ax.get_xticklabels()]
+    assert levels == [*own.conditions["blur"]] == ["sharp", "little", "much"]
+    assert ax.lines[0].get_ydata() == pytest.approx([2, 2.5, 3])  # of subject 1
+
+
 def frame_table(rows: list[tuple[str, int, str, float]]) -> UserTable:
     return text_table("\n".join(["subject,blur,eye,rating", *(",".join(map(str, row)) for row in rows)]))
 

@@ -90,6 +90,17 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
     assert "At threshold 0.75 of the answers are right" in page
 
 
+def test_ratios_are_over_the_stated_reference(tmp_path: Path) -> None:
+    path = write(tmp_path, answers().drop(columns=["interval", "response"]))
+    with pytest.raises(SystemExit, match=r"^0$"):
+        main(["report", str(path), "--by", "where=10 deg", "--out", str(tmp_path / "out")])
+    ratio = pd.read_csv(tmp_path / "out" / "results.csv").set_index("name").loc["log ratio of thresholds"]
+    assert ratio["level"] == "fovea over 10 deg"
+    assert ratio["low"] < np.log(TRUE["fovea"] / TRUE["10 deg"]) < ratio["high"]
+    with pytest.raises(InputError, match=r"by states where=near, but no level is near: give one of"):
+        read_thresholds(path, by=["where=near"])
+
+
 def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None:
     table = answers(people=1, repeats=4)
     plain = read_thresholds(write(tmp_path, table[["subject", "level", "correct"]])).table

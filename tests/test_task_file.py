@@ -40,6 +40,7 @@ def test_a_report_knows_the_task_by_its_file(tmp_path: Path, monkeypatch: pytest
         unknown = command(*words, folder=tmp_path)
         assert unknown.returncode in (1, 2)
         assert (unknown.stdout + unknown.stderr).count("of a task 'slantfromblur' that is unknown here") == 1
+        assert "has no session" not in unknown.stdout
         assert f"focalgradient {words[0]} data --task-file my_task.py" in unknown.stdout + unknown.stderr
     known = command("report", "data", "--out", "report", "--task-file", file, folder=tmp_path)
     assert known.returncode == 0, known.stderr

@@ -368,8 +368,8 @@ def picture_slip(
     --------
     >>> picture_slip((0.8, 2.2), 0.0045, 1.25, 3.3e-4, 320)
     >>> text = picture_slip((800.0, 2200.0), 0.0045, 1.25, 3.3e-4, 320)
-    >>> text[:58], text[-38:]
-    ('distances from 800 to 2200 m do not reach the focus at 0.8', ' likely, these are 0.8 to 2.2 m in mm.')
+    >>> text[:58], text[-43:]
+    ('distances from 800 to 2200 m do not reach the focus at 0.8', 'these are 0.8 to 2.2 m in mm: give unit mm.')
     """
     near, far = distances
     slope = aperture / 2 / pixel_angle
@@ -397,7 +397,8 @@ def picture_slip(
     for unit, size_m in UNITS.items():
         if size_m < 1 and near * size_m <= 2 * focus and focus / 2 <= far * size_m:
             how = f", and are blurred alike to {RESOLVED:g} px" if alike else ""
-            return f"{text}{how}: most likely, these are {near * size_m:.4g} to {far * size_m:.4g} m in {unit}."
+            remedy = f": give {named('unit')} mm" if unit == "mm" else ""
+            return f"{text}{how}: most likely, these are {near * size_m:.4g} to {far * size_m:.4g} m in {unit}{remedy}."
     return None
 
 

@@ -88,6 +88,22 @@ def test_texture_that_repeats_itself_is_not_displaced(kind, apertures):
     assert depth.valid.any()
 
 
+@pytest.mark.parametrize("kind", ["blank", "two scenes"])
+def test_noise_and_different_scenes_are_not_displaced(kind):
+    """Registration finds a place by chance, and its sentence would send people to `--align`."""
+    seeds = (0, 1)
+    pair = [wall([lens(16), lens(5.6)], 1.3, noise=0.004, seed=seed) for seed in seeds]
+    views = [pair[0][0], pair[1][1]]
+    if kind == "blank":
+        noise = [0.4 + 0.004 * np.random.default_rng(seed).standard_normal((TILE, TILE)) for seed in seeds]
+        views = [replace(view, image=image) for view, image in zip(views, noise, strict=True)]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        depth = recover_depth(views, near=0.85, far=6)
+    assert depth.details["rejected_causes"][0]["name"] == {"blank": "texture", "two scenes": "scenes"}[kind]
+    assert "against view 1" not in " ".join(str(one.message) for one in caught)
+
+
 def test_reversed_contrast_and_views_blurred_by_40_pixels_show_one_scene():
     assert rank_causes(replace(SOUND, agreement=-0.98, agreement_as_given=-0.98))[0].name == "reversal"
     views = wall([lens(2.8, 0.5), lens(1.4, 0.5)], 1.5, noise=0.003)

@@ -159,6 +159,8 @@ def power(
     if len(study.tests) > 1:
         lines.append(f"  all tests: {_shares({one.subjects: one.joint for one in found}, experiments)}")
     lines.append("In brackets: 95 % intervals (Wilson) for this number of simulated experiments.")
+    notes = _notes(found, study)
+    lines += notes
     if any(math.isfinite(one.width) for one in found):
         widths = ", ".join(f"{one.width:.3f} (N = {one.subjects})" for one in found)
         lines.append(f"Median {study.model.width_label} ({study.widths[0]}): {widths}")
@@ -168,7 +170,17 @@ def power(
             for one in varied[varied["test"] == "joint"].itertuples()
         ]
     written = [printable(out / name) for name in files]
-    show({"simulated": True, "power": fg.statistics.as_table(found).to_dict("records"), "written": written}, *lines)
+    records = fg.statistics.as_table(found).to_dict("records")
+    show({"simulated": True, "power": records, "notes": notes, "written": written}, *lines)
+
+
+def _notes(found: Sequence[fg.power.Power], study: Study) -> list[str]:
+    """Return a note on the tests of which a task's simulated observers show no effect."""
+    alike = fg.power.running.without_effect(found, study) if isinstance(study.model, fg.power.Observers) else []
+    return [
+        f"Note: no effect in the simulated observers (power not above 5 %): {'; '.join(alike)}. If you expect one, "
+        "state it in the task's method 'simulated'."
+    ] * bool(alike)
 
 
 def _csv(table: pd.DataFrame) -> bytes:

@@ -179,7 +179,7 @@ def report(
         blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers) with its level of reference
         (NAME=LEVEL): else that without blur, the smallest number or the first word of the alphabet. Those that vary
         between participants are adjusted for one another. Repeatable.  [default: the apertures of a table without
-        fixations]
+        fixations] Of a table of thresholds the condition; NAME=LEVEL states the reference of the ratios.
     order
         Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal. Repeatable:
         then each is one word, which may hold commas.
@@ -289,6 +289,9 @@ def report(
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
         for sentence in sentences:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
+    if made.results and all("reason" in result for result in made.results):
+        remedy = " Test another column of the table with --by." if folder.is_file() and not by else ""
+        click.echo(f"Note: No effect was tested. {made.results[0]['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
     show(summary | {"written": written}, f"Done: open {printable(out / 'report.html')}")

@@ -34,7 +34,7 @@ def simulate(
     design: File | None = None,
     trials: File | None = None,
 ) -> None:
-    """Run EXPERIMENT (depth-rating, necker, blur-threshold or published) with simulated observers.
+    """Run EXPERIMENT (depth-rating, necker, blur-threshold, published or a task's .py file) with simulated observers.
 
     The observers process the pictures as the display shows them, and answer like people; those of blur-threshold
     process the pictures of --stimuli, or without them have a known threshold. DATASET has the format of an experiment

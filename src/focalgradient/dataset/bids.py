@@ -182,7 +182,11 @@ def read_description(root: Path) -> dict[str, Any]:
     return found
 
 
-def begin_dataset(root: Path, kind: Kind, name: str = "Focal gradients") -> None:
+DEFAULT_NAME = "Focal gradients"
+"""Name of a data set that is not given one."""
+
+
+def begin_dataset(root: Path, kind: Kind, name: str = DEFAULT_NAME) -> None:
     """Create the files that describe a data set, unless they exist.
 
     Parameters

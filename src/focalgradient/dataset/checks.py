@@ -111,6 +111,7 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
         files = _named(root, path)
         if files is not None and not is_task(files.task):
             unknown.setdefault(files.task, []).append(path)
+            checked.labels.add(files.participant)
         elif files is None or files.journal != path:
             checked.problems.append(f"{path} is not in the folder that its name requires: move it back there.")
         else:

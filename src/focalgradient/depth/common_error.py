@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from focalgradient.depth.depth_map import DepthMap
 
 __all__ = [
+    "CORNERS",
     "KnownPoint",
     "checked_points",
     "common_modes",
@@ -39,6 +40,9 @@ __all__ = [
 ]
 
 FloatArray = NDArray[np.float64]
+
+CORNERS = "field_at_the_corners"
+"""Name of the part of the errors that is largest at the corners of the frame, where it is stated."""
 
 LEVELS = 64
 """Number of vergences at which the modes are computed; they vary smoothly between these. Chosen by hand."""
@@ -162,7 +166,7 @@ def stated_parts(vergence: float, optics: Sequence[Optics], by_blur: bool = True
         name: float(np.sqrt((modes**2).sum())) for name, modes in modes_of_optics(vergence, optics, by_blur).items()
     }
     corner = float(np.hypot.reduce(field_modes((2, 2), optics)[:, 0, 0]))
-    return parts | ({"field_at_the_corners": corner} if corner else {})
+    return parts | ({CORNERS: corner} if corner else {})
 
 
 def _column(values: FloatArray, dimensions: int) -> FloatArray:

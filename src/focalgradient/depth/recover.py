@@ -41,6 +41,9 @@ __all__ = ["recover_depth"]
 CAUSES_NAMED, SECOND_CAUSE = 2, 0.7
 """Maximum number of likely causes named if nothing is valid, and minimum evidence for the second. Chosen by hand."""
 
+UNPLACED = {"scenes", "noise", "texture"}
+"""Likeliest causes of a map without depth with which views fit together at a place by chance."""
+
 
 def recover_depth(
     views: Sequence[View],
@@ -186,7 +189,7 @@ def recover_depth(
         misordered = _misordered(problem, estimate)
     causes = _causes(problem, estimate, misordered)
     order = [f"{misordered}."] if misordered and not causes else []
-    for text in [*_nothing_valid(estimate, causes), *order, *_warnings(problem, estimate)]:
+    for text in [*_nothing_valid(estimate, causes), *order, *_warnings(problem, estimate, causes)]:
         warnings.warn(FocalGradientWarning(text), stacklevel=2)
     say(1.0, "done")
     found = with_known_points(_depth_map(problem, estimate, causes), points)
@@ -296,7 +299,7 @@ def _depth_map(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) ->
     )
 
 
-def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
+def _warnings(problem: Problem, estimate: Estimate, causes: Sequence[Cause]) -> list[str]:
     """Return the warnings to issue, each a sentence."""
     texts: list[str] = []
     own = [type(view.optics).__name__ for view in problem.views if capabilities(view.optics).forms_views]
@@ -305,8 +308,9 @@ def _warnings(problem: Problem, estimate: Estimate) -> list[str]:
             f"the blur is taken for {problem.settings.psf}, as asked for, but the optics ({own[0]}) offer a blur of "
             "their own: psf 'optics' uses it."
         )
-    # A texture that is not quite the same seems displaced, and so does what coma blurs.
-    if len(set(problem.search.wavebands)) == 1 and problem.search.isotropic:
+    # A texture that is not quite the same seems displaced, and so do what coma blurs, noise and different scenes.
+    is_one_texture = len(set(problem.search.wavebands)) == 1 and not {cause.name for cause in causes[:1]} & UNPLACED
+    if is_one_texture and problem.search.isotropic:
         texts += problem.registered.warnings
     if not problem.search.side_known:
         texts.append(problem.search.side_text)

@@ -33,17 +33,13 @@ px apart for text and a photograph-like picture, 0.06 px for white noise, and 0.
 outline come into focus in succession."""
 
 SMALLEST_SPECTRAL_STEP = 0.25
-"""The same with wavelengths, whose blurs are tabulated with this spacing: closer planes do not reduce the error."""
+"""The same with wavelengths, which take as many times as long (a choice)."""
 
 LONGEST_FAILURE = 0.5
 """Length of an interval, in pixels of blur radius, up to which a halving that does not reduce the error counts."""
 
 MAX_INTERVALS = 128
 """Maximum number of intervals between planes: 129 planes of 1920 x 1080 pixels are 1 GB as textures."""
-
-EYE_BLUR_STEP = 1 / 16
-"""Spacing in pixels of an eye's tabulated blurs. With 0.25, as for single pictures, the tables alone changed a
-photograph by up to 7 8-bit steps between two foci, however close; with this spacing by 1.3."""
 
 BOUND_FRACTION = 2 / 3
 """Fraction of the bounds allowed for the error halfway between two planes. Elsewhere between them it was up to 1.3
@@ -422,7 +418,7 @@ class _Source:
         """Return a part of the picture, focused at a vergence (D)."""
         light, far, focused = self.light[part], self.far[part], refocused(self.optics, vergence)
         if self.wavelengths is None:
-            blurred = blur_picture(light, far, focused, pixel_angle=self.pixel_angle, blur_step=EYE_BLUR_STEP)
+            blurred = blur_picture(light, far, focused, pixel_angle=self.pixel_angle)
             # Overshoot beyond black or white, where the picture has none, does not justify 16-bit textures.
             return np.clip(blurred, min(float(light.min()), 0.0), max(float(light.max()), 1.0))
         from focalgradient.eye import retinal_image

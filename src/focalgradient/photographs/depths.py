@@ -15,7 +15,7 @@ from typing import Any, Literal, Unpack
 import numpy as np
 
 from focalgradient.calibration import apply_calibration
-from focalgradient.depth.common_error import KnownPoint, checked_points, with_known_points
+from focalgradient.depth.common_error import CORNERS, KnownPoint, checked_points, with_known_points
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
 from focalgradient.depth.settings import AUTO, METHODS, SOURCES, BlurSource, MethodName, blur_source, used_blur
@@ -110,10 +110,11 @@ class PhotographedDepth:
                 f"depth would differ by {difference:+.2g} D (give encoding, or encoding under [camera], if known)"
             )
         if not (self.settings.relative or math.isnan(own)):
-            parts = ", ".join(
-                f"{name.replace('_', ' ')} {value:.2g}" for name, value in details.get("common_sd_D", {}).items()
-            )
-            shared = f"; {common:.2g} D of the whole frame ({parts})" if common > 0 else ""
+            parts = {**details.get("common_sd_D", {})}
+            corners = [f"at its corners field {corner:.2g}" for corner in [parts.pop(CORNERS, None)] if corner]
+            everywhere = ", ".join(f"{name.replace('_', ' ')} {value:.2g}" for name, value in parts.items())
+            causes = "; ".join(filter(None, [everywhere, *corners]))
+            shared = f"; {common:.2g} D of the whole frame ({causes})" if common > 0 else ""
             metres = medians["distance_sd_m"]
             total = f", total {metres:.2g} m" if math.isfinite(metres) else ""
             lines.append(f"Standard deviation (median): {own:.2g} D between pixels{shared}{total}")

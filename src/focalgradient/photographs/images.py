@@ -9,7 +9,7 @@ import io
 import os
 import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ os.environ.setdefault("OPENCV_IO_MAX_IMAGE_PIXELS", "178956970")
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageOps, ImageSequence
+from PIL import ExifTags, Image, ImageOps, ImageSequence
 from scipy.ndimage import distance_transform_edt
 
 from focalgradient.errors import InputError, warn
@@ -278,7 +278,25 @@ def _decode(path: Path, data: bytes) -> NDArray[Any]:
         raise _not_an_image(path) from error
     if pixels is None or pixels.shape[2:] not in ((), (3,)):
         raise _not_an_image(path)
+    if data.startswith(_TIFF):
+        pixels = _checked_layout(path, data, pixels)
     return pixels[..., ::-1] if pixels.ndim == 3 else pixels
+
+
+def _checked_layout(path: Path, data: bytes, pixels: NDArray[Any]) -> NDArray[Any]:
+    """Return a TIFF file's decoded pixels, black at 0; raise `InputError` for layouts that OpenCV decodes wrongly."""
+    tags = Image.Exif()
+    with suppress(Exception):  # as for files of more than 4 GB
+        tags.load(b"Exif\0\0" + data)
+    bits = int(np.max(tags.get(ExifTags.Base.BitsPerSample, 8)))
+    planes = tags.get(ExifTags.Base.PlanarConfiguration) == 2 and pixels.ndim == 3
+    if bits > 8 and (planes or pixels.dtype == np.uint8):
+        raise InputError(
+            f"{printable(path)} has {bits} bits per channel in separate planes or with a grey channel's alpha, which "
+            "cannot be read: save it with interleaved channels and without alpha."
+        )
+    is_inverted = tags.get(ExifTags.Base.PhotometricInterpretation) == 0 and pixels.dtype == np.uint16
+    return np.iinfo(np.uint16).max - pixels if is_inverted else pixels
 
 
 @contextmanager

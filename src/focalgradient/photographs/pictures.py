@@ -273,10 +273,11 @@ def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[A
             warn(f"{printable(path)} contains integers: one step is assumed to be 1 mm ({named('scale')} 1).")
             return values
     if values.dtype.kind in "iu" and scale is None:
-        example = f"1 if a step is one {step}" if step else "such as 0.001 for millimetres read as metres"
+        millimetres = f"{named('unit')} mm if it is a millimetre, the {named('scale')} in metres"
+        remedy = f"the {named('scale')}, 1 if a step is one {step}" if step else millimetres
         raise InputError(
-            f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: give the "
-            f"{named('scale')}, {example}, or a file of floating-point numbers."
+            f"{printable(path)} contains integers of type {values.dtype}, but not what one step is: give {remedy}, "
+            "or a file of floating-point numbers."
         )
     return values
 

@@ -24,6 +24,7 @@ def power_figure(
     width_label: str,
     *,
     logs: bool,
+    share_label: str = "power (%)",
 ) -> Figure:
     """Draw the power of experiments with simulated subjects, and their interval widths, by number of subjects.
 
@@ -37,14 +38,17 @@ def power_figure(
         Widths of intervals at each number, by their description; and what they are.
     logs
         True if widths are ratios, of at least 1.
+    share_label
+        What the shares are of.
     """
     with laid_out(150, 75) as figure:
         left, right = figure.subplots(1, 2)
-        handles = []
+        handles, looks = [], {}
         for number, (meaning, intervals) in enumerate(shares.items()):
             share, low, high = np.transpose(intervals)
             whole = meaning == "all tests"
             look = {"color": "black" if whole else COLOURS[number % len(COLOURS)], "linestyle": ":" if whole else "-"}
+            looks[meaning] = look
             bars = np.maximum([share - low, high - share], 0)
             apart = (number - (len(shares) - 1) / 2) * BESIDE * max(np.ptp(subjects), 1)
             left.errorbar(
@@ -58,15 +62,17 @@ def power_figure(
             )
             handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
         left.axhline(80, **REFERENCE)
-        left.set(ylim=(0, 103), ylabel="power (%)")
+        left.set(ylim=(0, 103), ylabel=share_label)
         figure.legend(handles=handles, loc="outside lower center", fontsize=7, handlelength=1.6, ncols=2)
         for (label, drawn), colour, marker in zip(widths.items(), (BLUE, ORANGE), ("o", "s"), strict=False):
             if not all(map(math.isnan, drawn)):
-                right.plot(subjects, drawn, marker + "-", color=colour, markersize=4, label=_folded(label))
+                own = {"color": colour, "marker": marker, "label": _folded(label)}
+                right.plot(subjects, drawn, markersize=4, **(looks[label] | {"marker": "o"} if label in looks else own))
         right.set(ylabel=_folded(width_label, 30))
         least = 1 if logs else 0
         right.set_ylim(least, least + 1.05 * (right.get_ylim()[1] - least))
-        right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
+        if right.get_legend_handles_labels()[1]:
+            right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)
         left.set_title("simulated subjects", fontsize=8)

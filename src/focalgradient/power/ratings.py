@@ -52,12 +52,12 @@ class Raters(People):
         scale, (effect, difference) = design.response_scale.analysis, main_questions(design)
         first, *others = in_order(design.fixations)
         rest = " and ".join(others)
-        claims = {"near_rise": Claim(f"{first}: rises with blur", effect, (first,))}
+        claims = {"near_rise": Claim(f"{first}: depth effect", effect, (first,))}
         if others and scale.ratios:
             claims["far_equivalent"] = Claim(f"{rest}: equivalent to zero", EQUIVALENT, tuple(others))
         if others and scale.compares_slopes:
             levels = tuple(less(first, other) for other in others)
-            claims["interaction"] = Claim(f"{first} rises more than {rest}", difference, levels)
+            claims["interaction"] = Claim(f"{first}: larger effect than {rest}", difference, levels)
         return claims
 
     def measured(self, design: DepthRatingDesign) -> tuple[tuple[str, str, str], ...]:

@@ -18,8 +18,19 @@ from focalgradient.files import parse_json, printable, read_bytes, write_whole
 from focalgradient.parallel import completed
 from focalgradient.power.study import Study
 from focalgradient.progress import Progress
+from focalgradient.statistics.records import ALPHA
 
-__all__ = ["Power", "drawn", "experiment", "power", "run", "run_here", "share_interval", "subjects_needed"]
+__all__ = [
+    "Power",
+    "drawn",
+    "experiment",
+    "power",
+    "run",
+    "run_here",
+    "share_interval",
+    "subjects_needed",
+    "without_effect",
+]
 
 KEPT = ("subjects", "number", "width", "far_width", "left_out")
 """Columns of an experiment other than its tests."""
@@ -246,6 +257,15 @@ def share_interval(share: float, experiments: int) -> tuple[float, float]:
     return float(low), float(high)
 
 
+def without_effect(found: Sequence[Power], study: Study) -> list[str]:
+    """Return the tests of effects whose power exceeds .05 at no number of subjects: their people do not differ."""
+    return [
+        study.tests[name]
+        for name, claim in study.claims.items()
+        if claim.factor is None and all(share_interval(one.found[name], one.experiments)[0] <= ALPHA for one in found)
+    ]
+
+
 def drawn(found: Sequence[Power], study: Study) -> dict[str, Any]:
     """Return what `focalgradient.plotting.power.power_figure` draws of experiments."""
     powers = {meaning: [one.found[name] for one in found] for name, meaning in study.tests.items()}
@@ -266,4 +286,7 @@ def drawn(found: Sequence[Power], study: Study) -> dict[str, Any]:
         "widths": widths,
         "width_label": model.width_label,
         "logs": model.logs,
+        "share_label": "power (%)"
+        if all(claim.factor is None for claim in study.claims.values())
+        else "experiments (%)",
     }

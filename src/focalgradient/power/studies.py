@@ -39,7 +39,7 @@ def study_of(task: Task, design: Any, assumed: Mapping[str, Any], seed: int = 1)
     >>> from focalgradient.tasks import task_named
     >>> task = task_named("depthrating")
     >>> study_of(task, task.design(scale="choice"), {"effect": 2.0}).tests["near_rise"]
-    'nearest: rises with blur'
+    'nearest: depth effect'
     """
     study: Study | None = task.study and task.study(design, assumed, seed)
     if study:

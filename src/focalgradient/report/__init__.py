@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from focalgradient.dataset import DataSet, checking
-from focalgradient.dataset.bids import read_description
+from focalgradient.dataset.bids import DEFAULT_NAME, read_description
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import printable
 from focalgradient.progress import Progress
@@ -308,7 +308,7 @@ def _of_dataset(root: Path, asked: Asked, executor: Executor | None) -> _Analyse
                 parts.append(_part(root, task_named(name), asked))
             except InputError as error:
                 refused.append(error)
-    found = _Analysed(title, parts)
+    found = _Analysed(title.replace(DEFAULT_NAME, parts[0].title) if len(parts) == 1 else title, parts)
     if not parts:
         if refused:
             raise refused[0]

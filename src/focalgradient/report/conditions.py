@@ -120,7 +120,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
         quality=quality,
         said=_sentences(task, kept),
         figures=[*part.figures, *traces],
-        sheets=[*part.sheets, _means(task, settings, kept)],
+        sheets=[*part.sheets, _means(task, settings, kept, task.factors(design))],
     )
 
 
@@ -204,7 +204,7 @@ def _drawing(
     simulated: bool,
 ) -> Drawing:
     """Return the figure of answers by a factor."""
-    of = {test.answer: test for test in tests if test.factor == factor and test.points is not None}
+    of = {test.answer: _in_order(test, tests) for test in tests if test.factor == factor and test.points is not None}
     alike = rows.groupby("participant_id")[factor].nunique().max() == 1
     drawn = "a point for each subject" if alike else "each subject thin"
     drawn = f"{drawn}, mean and its 95 % interval over subjects bold"
@@ -223,6 +223,14 @@ def _drawing(
     return Drawing(file, f"{noun} by {factor}: {drawn}.", draw)
 
 
+def _in_order(test: ConditionTest, tests: Tests) -> ConditionTest:
+    """Return a test with its points in the order of comparison: the reference first, then the levels as tested."""
+    compared = [pair for one in tests if one.factor == test.factor for pair in (one.against, one.level) if pair]
+    assert test.points is not None
+    levels = sorted(test.points, key=lambda level: [*compared, level_text(level)].index(level_text(level)))
+    return dataclasses.replace(test, points=test.points[levels])
+
+
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
     if task.findings is None:
         return []
@@ -232,14 +240,21 @@ def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
     return list(found)
 
 
-def _means(task: Task, settings: Mapping[str, Any], rows: pd.DataFrame) -> Sheet:
-    """Return mean answers over subjects for each condition, with 95 % intervals by t."""
+def _means(
+    task: Task, settings: Mapping[str, Any], rows: pd.DataFrame, factors: Mapping[str, Sequence[object]]
+) -> Sheet:
+    """Return mean answers over subjects for each condition, with 95 % intervals by t; `factors` order the levels."""
     fields = {one.name for one in dataclasses.fields(task.trial)} - {"trial", "repetition", "catch"}
     fields -= {*task.adapted_fields}
     shown = [one.name for one in task.columns(settings) if one.name in fields]
     measures = {**task.measures(settings)} | ({"response_time": "s"} if "response_time" in rows else {})
+    ordered = {
+        name: pd.Categorical(rows[name], [*dict.fromkeys([*factors[name], *sorted(rows[name].unique())])])
+        for name in shown
+        if name in factors
+    }
     cells: list[list[Any]] = []
-    for condition, own in rows.groupby(shown, sort=True) if shown else [((), rows)]:
+    for condition, own in rows.assign(**ordered).groupby(shown, sort=True, observed=True) if shown else [((), rows)]:
         levels = condition if isinstance(condition, tuple) else (condition,)
         for answer, unit in measures.items():
             means = own.groupby("participant_id")[answer].mean().astype(float).dropna()

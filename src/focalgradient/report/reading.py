@@ -109,8 +109,9 @@ KINDS = (
 
 
 def kind_of(paths: Paths, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
-    """Return the kind of a table; one analysed `by` conditions has ratings."""
-    return next(kind for kind in KINDS if (kind.what == BY if by else kind.holds(paths, columns)))
+    """Return the kind of a table; one analysed `by` conditions has answers at levels, or ratings."""
+    found = next(kind for kind in KINDS if kind.holds(paths, columns))
+    return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found
 
 
 NEEDS = {

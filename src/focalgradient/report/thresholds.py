@@ -82,9 +82,10 @@ def unit_of(design: Mapping[str, Any]) -> str:
 def thresholds_of_table(own: OwnThresholds) -> Part:
     """Fit each person of a table in each condition."""
     least, most = float(own.table["level"].min()), float(own.table["level"].max())
+    rows = dict(iter(own.table.groupby("condition")))
     results = {
-        str(name): blur_thresholds(rows, least=least, most=most, unit=own.unit, guess=own.guess)
-        for name, rows in own.table.groupby("condition", sort=True)
+        name: blur_thresholds(rows[name], least=least, most=most, unit=own.unit, guess=own.guess)
+        for name in own.conditions
     }
     return threshold_part(own.exported, results, own.unit, own.guess)
 

@@ -188,7 +188,12 @@ def between_levels(
     both = (one - other).dropna()
     if paired or (paired is None and len(both)):
         return paired_effect(both.to_numpy(), method)
-    return welch(*(values.dropna().to_numpy(float) for values in (one, other)))
+    groups = [values.dropna().to_numpy(float) for values in (one, other)]
+    if not all(map(len, groups)):
+        return NotComputed(
+            f"A comparison needs subjects at both levels, and there are {len(groups[0])} and {len(groups[1])}."
+        )
+    return welch(*groups)
 
 
 def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:

@@ -60,8 +60,8 @@ def rating_residuals(answers: Answers, table: pd.DataFrame) -> tuple[Residuals, 
     ...         for who in range(3) for scene in "ab" for name, mm in (("pinhole", 0.0), ("f/5", 10.0))]
     >>> from focalgradient.statistics import analyse
     >>> [found] = rating_residuals(analyse(pd.DataFrame(rows).assign(trial=range(12)), "ratio").answers, None)
-    >>> found.subjects.round(2).tolist(), bool(np.allclose(found.residual, 0))
-    ([1.0, 1.1, 1.2], True)
+    >>> found.subjects.round(2).tolist(), bool(np.allclose(found.residual, 0)), found.what
+    ([1.0, 1.1, 1.2], True, 'log ratio, largest aperture to pinhole')
     """
     found = []
     for answer in answers.primary:

@@ -21,7 +21,7 @@ from focalgradient.user_tables.schema import RATINGS, Column
 from focalgradient.user_tables.source import Source, Where, completed, found_columns
 from focalgradient.user_tables.trials import numbered
 
-__all__ = ["OwnConditions", "holds_conditions", "read_conditions"]
+__all__ = ["OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
 
 KEPT = (
     *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
@@ -115,7 +115,7 @@ def read_conditions(
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
     by_name = {clean(str(name)).casefold(): str(name) for name in source.cells}
-    stated = [_name_and_reference(name, by_name) for name in by]
+    stated = [name_and_reference(name, by_name) for name in by]
     theirs = [by_name.get(clean(name).casefold(), "") for name, _ in stated]
     references = {column: level for column, (_, level) in zip(theirs, stated, strict=True) if level}
     if not by or not all(theirs):
@@ -165,10 +165,10 @@ def _numeric_levels(source: Source, values: pd.Series[float]) -> list[float]:
     return levels
 
 
-def _name_and_reference(name: str, columns: Collection[str]) -> tuple[str, str]:
+def name_and_reference(name: str, columns: Collection[str]) -> tuple[str, str]:
     """Split "NAME=LEVEL" into the column and its level of reference, "factor" for the default one.
 
-    >>> _name_and_reference("group=young", ["group"]), _name_and_reference("a=b", ["a=b"])
+    >>> name_and_reference("group=young", ["group"]), name_and_reference("a=b", ["a=b"])
     (('group', 'young'), ('a=b', ''))
     """
     column, _, level = name.rpartition("=")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -13,7 +13,8 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.conditions import name_and_reference
+from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import UNIT, clean, few, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
@@ -51,10 +52,13 @@ class OwnThresholds(ImportedAnswers):
         Unit of the levels from the column name; "" without one.
     guess
         Guess rate: proportion of correct answers without a stimulus.
+    conditions
+        Conditions in the order of comparison, the reference last.
     """
 
     unit: str = ""
     guess: float = 0.5
+    conditions: Sequence[str] = ("",)
 
 
 def read_thresholds(
@@ -63,6 +67,7 @@ def read_thresholds(
     conditions: Mapping[str, str] | None = None,
     guess: float | None = None,
     where: Where | None = None,
+    by: Sequence[str] = (),
 ) -> OwnThresholds:
     r"""Read threshold data from a CSV, TSV or XLSX file, with one row per trial or one row per level with counts.
 
@@ -81,6 +86,8 @@ def read_thresholds(
         unless the answers contradict it.
     where
         Values by column: only rows that have one of them are read.
+    by
+        Column of the condition, as "NAME" or "NAME=LEVEL" with the level over which the others' ratios are.
 
     Raises
     ------
@@ -94,6 +101,14 @@ def read_thresholds(
     >>> answers.table[["participant_id", "level", "correct"]].values.tolist(), answers.unit
     ([['A', 0.1, False], ['A', 0.2, True]], 'D')
     """
+    if len(by) > 1:
+        raise InputError(f"by names {few(by)}, but thresholds are compared by one condition: give one.")
+    reference = ""
+    for stated in by:
+        condition, reference = name_and_reference(
+            stated, {clean(str(name)).casefold() for name in read_table(path).cells}
+        )
+        columns = {**(columns or {}), "condition": condition}
     source = Source.read(path, THRESHOLDS, columns, where)
     source.require()
     table = _above_zero(source, source.answers(source.rows(), "level"))
@@ -104,7 +119,13 @@ def read_thresholds(
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
-    return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate)
+    names = sorted(map(str, table["condition"].unique()), key=lambda level: (level == reference, level))
+    if reference not in ("", "factor", *names):
+        raise InputError(
+            f"by states {printable(by[0])}, but no level is {printable(reference)}: give one of {few(names)} as the "
+            "reference."
+        )
+    return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate, conditions=names)
 
 
 MAX_LEVELS = 6

@@ -238,11 +238,6 @@ def _model_sd(coherent: FloatArray, radius: FloatArray, search: Search, tau: flo
     return np.maximum(coherent * search.spacing, tau * np.maximum(LEAST_BLUR, radius) / search.slope)
 
 
-def _model_holds(radius: FloatArray, tau: float) -> NDArray[np.bool_]:
-    """Test whether a model that errs by `tau` of the blur leaves its `radius` (pixels) known."""
-    return blur_is_known(tau * np.maximum(LEAST_BLUR, radius), radius, LARGEST_TAU)
-
-
 def _interpolated(
     equalised: Equalised,
     nodes: Nodes,
@@ -277,7 +272,7 @@ def _interpolated(
         radius = search.radius(vergence[band].astype(float))
         blur_sd = sd * search.spacing * search.slope
         if one_waveband:
-            is_known[band] = blur_is_known(blur_sd, radius) & _model_holds(radius, tau)
+            is_known[band] = blur_is_known(blur_sd, radius) & (tau <= LARGEST_TAU)
         else:  # coarse and fine detail may differ
             is_known[band] = blur_is_known(blur_sd, radius, KNOWN_IN_BANDS)
         sd = np.sqrt(sd**2 + more)
@@ -298,7 +293,7 @@ def _near_outlines(
     sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
     is_valid = ends.is_valid.copy()
     own_sd = ends.sd[at] * search.spacing
-    is_valid[at] &= blur_is_known(own_sd * search.slope, radius) & _model_holds(radius, tau)
+    is_valid[at] &= blur_is_known(own_sd * search.slope, radius) & (tau <= LARGEST_TAU)
     is_valid[at] &= own_sd <= np.maximum(TENTH * vergence, BLUR_BESIDE / search.slope)
     y, x = np.nonzero(at)
     return vergence, np.hypot(sd, _model_sd(coherent[y // step, x // step], radius, search, tau)), is_valid

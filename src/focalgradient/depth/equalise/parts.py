@@ -299,7 +299,8 @@ def _with_texture_of_its_own(equalised: Equalised, nodes: Nodes, local: Residual
     near, by_depth = rests_on_texture(equalised, nodes, local, weight)
     nodes = replace(nodes, texture=np.where(near, nodes.texture, 0), curved_by_depth=by_depth)
     found = informative_nodes(nodes)
-    if not found.any() or np.median(nodes.misfit[found]) < ERRS:
+    # Noise that rises with contrast takes in what compression leaves.
+    if not equalised.compressed and (not found.any() or np.median(nodes.misfit[found]) < ERRS):
         return nodes
     # Windows overlap, so that texture shows in several nodes side by side; compression of blank paper, in one or two.
     specks = found & ~ndimage.binary_opening(found, np.ones((SPECK_NODES, SPECK_NODES), np.bool_))
