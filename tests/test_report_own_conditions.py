@@ -263,3 +263,17 @@ def test_a_rating_without_logarithm_is_named() -> None:
     own = read_conditions(frame_table([("A", 0, "L", 1.2), ("A", 1, "R", -1.4), ("B", 0, "L", 1.1)]), by=["eye"])
     assert any("0 or less (1 of 3)" in notice for notice in own.notices)
     assert not own.log
+
+
+def test_people_with_one_of_two_levels_are_counted(tmp_path: Path) -> None:
+    """A paired test is of the people with both levels, which the report says beside the number of all."""
+    seen = {"A": "low high", "B": "low high", "C": "low high", "D": "low", "E": "high"}
+    rows = [
+        f"{who},{level},{1 + number / 9 + (level == 'high') / (3 + number):.3f}"
+        for number, (who, levels) in enumerate(seen.items())
+        for level in levels.split()
+    ]
+    path = tmp_path / "mine.csv"
+    path.write_text("\n".join(["participant,contrast,rating", *rows]))
+    text = make_report(path, by=["contrast"]).files["report.md"].decode()
+    assert "contrast low less high is of 3 of the 5 subjects: the others lack answers at one of its levels." in text

@@ -62,6 +62,7 @@ class DotAnswer(Response):
     guess: int = field(metadata={"about": "Number that was guessed.", "least": 0, "most": 99})
     sure: bool
     said: str | None = None
+    look: Literal["round", "square"] | None = None
 
 
 class DotDesign(Plan):
@@ -102,7 +103,9 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
         with Session.begin(tmp_path / "data", DotDesign(), f"{who:02}", apparatus=Apparatus("seconds")) as session:
             for number, trial in enumerate(session.remaining()):
                 guess = int(trial.dots + who + 3 * (trial.side == "right") + chance.integers(0, 3))
-                session.record(trial, DotAnswer(onset=5.0 * number, response_time=1.0, guess=guess, sure=False))
+                look = (None, "round", "square")[(number + who) % 3]
+                answer = DotAnswer(onset=5.0 * number, response_time=1.0, guess=guess, sure=False, look=look)
+                session.record(trial, answer)
     files = make_report(tmp_path / "data").files
     assert {"dots.png", "dots.pdf", "dots_dots.png", "dots_dots.pdf"} <= set(files)
     assert "dots_side.png" not in files
@@ -123,7 +126,12 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
     own = trials.query("side == 'right' and dots == 3").groupby("participant_id")["guess"].mean()
     ends = stats.ttest_1samp(own, 0.0).confidence_interval()
     assert (first["mean"], first["low"], first["high"]) == pytest.approx((own.mean(), ends.low, ends.high))
-    assert set(means["answer"]) == {"guess", "sure", "response_time"}
+    assert set(means["answer"]) == {"guess", "sure", "response_time", "look: round", "look: square"}
+    looks = trials[trials["look"].notna()].assign(square=lambda rows: rows["look"] == "square")
+    shares = looks.query("side == 'right' and dots == 3").groupby("participant_id")["square"].mean()
+    found = means.query("side == 'right' and dots == 3 and answer == 'look: square'").iloc[0]
+    assert (found["subjects"], found["mean"]) == (len(shares), pytest.approx(shares.mean()))
+    assert "The answer look is a word and is not tested" in files["report.md"].decode()
 
 
 def test_a_question_that_a_task_adds_is_reported_preregistered_and_given_its_power(tmp_path: Path, monkeypatch) -> None:

@@ -86,6 +86,8 @@ class OrdinalSteps(Analysis):
 
     name: str = "ordinal"
     whole: ClassVar[bool] = True
+    positive: ClassVar[bool] = False
+    signed: ClassVar[bool] = True
     seconds: ClassVar[float] = 0.03
     experiments: ClassVar[int] = 8  # a model takes 0.5 to 2 s; the mean standard error is accurate to some 7 %
     latent: ClassVar[bool] = True

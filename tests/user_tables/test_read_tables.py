@@ -6,6 +6,8 @@ import pytest
 
 from focalgradient import InputError
 from focalgradient.statistics import quality, read_ratings, read_reports
+from focalgradient.user_tables import read_thresholds
+from focalgradient.user_tables.reports import holds_reports
 
 LONG = "subject,fstop,focus,resp\nA,pinhole,near,1.0\nA,f5.6,near,1.4\nB ,0,far,0.9\nB,5.6,farthest,1.2\n"
 
@@ -54,6 +56,29 @@ def test_decimal_commas_and_conditions_in_another_language(tmp_path: Path) -> No
     )
     assert own.table["rating"].tolist() == [1.0, 1.45, 0.9]
     assert own.table["aperture"].tolist() == ["pinhole", "f/5.6", "f/11"]
+
+
+@pytest.mark.parametrize("answers", ["0,1,2,1", "-2,0,2,1", "-9,-8,8,9"])
+def test_steps_may_be_0_or_negative(tmp_path: Path, answers: str) -> None:
+    rows = [f"A,{aperture},near,{answer}" for aperture, answer in zip("0808", answers.split(","), strict=True)]
+    path = write(tmp_path, "\n".join(["subject,aperture,focus,rating", *rows]))
+    assert read_ratings(path, steps=True).table["rating"].tolist() == [float(answer) for answer in answers.split(",")]
+    with pytest.raises(InputError, match=r"above 0: a ratio to the standard .*ordinal, where answers are steps"):
+        read_ratings(path)
+
+
+def test_answers_in_words_with_their_numbers_name_the_remedy(tmp_path: Path) -> None:
+    path = write(tmp_path, "subject,aperture,focus,rating\nA,0,near,1 (flat)\nA,8,near,5 (deep)\n")
+    with pytest.raises(InputError, match="state the order of answers in words"):
+        read_ratings(path)
+    assert read_ratings(path, order=["1 (flat)", "5 (deep)"]).table["rating"].tolist() == [1, 2]
+
+
+def test_words_of_a_heading_may_be_written_apart_or_together(tmp_path: Path) -> None:
+    text = "Participant.ID,trialNumber,F-Number,Focus,Perceived Depth\nA,1,5.6,near,1.4\nA,2,0,near,1.0\n"
+    assert read_ratings(write(tmp_path, text)).table["rating"].tolist() == [1.4, 1.0]
+    levels = "Worker ID;Blur level (D);Is.Correct\nA;0,1;Correct\nA;0,4;Incorrect\n"
+    assert read_thresholds(write(tmp_path, levels)).table["level"].tolist() == [0.1, 0.4]
 
 
 def test_each_word_for_true_and_false_is_read(tmp_path: Path) -> None:
@@ -157,6 +182,15 @@ def test_reports_on_the_cube(tmp_path: Path) -> None:
         ["A", "nonrigid", 4.0, "nonrigid", 3.0, 7.0, True, 10.0],
     ]
     assert any("all trials are treated as of 10 s" in note for note in own.notes)
+
+
+def test_reports_are_recognised_by_any_of_their_names(tmp_path: Path) -> None:
+    head, times = "subject,trial,blur,seen,onset (ms),", "A,1,none,rigid,0,{}\nA,1,none,nonrigid,9000,{}\n"
+    for last, ends in (("duration (ms)", (9000, 21000)), ("offset (ms)", (9000, 30000))):
+        path = write(tmp_path, f"{head}{last}\n{times.format(*ends)}")
+        assert holds_reports(path)
+        assert read_reports(path).table["duration"].tolist() == [9, 21]
+    assert not holds_reports(write(tmp_path, "subject,trial,blur,seen,duration,response\nA,1,none,rigid,9,1.2\n"))
 
 
 @pytest.mark.parametrize("left_out", ["trial", "start", "mm", "end"])

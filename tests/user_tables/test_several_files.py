@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.user_tables import read_conditions
+from focalgradient.user_tables import read_conditions, read_ratings
 from focalgradient.user_tables.files import read_table, text_table
 
 HEAD = "Sujet\tRendu\tScène\tEssai\trating\n"
@@ -179,3 +179,33 @@ def test_the_reference_can_be_stated() -> None:
 def test_a_reference_that_does_not_occur_is_refused_in_terms_of_the_option(tmp_path: Path, more: list[str]) -> None:
     shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", rows()), "--by", "Rendu=flou", *more])
     assert "--by states Rendu=flou, but no level is flou: give one of aucun flou, flou de profondeur" in shown.output
+
+
+@pytest.mark.parametrize("form", ["{}_session{}.csv", "{} Block-{}.csv", "{}/run{}.csv"])
+def test_sessions_in_files_of_their_own_are_of_one_participant(tmp_path: Path, form: str) -> None:
+    """A test over files would count each person twice: their t would be larger by 1.4 and more."""
+    paths = [tmp_path / form.format(who, session) for who in ("P01", "P02", "P03") for session in (1, 2)]
+    for at, path in enumerate(paths):
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(f"trial,aperture,fixation,rating\n1,0,near,1.{at}\n2,5.6,near,1.5{at}\n")
+    own = read_ratings(paths)
+    assert sorted(own.table["participant_id"].unique()) == ["P01", "P02", "P03"]
+    assert any("the files are of the participants P01, P02, P03, by their names" in note for note in own.notices)
+
+
+def test_people_without_the_condition_are_named(tmp_path: Path) -> None:
+    lines = [f"P{who},{who if who != 2 else ''},{1 + who / 10 + trial / 100}" for who in range(4) for trial in range(3)]
+    path = tmp_path / "ages.csv"
+    path.write_text("\n".join(["participant,age,rating", *lines]))
+    own = read_conditions(path, by=["age"])
+    assert "Participants without any age were left out: P2." in own.notices
+
+
+def test_people_numbered_anew_in_each_group_are_noted(tmp_path: Path) -> None:
+    path = tmp_path / "groups.csv"
+    rows = [f"{{}},{group},0,near,1.{who}\n" for group in "AB" for who in range(3)]
+    head = "participant,Group,aperture,fixation,rating\n"
+    for names, noted in (((1, 2, 3, 1, 2, 3), True), ((1, 2, 3, 4, 5, 6), False), ((1, 2, 3, 1, 2, 6), False)):
+        path.write_text(head + "".join(row.format(name) for row, name in zip(rows, names, strict=True)))
+        said = [note for note in read_ratings(path).notices if "several levels of Group" in note]
+        assert len(said) == noted

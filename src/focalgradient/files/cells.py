@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 
-__all__ = ["NUMBER", "SUFFIXES", "as_number", "codes_of", "is_date", "name_and_unit"]
+__all__ = ["NUMBER", "SUFFIXES", "as_number", "codes_of", "is_date", "is_in_words", "name_and_unit"]
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?", re.IGNORECASE)
 """Number with a decimal point."""
@@ -30,6 +30,9 @@ CODE = re.compile(
 MIN_CODE_RATIO = 10.0
 """Minimum ratio of a positive code to all other numbers: 99 among answers up to 98 is an answer."""
 
+SIGNED_CODE_RATIO = 1.25
+"""Magnitude above which a negative code marks a missing value among negative numbers, over the largest of them."""
+
 UNIT = re.compile(r"\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]\s*$")
 
 SUFFIXES = (
@@ -53,16 +56,22 @@ def as_number(cell: str) -> float | None:
 
 
 def codes_of(cells: Iterable[str], *, signed: bool = False) -> frozenset[str]:
-    """Return the cells that mark missing values: codes far above all other numbers, or negative unless `signed`.
+    """Return the cells that mark missing values: codes far beyond all other numbers, or negative ones.
+
+    Negative codes are numbers where `signed`, or where others are negative and these about as far from 0 (-8 and -9).
 
     >>> sorted(codes_of(["1.2", "0.9", "999", "-99.0", "65535"])), sorted(codes_of(["88", "99", "-99"], signed=True))
     (['-99.0', '65535', '999'], [])
+    >>> sorted(codes_of(["-3", "2", "-9"])), sorted(codes_of(["-8", "2", "-9"]))
+    (['-9'], [])
     """
     values = {cell: value for cell in cells if (value := as_number(cell)) is not None}
     codes = {cell for cell in values if CODE.fullmatch(re.sub(r"[.]0+$", "", cell.strip()))}
-    most = max((abs(value) for cell, value in values.items() if cell not in codes), default=float("inf"))
+    plain = [value for cell, value in values.items() if cell not in codes]
+    most = max(map(abs, plain), default=float("inf"))
+    least = most * SIGNED_CODE_RATIO if min(plain, default=0) < 0 else 0
     return frozenset(
-        cell for cell in codes if (values[cell] < 0 and not signed) or abs(values[cell]) > MIN_CODE_RATIO * most
+        cell for cell in codes if (values[cell] < -least and not signed) or abs(values[cell]) > MIN_CODE_RATIO * most
     )
 
 
@@ -73,6 +82,16 @@ def is_date(cell: str) -> bool:
     (True, True, True, False, False)
     """
     return bool(DATE.fullmatch(cell.strip()))
+
+
+def is_in_words(cell: str) -> bool:
+    """Return whether a cell is an answer in words, which may begin with its number.
+
+    >>> [is_in_words(cell) for cell in ("very deep", "7 (very)", "7", "109 %", "05. Jun", '{"Q0": "a"}')]
+    [True, True, False, False, False, False]
+    """
+    text = cell.strip()
+    return bool(re.fullmatch(r"(?:\d+\W*)?[^\W\d_][^\d{}=]*", text)) and not is_date(text)
 
 
 def name_and_unit(header: str) -> tuple[str, str]:

@@ -49,8 +49,8 @@ class Observers(People):
             raise InputError(f"the task {self.task.name!r} has no simulated observer: define simulated.")
         if not self._tests(design):
             raise InputError(
-                f"the task {self.task.name!r} has no test: give its design two conditions, or define planned and "
-                "tested."
+                f"the task {self.task.name!r} has no test: give its design two conditions and an answer that is a "
+                "number or a bool, or define planned and tested."
             )
 
     def analysis(self, design: Any, bound: float, seed: int) -> Analysis:

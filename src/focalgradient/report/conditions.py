@@ -12,6 +12,7 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet
 from focalgradient.errors import InputError, described
+from focalgradient.files.columns import Column
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.report.analysed import design_in, designs_in
@@ -30,6 +31,7 @@ from focalgradient.statistics.rating_conditions import ADJUSTED, RULES, rating_t
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
+from focalgradient.tasks.columns import added_columns
 from focalgradient.user_tables import OwnConditions
 
 __all__ = ["condition_part", "conditions_of_dataset", "conditions_of_table", "task_plan"]
@@ -38,6 +40,8 @@ TRACE = (
     "Levels that the procedure set, trial by trial, of each participant (open: wrong answers). They are not answers "
     "and are not tested."
 )
+
+NOT_TESTED = "The answer {} is a word and is not tested: the table of means holds the share of each word."
 
 Tests = Sequence[ConditionTest]
 
@@ -118,7 +122,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     return dataclasses.replace(
         part,
         quality=quality,
-        said=_sentences(task, kept),
+        said=[*_sentences(task, kept), *map(NOT_TESTED.format, (one.name for one in _in_words(task, settings)))],
         figures=[*part.figures, *traces],
         sheets=[*part.sheets, _means(task, settings, kept, task.factors(design))],
     )
@@ -168,6 +172,7 @@ def condition_part(
     script = r_script("conditions", answers).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
     who = "simulated observer" if simulated else "subject"
+    people = rows["participant_id"].nunique()
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
     without = f"{many(left_out, noun)} left out by the rules on trials" if left_out else "nobody is left out"
     effects = ", and over those of effects" if any(test.answer.startswith("(") for test in tests) else ""
@@ -177,9 +182,15 @@ def condition_part(
         plan=plan,
         answers=answers,
         simulated=simulated,
-        sample=[f"{many(rows['participant_id'].nunique(), who)} with {many(len(rows), noun)}{scenes}; {without}."],
+        sample=[f"{many(people, who)} with {many(len(rows), noun)}{scenes}; {without}."],
         data=data,
         notices=[
+            f"The test of {test.name} is of {test.effect.subjects} of the {people} {who}s: the others lack "
+            "answers at one of its levels."
+            for test in tests
+            if isinstance(test.effect, Effect) and test.effect.subjects < people
+        ]
+        + [
             f"{one} and {other} always change together: their effects cannot be separated."
             for one, other in combinations(factors, 2)
             if [rows[factor].nunique() for factor in (one, other)] == [len(rows[[one, other]].drop_duplicates())] * 2
@@ -240,6 +251,12 @@ def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
     return list(found)
 
 
+def _in_words(task: Task, settings: Mapping[str, Any]) -> list[Column]:
+    """Return the columns of answers that are one of several words."""
+    added = {column.name for column in added_columns(task.answer, "")}
+    return [one for one in task.columns(settings) if one.name in added and one.form == "text" and one.levels]
+
+
 def _means(
     task: Task, settings: Mapping[str, Any], rows: pd.DataFrame, factors: Mapping[str, Sequence[object]]
 ) -> Sheet:
@@ -248,6 +265,12 @@ def _means(
     fields -= {*task.adapted_fields}
     shown = [one.name for one in task.columns(settings) if one.name in fields]
     measures = {**task.measures(settings)} | ({"response_time": "s"} if "response_time" in rows else {})
+    shares = {
+        f"{column.name}: {level}": (rows[column.name] == level).where(rows[column.name].isin(column.levels))
+        for column in _in_words(task, settings)
+        for level in column.levels
+    }
+    rows, measures = rows.assign(**shares), measures | dict.fromkeys(shares, "share")
     ordered = {
         name: pd.Categorical(rows[name], [*dict.fromkeys([*factors[name], *sorted(rows[name].unique())])])
         for name in shown

@@ -57,9 +57,9 @@ class SubjectMean:
     trials
         Number of answers.
     rating
-        Geometric mean of the answers.
+        Geometric mean of the answers; mean of answers in steps.
     ratio
-        Ratio to the subject's own mean at the pinhole; None without pinhole answers.
+        Ratio to the subject's own mean at the pinhole; None without pinhole answers, and for answers in steps.
     """
 
     participant_id: str
@@ -163,7 +163,7 @@ class DepthRatingResult:
     largest_mm
         Diameter of the largest aperture in mm.
     subject_means
-        Geometric means of each subject.
+        Mean answers of each subject.
     scene_means
         Ratios to the pinhole of each scene (ratio scale only).
     means
@@ -273,7 +273,7 @@ def depth_rating(
     if not isinstance(analysis, Ratios | OrdinalSteps):
         raise InputError(f"scale is {analysis.name!r}, but must be 'ratio' or 'ordinal': use compare_pictures instead.")
     table = main_trials(table, analysis)
-    table = table.assign(answer=np.log(table["rating"]), aperture=table["aperture"].astype(str))
+    table = table.assign(aperture=table["aperture"].astype(str))
     remarks: list[str] = []
     present = fixations_of(table)
     ordinal = RATIO if analysis.ratios else ordinal_rating(table, remarks, progress)
@@ -300,7 +300,7 @@ def depth_rating(
         analysis=analysis,
         scenes=tuple(sorted(set(table["scene"].astype(str)))),
         largest_mm=float(table["aperture_mm"].max()),
-        subject_means=_subject_means(table),
+        subject_means=_subject_means(table, ratios=analysis.ratios),
         scene_means=_scene_means(data) if analysis.ratios else (),
         means=means,
         fixations=tuple(fixations) or tuple(FixationResult(name, *[ORDINAL] * 6) for name in present),
@@ -336,23 +336,26 @@ def _fixation(fixation: str, own: Cells, answers: Answers, remarks: list[str]) -
     if isinstance(rise, Effect) and rise.subjects < len(own.subjects):
         left = _names(np.array(own.subjects)[~np.isfinite(own.against_smallest(-1)).any(axis=1)])
         remarks.append(
-            f"The depth effect ({fixation}) excludes {left}: no answers to the largest aperture or the pinhole."
+            f"The depth effect ({fixation}) excludes {left}: "
+            "no scene with answers to the largest aperture and the pinhole."
         )
     bootstrap = values if isinstance(values, NotComputed) else answers.to(BOOTSTRAP).get(fixation, SECONDARY)
     return FixationResult(fixation, rise, fixed, slope, equal, parts, bootstrap)
 
 
-def _subject_means(table: pd.DataFrame) -> tuple[SubjectMean, ...]:
+def _subject_means(table: pd.DataFrame, *, ratios: bool) -> tuple[SubjectMean, ...]:
     cells = table.groupby(["participant_id", "fixation", "aperture_mm", "aperture"])["answer"].agg(["size", "mean"])
     rows = [(*key, size, mean) for key, size, mean in cells.itertuples()]
     sharp = {(participant, fixation): mean for participant, fixation, mm, _, _, mean in rows if mm == 0}
 
     def ratio(participant: str, fixation: str, mean: float) -> float | None:
         reference = sharp.get((participant, fixation))
-        return None if reference is None else math.exp(mean - reference)
+        return None if reference is None or not ratios else math.exp(mean - reference)
 
     means = [
-        SubjectMean(who, fixation, name, float(mm), int(size), math.exp(mean), ratio(who, fixation, mean))
+        SubjectMean(
+            who, fixation, name, float(mm), int(size), math.exp(mean) if ratios else mean, ratio(who, fixation, mean)
+        )
         for who, fixation, mm, name, size, mean in rows
     ]
     order = fixations_of(table)

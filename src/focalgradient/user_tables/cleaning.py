@@ -13,18 +13,23 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
+from focalgradient.files import printable
 from focalgradient.files.cells import as_number, codes_of
-from focalgradient.user_tables.names import clean, few, invalid, is_summary, maybe_summary, rows_named
+from focalgradient.user_tables.names import clean, few, heading, invalid, is_summary, maybe_summary, rows_named
 from focalgradient.user_tables.schema import ABSENT
 
 __all__ = [
     "check_seconds",
     "in_steps",
+    "note_groups",
     "without_codes",
     "without_copies",
     "without_headers",
     "without_summaries",
 ]
+
+GROUPS = re.compile(r"(?:age_)?(?:groups?|cohort|sample|population|gruppe|groupe)(?:_?id|_?name)?")
+"""Names of columns that hold groups of people."""
 
 MAX_SHARED_ANSWERS = 0.7
 """Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
@@ -89,6 +94,17 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     listed = ", ".join(sorted(re.sub(r"[.]0+$", "", cell.strip()) for cell in codes))
     notices.append(f"{listed} in the column of {role}s was taken for a missing value: {rows_named(table, missing)}.")
     return table.assign(**{role: table[role].mask(missing, "")})
+
+
+def note_groups(cells: pd.DataFrame, people: pd.Series[str], notices: list[str]) -> None:
+    """Add a notice if each participant occurs in several groups of people, as where each group is numbered anew."""
+    for name in map(str, cells):
+        levels = cells[name].where(cells[name].str.strip() != "")
+        if GROUPS.fullmatch(heading(name)) and levels.groupby(people).nunique().min() > 1:
+            notices.append(
+                f"Every participant is in several levels of {printable(name)}, and was taken for one person: give "
+                "people of different groups different names."
+            )
 
 
 def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:

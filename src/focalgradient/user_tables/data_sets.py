@@ -31,10 +31,14 @@ def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> b
         If several files hold one participant each, all of the same name.
     """
     tables = [read_table(path) for path in paths]
-    people = _people(tables, participant)
+    return _are_parts(tables, _people(tables, participant))
+
+
+def _are_parts(tables: Sequence[UserTable], people: Sequence[set[str]]) -> bool:
+    """Return whether tables of these people are the parts of one data set: see `of_one_data_set`."""
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
-            f"all {len(people)} files are of the participant {people[0].pop()}: give people names of their own, or "
+            f"all {len(people)} files are of the participant {min(people[0])}: give people names of their own, or "
             "sessions of one person in one table with a column session."
         )
     columns = {frozenset(clean(str(name)).casefold() for name in table.cells) for table in tables}
@@ -53,9 +57,10 @@ def data_sets(
     separate
         True if each table is an experiment of its own.
     """
-    if not separate and of_one_data_set(tables, participant):
+    people = _people(tables, participant)
+    if not separate and _are_parts(tables, people):
         return [read_table(tables)], []
-    again = in_several(_people(tables, participant))
+    again = in_several(people)
     return [*tables], [
         f"{len(tables)} files taken as {len(tables)} data sets: "
         + ("they are separate experiments" if separate else "their columns differ, and no participant occurs in two")

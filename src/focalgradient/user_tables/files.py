@@ -21,6 +21,9 @@ __all__ = ["SUBJECT", "TABLES", "Paths", "UserTable", "file_labels", "person_of"
 SUBJECT = re.compile(r"sub-[^_]+_")
 """Begin of names of files in the Brain Imaging Data Structure (BIDS)."""
 
+SESSION = re.compile(r"(?:^|[\s_.-]+)(?:sess?|session|run|block|day|visit|sitzung|tag)[\s_-]*\d+$", re.IGNORECASE)
+"""End of a file's name that numbers the sessions of a participant."""
+
 TABLES = (".csv", ".tsv", ".xlsx", ".json", ".jsonl", ".ndjson")
 """Extensions of tables; a file with another extension is a table only if its text has the form of one."""
 
@@ -158,8 +161,11 @@ def file_labels(files: Sequence[Path]) -> list[str]:
 def person_of(file: str) -> str:
     """Return the participant whom a file's name states, or the name.
 
-    >>> person_of("sub-01_task-depth_run-2_events.tsv"), person_of("anna.csv")
-    ('sub-01', 'anna')
+    >>> person_of("sub-01_task-depth_run-2_events.tsv"), person_of("anna.csv"), person_of("P01_session2.csv")
+    ('sub-01', 'anna', 'P01')
     """
     path = Path(file)
-    return path.stem.partition("_")[0] if SUBJECT.match(path.name) else path.with_suffix("").as_posix()
+    if SUBJECT.match(path.name):
+        return path.stem.partition("_")[0]
+    rest = SESSION.sub("", path.stem)
+    return (path.with_name(rest) if rest else path.parent if path.parent.name else path.with_suffix("")).as_posix()

@@ -22,6 +22,7 @@ __all__ = [
     "UNIT",
     "clean",
     "few",
+    "heading",
     "in_several",
     "invalid",
     "is_summary",
@@ -91,6 +92,15 @@ def stem_of(header: str) -> str:
     """
     name = (UNIT.sub("", clean(header)) or header).strip(" _([").casefold()
     return re.sub(r"^(log10|log|ln|db)[ _-]+|[ _(\[]+(db|log10|log|ln)[\])]*$", "", name)
+
+
+def heading(name: str) -> str:
+    """Return a column name in lower case, with "_" between its words.
+
+    >>> heading("Blur level"), heading("Participant.ID"), heading("responseTime"), heading("f-stop")
+    ('blur_level', 'participant_id', 'response_time', 'f_stop')
+    """
+    return re.sub(r"[\s_.\-]+", "_", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", clean(name))).casefold()
 
 
 def same_name(name: str) -> str:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import pandas as pd
 
-from focalgradient.analyses import Choices, Ratios
+from focalgradient.analyses import Choices, OrdinalSteps, Ratios
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
@@ -137,7 +137,7 @@ def read_ratings(
                 "'focalgradient report --focal-length'."
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
-    checked = rating_table(completed(table, "kind"), Choices() if choices else Ratios())
+    checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
 
 

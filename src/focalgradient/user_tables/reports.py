@@ -17,7 +17,7 @@ from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import place, rows_named
 from focalgradient.user_tables.schema import ABSENT, CUBE, PERCEPTS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded, holds
 from focalgradient.user_tables.tidy import CLOCK, report_table
 
 __all__ = ["OwnReports", "holds_reports", "read_reports"]
@@ -35,12 +35,12 @@ class OwnReports(ImportedAnswers):
 
 
 def holds_reports(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
-    """Return whether a table contains reports on the cube: a column of percepts, and no ratings."""
+    """Return whether a table contains reports on the cube: percepts, or columns by which `CUBE` is recognised."""
     columns = columns or {}
     if "percept" in columns or "rating" in columns:
         return "percept" in columns
     names = {str(name).lower() for name in read_table(path).cells}
-    return not {"percept", "gradient"}.isdisjoint(names) and "rating" not in names
+    return (not {"percept", "gradient"}.isdisjoint(names) and "rating" not in names) or holds(CUBE, path, columns)
 
 
 def read_reports(

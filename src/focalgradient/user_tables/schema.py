@@ -98,9 +98,10 @@ class Schema(NamedTuple):
 
 PARTICIPANT = Column(
     (
-        *("participant", "subject", "subj", "id", "observer", "subject_id", "subject id", "participant id"),
-        *("participant private id", "participant public id", "prolific_pid", "workerid", "run_id"),
-        *("responseid", "response id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
+        *("participant", "subject", "subj", "id", "observer", "subject_id"),
+        *("participant_private_id", "participant_public_id", "prolific_pid", "worker_id", "workerid", "run_id"),
+        *("responseid", "response_id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
+        *("subject_nr", "participant_nr", "subject_no", "participant_no", "vp_nr", "vp_code"),
         *("versuchsperson", "vp", "vpn", "proband", "sujet"),
     )
 )
@@ -111,7 +112,7 @@ GROUP = Column(("group", "cond"))
 RATINGS = Schema(
     {
         "participant_id": PARTICIPANT,
-        "aperture": Column(("f_number", "fnumber", "fstop", "f-stop"), shown=True),
+        "aperture": Column(("f_number", "fnumber", "fstop", "f_stop"), shown=True),
         "aperture_mm": Column(
             ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
             units=LENGTHS,
@@ -122,7 +123,7 @@ RATINGS = Schema(
         "rating": Column(
             (
                 *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider"),
-                *("depth_rating", "depth rating", "rating_depth", "rated_depth", "perceived_depth", "perceived depth"),
+                *("depth_rating", "rating_depth", "rated_depth", "perceived_depth"),
                 *("depth_judgment", "depth_judgement", "judgment", "judgement", "bewertung", "urteil"),
             ),
             units=RATIOS,
@@ -132,7 +133,7 @@ RATINGS = Schema(
         ),
         "interval": Column(("picture_interval", "target_interval")),
         "scene": Column(("picture", "image", "item", "stimulus"), shown=True),
-        "trial": Column(("trial_number", "trial number", "trial_index", "trial_nr", "trial_no", "trials.thisn")),
+        "trial": Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trials.thisn")),
         "session": PLAIN,
         "catch": CATCH,
         "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
@@ -265,6 +266,8 @@ CUBE = Schema(
         "kind": KIND,
         "dropped_frames": FRAMES,
     },
+    signs=[frozenset(("percept", "gradient", "duration")), frozenset(("percept", "gradient", "onset", "end"))],
+    others=frozenset(("rating", "response", "aperture", "fixation", "level", "correct", "signal")),
     required=("participant_id", "percept", "gradient", "trial", "duration"),
     instead={
         "trial": (frozenset({"onset"}), ", or give the onset of each report within its trial"),

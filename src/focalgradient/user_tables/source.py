@@ -10,11 +10,11 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.cells import as_number, is_date, name_and_unit
+from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
-from focalgradient.user_tables.cleaning import in_steps, without_codes, without_headers, without_summaries
+from focalgradient.user_tables.cleaning import in_steps, note_groups, without_codes, without_headers, without_summaries
 from focalgradient.user_tables.files import SUBJECT, Paths, person_of, read_table
-from focalgradient.user_tables.names import clean, few, in_several, invalid, place, stem_of, united
+from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
 
@@ -131,10 +131,15 @@ class Source:
             if column in table.lacking:
                 source.notices.append(f"{lacks}.")
         if "participant_id" not in source.columns and (len(table.paths) > 1 or SUBJECT.match(table.paths[0].name)):
-            people = [person_of(str(file)) for file in cells.index.get_level_values(0)]
+            files = cells.index.get_level_values(0)
+            people = [person_of(str(file)) for file in files]
             source = replace(source, cells=cells.assign(**{"participant (file)": people}))
             source.columns["participant_id"] = "participant (file)"
-            source.notices.append("No participant column: each file is treated as one participant.")
+            is_shared = len({*people}) < files.nunique()
+            named = f"the files are of the participants {few(people)}, by their names"
+            source.notices.append(
+                f"No participant column: {named if is_shared else 'each file is treated as one participant'}."
+            )
         return source._without_practice()
 
     def _without_practice(self) -> Source:
@@ -227,7 +232,9 @@ class Source:
                     f"{_rows_were(nothing)} left out, which show nothing ({', '.join(shown)} empty)"
                     f"{self.apart(table.index, nothing, '; the others can be chosen with {}')}."
                 )
-                table = table[~nothing]
+                people, table = {*table["participant_id"]}, table[~nothing]
+                if gone := sorted(people - {*table["participant_id"]} - ABSENT):
+                    self.notices.append(f"Participants without any {' or '.join(shown)} were left out: {few(gone)}.")
         return self._with_participants(
             without_summaries(without_headers(table, self.columns, self.notices), self.notices)
         )
@@ -250,6 +257,8 @@ class Source:
                 "have shortened different names: enter them again as text."
             )
         self._note_files(names)
+        if table.index.nlevels == 2:
+            note_groups(self.cells.loc[table.index], names, self.notices)
         return table
 
     def _note_files(self, names: pd.Series[str]) -> None:
@@ -314,7 +323,7 @@ class Source:
             )
             if role == "rating" and text.endswith("%"):
                 damaged += f": write the numbers alone, below the heading '{role} (%)'"
-            if role in ("rating", "confidence") and not texts[~absent].str.contains(r"\d").any():
+            if role in ("rating", "confidence") and texts[~absent].map(is_in_words).all():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             elif self.schema.columns[role].answer and not re.search(r"\d", text):
                 damaged += ": leave it empty, or NA, where it is missing"
@@ -407,14 +416,15 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     if wrong:
         raise InputError(f"columns: {'; '.join(wrong)}.")
     free = [column for column in reversed(header) if column not in found.values()]
-    lower = {name_and_unit(clean(column))[0]: column for column in free}
-    lower |= {clean(column).casefold(): column for column in free}
+    lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
+    lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
     for role, definition in schema.columns.items():
         if role not in found:
-            near = next((lower[word] for word in (role, *definition.names) if word in lower), None)
+            words = [spelt for word in (role, *definition.names) for spelt in (word, heading(word))]
+            near = next((lower[word] for word in words if word in lower), None)
             if near is not None and near not in found.values():
                 found[role] = near
-    stems = {stem_of(column): column for column in header if column not in found.values()}
+    stems = {heading(stem_of(column)): column for column in header if column not in found.values()}
     for role, definition in schema.columns.items():
         near = next((stems[stem] for stem in definition.stems if stem in stems), None)
         if role not in found and near is not None:

@@ -35,6 +35,9 @@ REPORT_COLUMNS: Final = (
     "censored",
     "trial_duration",
 )
+ABOVE_0: Final = "above 0: a ratio to the standard (state the scale, ordinal, where answers are steps)"
+"""Requirement of ratings that are ratios."""
+
 CLOCK: Final = 0.05
 """Maximum time in seconds by which a report may extend beyond its trial: three frames of a display."""
 
@@ -66,7 +69,7 @@ def rating_table(table: pd.DataFrame, scale: Analysis | str = "ratio") -> pd.Dat
     names = table["aperture"].astype(str)
     wrong = ~names.map(lambda name: bool(re.fullmatch(r"pinhole|f/\d+(\.\d+)?", name)))
     _refuse(table, wrong, "aperture", 'but must be "pinhole" or "f/" and a number')
-    for column, least in (("rating", "above 0: a ratio to the standard"), ("aperture_mm", "0 or more")):
+    for column, least in (("rating", ABOVE_0), ("aperture_mm", "0 or more")):
         values = _numbers(table, column)
         low = values < 0
         if column == "rating" and analysis.positive:
