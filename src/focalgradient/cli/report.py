@@ -181,8 +181,8 @@ def report(
         between participants are adjusted for one another. Repeatable.  [default: the apertures of a table without
         fixations] Of a table of thresholds the condition; NAME=LEVEL states the reference of the ratios.
     order
-        Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal. Repeatable:
-        then each is one word, which may hold commas.
+        Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal; with --by
+        their numbers are averaged, without an ordinal model. Repeatable: then each is one word, which may hold commas.
     explain
         Print how each column of a table is interpreted, and compute nothing.
     separate

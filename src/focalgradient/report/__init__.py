@@ -160,7 +160,7 @@ def make_report(
     settings |= {"by": tuple(by), "order": tuple(order), "guess_rate": guess_rate}
     if root.is_file():
         files = given or read_table(paths)
-        kind = kind_of(files, columns, by)
+        kind = kind_of(files, columns, by, where)
         refuse_unused(root.name, f"contains {kind.what}", settings, kind.settings)
         if order and scale is None and kind.what == RATINGS:
             asked = replace(asked, scale="ordinal")

@@ -32,7 +32,7 @@ from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
 from focalgradient.tasks.columns import added_columns
-from focalgradient.user_tables import OwnConditions
+from focalgradient.user_tables.conditions import STEPS, OwnConditions
 
 __all__ = ["condition_part", "conditions_of_dataset", "conditions_of_table", "task_plan"]
 
@@ -67,7 +67,9 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     tests = rating_tests(own, criteria)
     questions = condition_questions(tests, scenes="scene" in own.table, adjusted=True)
     plan = Plan(
-        dataclasses.replace(questions, outcome="", rules=rules),
+        dataclasses.replace(
+            questions, outcome="", rules=rules, after=" ".join(filter(None, [questions.after, STEPS * own.steps]))
+        ),
         exclusions=[f"By rules that do not look at the effect, {applied}.".format(rules=criteria)] if applied else [],
     )
     left_out = len(everyone) - len(rows)

@@ -25,7 +25,7 @@ from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
 from focalgradient.user_tables.schema import CUBE, DETECTION, THRESHOLDS, Schema
 from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
-from focalgradient.user_tables.source import Source, Where, columns_like, holds
+from focalgradient.user_tables.source import Source, Where, columns_like, holds, with_chosen_rows
 from focalgradient.user_tables.wide import long_columns
 
 __all__ = ["RATINGS", "Kind", "explained_table", "kind_of", "refuse_unused"]
@@ -108,8 +108,11 @@ KINDS = (
 """Kinds of tables; each but the last is recognised before the next."""
 
 
-def kind_of(paths: Paths, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
-    """Return the kind of a table; one analysed `by` conditions has answers at levels, or ratings."""
+def kind_of(
+    paths: Paths, columns: Mapping[str, str] | None = None, by: Sequence[str] = (), where: Where | None = None
+) -> Kind:
+    """Return the kind of a table, by its rows `where`; `by` conditions, answers at levels or ratings are analysed."""
+    paths = with_chosen_rows(paths, where, [*(columns or {}).values()])
     found = next(kind for kind in KINDS if kind.holds(paths, columns))
     return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found
 
@@ -147,7 +150,7 @@ def explained_table(
     InputError
         If the table cannot be read; if its columns can be named, after their lines and those of missing ones.
     """
-    kind = kind_of(paths, columns, by)
+    kind = kind_of(paths, columns, by, where)
     given = {
         "columns": columns,
         "conditions": conditions,
@@ -157,7 +160,7 @@ def explained_table(
         "guess": guess_rate,
     }
     refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
-    is_wide = kind.what == RATINGS
+    is_wide = kind.schema is RATING_TABLE
     source = Source.read(paths, kind.schema, long_columns(columns) if is_wide else columns, where)
     rows = f"{source.name}: {len(source.cells):,} rows, taken for"
     try:

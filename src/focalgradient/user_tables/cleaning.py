@@ -22,6 +22,7 @@ __all__ = [
     "check_seconds",
     "in_steps",
     "note_groups",
+    "note_unused_groups",
     "without_codes",
     "without_copies",
     "without_headers",
@@ -105,6 +106,20 @@ def note_groups(cells: pd.DataFrame, people: pd.Series[str], notices: list[str])
                 f"Every participant is in several levels of {printable(name)}, and was taken for one person: give "
                 "people of different groups different names."
             )
+
+
+def note_unused_groups(cells: pd.DataFrame, people: pd.Series[str], notices: list[str], *before: str) -> None:
+    """Add a notice for each of these columns that holds groups of people, with the options that compare them.
+
+    Options `before` are given first.
+    """
+    for name in map(str, cells):
+        levels = cells[name].str.strip()
+        is_group = GROUPS.fullmatch(heading(name)) and levels.groupby(people).nunique().max() == 1
+        if is_group and 1 < levels.nunique() < people.nunique():
+            shown = f"{printable(name)} ({few(sorted(levels.unique()))})"
+            options = " ".join([*before, f'by=["{printable(name)}"]'])
+            notices.append(f"{shown} is not analysed: compare the groups with {options}.")
 
 
 def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:

@@ -13,6 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date
+from focalgradient.user_tables.cleaning import note_unused_groups
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
@@ -20,8 +21,10 @@ from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column
 from focalgradient.user_tables.source import Source, Where, completed, found_columns
 from focalgradient.user_tables.trials import numbered
+from focalgradient.user_tables.wide import long_columns, long_form
+from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, with_diameters
 
-__all__ = ["OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
+__all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
 
 KEPT = (
     *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
@@ -37,6 +40,9 @@ CONDITION = Column(shown=True, answer="condition", absent=frozenset({"", "na", "
 
 SHARP = frozenset(("pinhole", "ph", "sharp", "0", "f/inf"))
 """Names of levels without blur, which stand first."""
+
+STEPS = "Steps are averaged as numbers: effects of conditions are tested without an ordinal model."
+"""Statement on ratings that are steps of a scale."""
 
 MOST_LEVELS = 50
 """Maximum number of levels of a condition that is not numeric."""
@@ -54,10 +60,13 @@ class OwnConditions(ImportedAnswers):
         Columns of the conditions, each with its levels: the reference first, then in ascending order.
     log
         True if all ratings are above 0 and are analysed on their logarithm.
+    steps
+        True if ratings are steps of a scale.
     """
 
     conditions: Mapping[str, Sequence[Any]] = field(default_factory=dict)
     log: bool = False
+    steps: bool = False
 
 
 def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
@@ -77,8 +86,9 @@ def read_conditions(
     *,
     steps: bool = False,
     order: Sequence[str] = (),
+    conditions: Mapping[str, str] | None = None,
 ) -> OwnConditions:
-    r"""Read ratings by condition from a CSV, TSV, XLSX or JSON file with one row per trial.
+    r"""Read ratings by condition from a CSV, TSV, XLSX or JSON file, with one row per trial or column per condition.
 
     Parameters
     ----------
@@ -87,16 +97,18 @@ def read_conditions(
     columns
         Name in the file of each column: participant and rating; optionally scene, catch and aperture_mm.
     by
-        Columns of the conditions; none: that of the apertures. Numbers are amounts, whose slope is tested; those of
-        "NAME=factor" are names of levels. "NAME=LEVEL" states the reference, with which the others are compared; by
-        default it is the one without blur ("pinhole", "sharp", "0"), else the largest f-number, the smallest number,
-        or the first word of the alphabet.
+        Columns of the conditions, or their roles; none: that of the apertures. Numbers are amounts, whose slope is
+        tested; those of "NAME=factor", and f-numbers, are names of levels. "NAME=LEVEL" states the reference, with
+        which the others are compared; by default it is the one without blur ("pinhole", "sharp", "0"), else the largest
+        f-number, the smallest number, or the first word of the alphabet.
     where
         Values by column: only rows that have one of them are read.
     steps
         True if the ratings are steps of a scale, which are not analysed on their logarithm.
     order
         Words of the answers, from the least to the most: see `focalgradient.statistics.read_ratings`.
+    conditions
+        Meanings of the file's own words: {"scharf": "pinhole"}.
 
     Raises
     ------
@@ -110,17 +122,21 @@ def read_conditions(
     >>> dict(ratings.conditions), ratings.log
     ({'aperture_mm': [2.0, 8.0]}, True)
     """
-    source = Source.read(path, RATINGS, columns, where)
+    source = Source.read(path, RATINGS, long_columns(columns), where)
     check_rating(source)
+    file = source.cells
+    if "rating" not in source.columns:
+        source = _melted(source, conditions or {}, (columns or {}).get("rating"))
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
-    by_name = {clean(str(name)).casefold(): str(name) for name in source.cells}
+    by_name = source.columns | {clean(str(name)).casefold(): str(name) for name in source.cells}
     stated = [name_and_reference(name, by_name) for name in by]
     theirs = [by_name.get(clean(name).casefold(), "") for name, _ in stated]
     references = {column: level for column, (_, level) in zip(theirs, stated, strict=True) if level}
     if not by or not all(theirs):
         missing = f"no column {stated[theirs.index('')][0]}" if by else "no column of conditions"
         raise InputError(f"{source.name} has {missing}: give by, one or more of {few([*map(str, source.cells)])}.")
+    source = _with_meanings(source, theirs, references, given_words(conditions or {}))
     for role, name in [*source.columns.items()]:
         if role in NO_CONDITIONS and (name in theirs or role in theirs):
             raise InputError(f"by names {name}, which is the column of the {role}: give a condition.")
@@ -151,7 +167,58 @@ def read_conditions(
             f"Ratings of 0 or less ({low:,} of {len(table):,}) have no logarithm: ratings are analysed as they stand, "
             "not as ratios."
         )
-    return OwnConditions.of(source, table, conditions=levels, log=log)
+    if steps or order:
+        source.notices.append(STEPS)
+    cells = source.cells.loc[table.index]
+    options = [f'by=["{printable(name)}"]' for name in theirs]
+    note_unused_groups(cells[source.unused], cells[source.columns["participant_id"]], source.notices, *options)
+    return OwnConditions.of(replace(source, cells=file), table, conditions=levels, log=log, steps=steps or bool(order))
+
+
+def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) -> Source:
+    """Return a wide table with a row for each rating; one without columns of ratings as it is."""
+    table = long_form(replace(source, notes=[]), conditions, measure)  # unused columns are noted later
+    if table.index.nlevels < 3:
+        return source
+    stated = {role: role for role in ("aperture", "fixation", "scene", "rating") if role in table}
+    stated = {role: role for role in stated if role not in source.columns}
+    cells = source.cells.loc[table.index.droplevel(2)].set_axis(table.index)  # type: ignore[arg-type]
+    cells = cells.drop(columns=table.index.get_level_values(2).unique()).assign(**table[[*stated]].fillna(""))
+    cells.attrs = source.cells.attrs
+    columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
+    return replace(source, cells=cells, columns=columns | stated)
+
+
+def _with_meanings(source: Source, by: Sequence[str], references: dict[str, str], words: Words) -> Source:
+    """Return the table with the meanings of the caller's words, and standard names of apertures, as levels of `by`.
+
+    The `references` are renamed, too; words that do not occur are noted.
+    """
+    cells, used = source.cells, set[str]()
+    for name in by:
+        is_aperture = source.columns.get("aperture") == name and references.get(name) != "factor"
+        shown = cells[name][~cells[name].str.strip().str.casefold().isin([*CONDITION.absent])]
+        used |= {clean(cell).casefold() for cell in shown.unique()}
+        if is_aperture:
+            sized = with_diameters(shown.to_frame("aperture"), name, words, source.notices)
+            if "aperture_mm" in sized and name in references:
+                continue  # diameters are levels by their own names
+            if "aperture_mm" in sized:
+                cells = cells.assign(**{name: cells[name].mask(cells.index.isin(sized.index), sized["aperture_mm"])})
+                continue
+        names = level_names(shown, words, apertures=is_aperture)
+        cells = cells.assign(**{name: cells[name].map(lambda cell, names=names: names.get(cell, cell))})
+        if name in references:
+            alike = {clean(cell).casefold(): level for cell, level in names.items()}
+            references[name] = alike.get(clean(references[name]).casefold(), references[name])
+    headers = " ".join(clean(str(name)).casefold() for name in source.cells)
+    if absent := [
+        word
+        for key, (word, meaning) in words.items()
+        if not (key in used or key in headers or clean(meaning).casefold() in FIXED)
+    ]:
+        source.notices.append(f"The conditions name words that are no levels of {few(by)}: {few(absent)}.")
+    return replace(source, cells=cells)
 
 
 def _numeric_levels(source: Source, values: pd.Series[float]) -> list[float]:
@@ -186,7 +253,8 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, reference: str
     if not is_factor and any(level[:1].isdigit() for level in levels):
         source.notices.append(
             f"The levels of {name} are not all numbers ({few(levels)}), and were taken for names: give "
-            f'by=["{name}=factor"] if they are, or numbers with the unit in the heading.'
+            f'by=["{name}=factor"] if they are, conditions={{"NAME": "f/5.6"}} for apertures, or numbers with the unit '
+            "in the heading."
         )
     alike = [level for level in levels if [*map(str.casefold, levels)].count(level.casefold()) > 1]
     if alike and not is_factor:

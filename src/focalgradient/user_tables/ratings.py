@@ -11,7 +11,7 @@ from focalgradient.analyses import Choices, OrdinalSteps, Ratios
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.user_tables.cleaning import check_seconds
+from focalgradient.user_tables.cleaning import check_seconds, note_unused_groups
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
@@ -137,8 +137,19 @@ def read_ratings(
                 "'focalgradient report --focal-length'."
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
+    _note_groups(source, table)
     checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
+
+
+def _note_groups(source: Source, table: pd.DataFrame) -> None:
+    """Note groups of people, whose depth effects are not compared, with the options that compare them."""
+    index = table.index.droplevel(2) if table.index.nlevels > 2 else table.index  # type: ignore[arg-type]
+    cells, columns = source.cells.loc[index.unique()], source.columns
+    options = [f'by=["{printable(columns.get("aperture", columns.get("aperture_mm", "aperture")))}"]']
+    if "fixation" in columns:
+        options.insert(0, where_like(columns["fixation"], cells[columns["fixation"]].mode()[0]))
+    note_unused_groups(cells[source.unused], cells[columns["participant_id"]], source.notices, *options)
 
 
 def check_rating(source: Source) -> None:

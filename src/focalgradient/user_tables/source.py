@@ -13,7 +13,7 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import in_steps, note_groups, without_codes, without_headers, without_summaries
-from focalgradient.user_tables.files import SUBJECT, Paths, person_of, read_table
+from focalgradient.user_tables.files import SUBJECT, Paths, UserTable, person_of, read_table
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
@@ -27,6 +27,7 @@ __all__ = [
     "folded",
     "holds",
     "where_like",
+    "with_chosen_rows",
 ]
 
 TRUTH = {
@@ -393,6 +394,17 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
     found = found_columns(table.name, table.cells, schema, theirs)
     return any(roles <= set(found) for roles in schema.signs)
+
+
+def with_chosen_rows(paths: Paths, where: Where | None, kept: Collection[str] = ()) -> UserTable:
+    """Return a table with the rows of `where`, without columns that are empty in them, but for those in `kept`."""
+    table = read_table(paths)
+    if not where:
+        return table
+    cells = _chosen_rows(table.name, table.cells, where, [])
+    names = {clean(name).casefold() for name in kept}
+    filled = [not _is_empty(cells[name], ABSENT).all() or clean(str(name)).casefold() in names for name in cells]
+    return replace(table, cells=cells.loc[:, filled])
 
 
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:

@@ -16,9 +16,9 @@ from focalgradient.files import printable
 from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
-from focalgradient.user_tables.names import UNIT, clean, few, invalid, place, rows_named
+from focalgradient.user_tables.names import UNIT, clean, few, heading, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded, where_like
 
 __all__ = ["OwnThresholds", "read_thresholds"]
 
@@ -114,7 +114,7 @@ def read_thresholds(
     table = _above_zero(source, source.answers(source.rows(), "level"))
     table = source.with_catch(_judged(source, table, folded(conditions)))
     table = completed(table, "session", "condition", "kind")
-    _note_conditions(source)
+    _note_conditions(source, table)
     rate = _guess(source, table, guess)
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
@@ -132,26 +132,43 @@ MAX_LEVELS = 6
 """Maximum number of levels of a column that may be a condition of thresholds (our choice)."""
 
 
-def _note_conditions(source: Source) -> None:
-    """Note unused columns of few levels that vary within a person, over which a threshold is fitted."""
-    if "condition" in source.columns:
-        return
-    people = source.cells[source.columns["participant_id"]]
-    split = [
-        name
+def _note_conditions(source: Source, table: pd.DataFrame) -> None:
+    """Note unused columns of few levels that vary within a person, over which a threshold is fitted.
+
+    Raises
+    ------
+    InputError
+        If the name of such a column says that it is a condition, and another column is compared.
+    """
+    cells = source.cells.loc[table.index.unique()]
+    people, compared = [cells[source.columns["participant_id"]]], source.columns.get("condition", "")
+
+    def varies(name: str, within: list[pd.Series[str]]) -> bool:
+        return bool(cells[name].groupby(within).nunique().max() > 1)
+
+    split = {
+        name: few(sorted(cells[name].unique()))
         for name in source.unused
         if name.strip()
-        and source.cells[name].nunique() <= MAX_LEVELS
-        and source.cells[name].groupby(people).nunique().max() > 1
-        and not source.cells[name].str.strip().str.casefold().isin(ABSENT).any()
-    ]
-    if split:
-        shown = "; ".join(f"{printable(name)} ({few(sorted(source.cells[name].unique()))})" for name in split)
+        and cells[name].nunique() <= MAX_LEVELS
+        and varies(name, [*people, cells[compared]] if compared else people)
+        and not cells[name].str.strip().str.casefold().isin(ABSENT).any()
+    }
+    for name in split if compared else ():
+        if heading(name) in ("condition", *THRESHOLDS.columns["condition"].names):
+            raise InputError(
+                f"{source.name} has two conditions, {printable(compared)} and {printable(name)} ({split[name]}), and "
+                f"each threshold would be over all levels of {printable(name)}: choose one with "
+                f"{where_like(name, min(cells[name]))}."
+            )
+    if split and not (compared and varies(compared, people)):
+        first = next(iter(split))
+        shown = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
         one = "it" if len(split) == 1 else "one of them"
-        source.notices.append(
-            f"Each threshold is over all levels of {shown}: if {one} is a condition, give "
-            f'columns={{"condition": "{printable(split[0])}"}}.'
-        )
+        remedy = f'give columns={{"condition": "{printable(first)}"}}'
+        if compared:
+            remedy = f"choose a level with {where_like(first, min(cells[first]))}"
+        source.notices.append(f"Each threshold is over all levels of {shown}: if {one} is a condition, {remedy}.")
 
 
 def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:

@@ -17,7 +17,7 @@ from focalgradient.user_tables.schema import LENGTHS
 from focalgradient.user_tables.source import conditions_like
 from focalgradient.user_tables.tidy import PINHOLE
 
-__all__ = ["FIXED", "SHARP", "given_words", "meant", "whole_steps", "with_diameters"]
+__all__ = ["FIXED", "SHARP", "given_words", "level_names", "meant", "whole_steps", "with_diameters"]
 
 FIXED = {
     **dict.fromkeys(("near", "nearest", "front", "foreground"), "nearest"),
@@ -176,6 +176,31 @@ def _aperture(text: str, given: bool) -> tuple[str | None, str]:
     if not 0 < number < math.inf:
         return None, f"must be a pinhole or an f-number like f/5.6: {conditions_like('f/5.6')}"
     return f"f/{number:g}", ""
+
+
+def level_names(cells: pd.Series[str], words: Words, *, apertures: bool) -> dict[str, str]:
+    """Return the name of each level of a condition: the caller's meaning; and if all are apertures, the standard name.
+
+    Parameters
+    ----------
+    cells
+        Levels as the file has them, without empty cells.
+    words
+        Words given by the caller: see `given_words`.
+    apertures
+        True for the column of the apertures; another is one if a level is a pinhole or has the form f/5.6.
+
+    Examples
+    --------
+    >>> level_names(pd.Series(["Loch", "2,8", "8"]), given_words({"Loch": "pinhole"}), apertures=False)
+    {'Loch': 'pinhole', '2,8': 'f/2.8', '8': 'f/8'}
+    """
+    given = {cell: words[_fold(cell)][1] if _fold(cell) in words else cell for cell in cells.unique()}
+    if apertures or any(re.fullmatch(r"pinhole|f/?\d.*", _fold(text)) for text in given.values()):
+        found = {cell: _aperture(clean(text), given=True)[0] for cell, text in given.items()}
+        if None not in found.values():
+            return {cell: str(name) for cell, name in found.items()}
+    return given
 
 
 def _fixation(text: str, given: bool) -> tuple[str | None, str]:

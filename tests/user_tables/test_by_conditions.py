@@ -1,0 +1,109 @@
+"""Tables analysed by conditions: nothing is pooled without a word, and own names count as in other tables."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from focalgradient import InputError
+from focalgradient.report import make_report
+from focalgradient.report.reading import RATINGS, explained_table, kind_of
+from focalgradient.user_tables import read_conditions, read_ratings, read_thresholds
+from focalgradient.user_tables.conditions import STEPS
+from focalgradient.user_tables.files import UserTable, text_table
+
+pytestmark = pytest.mark.usefixtures("unrendered")
+
+
+def thresholds(second: str) -> UserTable:
+    cells = [f"s{who},{'ab'[who % 2]},{place},{level},1" for who in range(4) for place in "xy" for level in (1, 2)]
+    return text_table("\n".join([f"subject,group,{second},level,correct", *cells]))
+
+
+def test_groups_are_not_compared_over_another_condition() -> None:
+    """Two eccentricities were pooled in the thresholds of each group, and the report said "Done" alone."""
+    remedy = r'group and condition \(x, y\), .*: choose one with where=\{"condition": "x"\}'
+    with pytest.raises(InputError, match=remedy):
+        read_thresholds(thresholds("condition"), by=["group"])
+    own = read_thresholds(thresholds("condition"), by=["group"], where={"condition": "y"})
+    assert len(own.table) == 8
+    assert not own.notices
+    [notice] = read_thresholds(thresholds("place"), by=["group"]).notices
+    assert notice.startswith("Each threshold is over all levels of place (x, y)")
+    assert notice.endswith('choose a level with where={"place": "x"}.')
+    assert not read_thresholds(thresholds("place"), by=["place"]).notices
+
+
+LOCH = "Vp;Blende;Urteil\n" + "".join(f"{who};{level};1,{who}\n" for who in "123" for level in ("8", "Loch", "2,8"))
+
+
+@pytest.mark.parametrize(
+    ("columns", "by"),
+    [({"aperture": "Blende"}, []), ({"aperture": "Blende"}, ["aperture"]), ({}, ["Blende"]), ({}, ["Blende=Loch"])],
+)
+def test_own_names_of_apertures_count_for_conditions(columns: dict[str, str], by: list[str]) -> None:
+    """Meanings were ignored, and the reference was 8 or 2.8 instead of the pinhole."""
+    own = read_conditions(text_table(LOCH), columns, by=by, conditions={"Loch": "pinhole"})
+    assert own.conditions == {"Blende": ["pinhole", "f/8", "f/2.8"]}
+    assert own.table["Blende"].tolist() == ["f/8", "pinhole", "f/2.8"] * 3
+    assert not any("taken for names" in notice for notice in own.notices)
+
+
+def test_the_largest_f_number_is_the_reference_and_the_note_names_the_option() -> None:
+    without = text_table("\n".join(row for row in LOCH.splitlines() if "Loch" not in row))
+    assert read_conditions(without, {"aperture": "Blende"}).conditions == {"Blende": ["f/8", "f/2.8"]}
+    notices = read_conditions(text_table(LOCH), by=["Blende"], conditions={"Lohc": "pinhole"}).notices
+    assert "The conditions name words that are no levels of Blende: Lohc." in notices
+    assert any('conditions={"NAME": "f/5.6"} for apertures' in notice for notice in notices)
+
+
+HEAD = "participant,group,near_pinhole,near_f5.6,far_pinhole,far_f5.6\n"
+WIDE = HEAD + "".join(f"p{who},{'ab'[who % 2]},1.0{who},1.3{who},1.0{who},1.1{who}\n" for who in range(6))
+
+
+def test_wide_tables_are_analysed_by_conditions() -> None:
+    """The command asked for a column of ratings."""
+    own = read_conditions(text_table(WIDE), by=["aperture", "group"])
+    assert own.conditions == {"aperture": ["pinhole", "f/5.6"], "group": ["a", "b"]}
+    assert len(own.exported) == 24
+    assert own.table["rating"].tolist()[:4] == [1.0, 1.3, 1.0, 1.1]
+    lines = [*explained_table(text_table(WIDE), by=["group"])]
+    assert "  far_f5.6 -> rating (one column a condition): 1.10; 1.11; 1.12; 1.13; 1.14; 1.15" in lines
+    assert not any("not used" in line and "group" in line for line in lines)
+
+
+def test_a_group_that_is_not_analysed_is_noted() -> None:
+    """Only the provenance named the column."""
+    expected = 'group (a, b) is not analysed: compare the groups with by=["aperture"] by=["group"].'
+    assert expected in read_ratings(text_table(WIDE)).notices
+    assert not any("not analysed" in notice for notice in read_conditions(text_table(WIDE), by=["group"]).notices)
+
+
+def test_columns_that_are_empty_in_the_chosen_rows_do_not_choose_the_analysis(tmp_path: Path) -> None:
+    """Levels of threshold trials made sliders of the same session "no row with level"."""
+    trials: list[dict[str, object]] = [
+        {"subject": "A", "trial_type": "blur", "level_D": 0.1, "interval": 1, "response": 1},
+        {"subject": "A", "trial_type": "slider", "aperture": "f/4", "fixation": "near", "response": 1.4},
+    ]
+    path = tmp_path / "own.json"
+    path.write_text(json.dumps(trials))
+    assert kind_of(path).what == "answers at levels"
+    assert kind_of(path, where={"trial_type": "slider"}).what == RATINGS
+    assert next(explained_table(path, where={"trial_type": "slider"})).endswith("1 depth ratings")
+
+
+def test_a_report_says_that_steps_are_averaged_as_numbers(tmp_path: Path) -> None:
+    rows = [f"{who},{eyes},{word}" for who in "ABCD" for eyes, word in (("one", "flat"), ("two", "deep"))]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["subject,eyes,rating", *rows, "E,one,flat", "E,two,flat"]))
+    made = make_report(path, by=["eyes"], order=["flat", "deep"])
+    assert STEPS in made.notices
+    assert STEPS in made.files["report.md"].decode().partition("## Methods")[2]
+
+
+def test_two_names_of_one_condition_are_no_two_conditions() -> None:
+    head, *rows = thresholds("condition").cells.to_csv(index=False).splitlines()
+    table = text_table("\n".join([f"{head},cond", *(f"{row},{'12'[',x,' in row]}" for row in rows)]))
+    assert not read_thresholds(table).notices
