@@ -96,7 +96,7 @@ def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) 
 def test_pictures_focused_at_infinity_and_near_are_a_focus_series(folder: Path) -> None:
     given = ["--focus", "inf", "--focus", "0.5", "--field", 4]
     succeed(folder / "picture.png", folder / "depth.npy", "--out", folder / "two", *LENS, *given)
-    assert (folder / "two" / "blurred-inf.png").exists()
+    assert (folder / "two" / "blurred-infm.png").exists()
     assert read_series(folder / "two").vergences == (0, 2)
 
 

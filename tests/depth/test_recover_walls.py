@@ -235,7 +235,7 @@ def test_one_view_without_detail_is_rejected(pair: list[View], number: int) -> N
 def test_views_of_two_scenes() -> None:
     """Views that show different scenes are said to, hardly any depth is estimated, and nothing is aligned."""
     views = [wall(APERTURES, 1.4, seed=1)[0], wall(APERTURES, 1.4, seed=2)[1]]
-    with pytest.warns(FocalGradientWarning, match="view 2 (does not seem to show|is (turned|displaced))"):
+    with pytest.warns(FocalGradientWarning, match="the views do not show one scene"):
         depth = recover_depth(views, near=0.85, noise=0.01)
     assert depth.valid.mean() < 0.02
 

@@ -50,7 +50,7 @@ def _names_of_foci(focus: Sequence[float], states: Mapping[str, Any]) -> list[st
 
     Raises `InputError` for two foci that an eye cannot tell apart.
     """
-    names = [fg.live.focus_name(metres) for metres in focus]
+    names = [f"{metres}m" for metres in focus]
     for number, state in enumerate(states.get("eyes", [])):
         if not state["in_reach"]:
             names[number] = f"{state['focus_D']:.3f}D" if state["focus_m"] is None else f"{state['focus_m']:.3f}m"

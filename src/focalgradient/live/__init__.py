@@ -1,6 +1,6 @@
 """Interactive refocusing: focus series, i.e. pictures at several planes of focus, and their blending on screen."""
 
-from focalgradient.live.blurred_folder import focus_name, read_series
+from focalgradient.live.blurred_folder import read_series
 from focalgradient.live.following import TIME_CONSTANT, Focusing, Transition
 from focalgradient.live.page import packed, page_script, page_shaders
 from focalgradient.live.series import FocusSeries
@@ -13,7 +13,6 @@ __all__ = [
     "Focusing",
     "Texels",
     "Transition",
-    "focus_name",
     "fragment_shader",
     "gamma_of",
     "packed",

@@ -12,16 +12,7 @@ from focalgradient.files import printable, read_array, read_json
 from focalgradient.live.kept import SUMMARY
 from focalgradient.live.series import FocusSeries
 
-__all__ = ["focus_name", "read_series"]
-
-
-def focus_name(metres: float) -> str:
-    """Return the part of a file's name that states a focus.
-
-    >>> focus_name(0.8), focus_name(math.inf)
-    ('0.8m', 'inf')
-    """
-    return f"{metres}m" if math.isfinite(metres) else "inf"
+__all__ = ["read_series"]
 
 
 def read_series(folder: Path) -> FocusSeries:
@@ -55,9 +46,7 @@ def read_series(folder: Path) -> FocusSeries:
         )
     distance = read_array(folder / "distance.npy", "the distances that 'focalgradient blur' writes")
     ordered = sorted(foci, reverse=True)
-    pictures = [
-        read_array(folder / f"blurred-{focus_name(metres)}.npy", "a picture of the series") for metres in ordered
-    ]
+    pictures = [read_array(folder / f"blurred-{metres}m.npy", "a picture of the series") for metres in ordered]
     with np.errstate(over="ignore"):
         planes = tuple(
             (picture / white).astype(np.float16) if picture.dtype.kind == "f" else picture for picture in pictures

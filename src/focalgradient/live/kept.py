@@ -31,10 +31,10 @@ Half = NDArray[np.float16]
 def plane_name(vergence: float) -> str:
     """Return the file name of the picture focused at a vergence in dioptres.
 
-    >>> plane_name(0.5), plane_name(1 / 3)
-    ('focus-0.5D.npy', 'focus-0.3333333D.npy')
+    >>> plane_name(0.5)
+    'focus-0.5D.npy'
     """
-    return f"focus-{vergence:.7g}D.npy"
+    return f"focus-{vergence!r}D.npy"
 
 
 def digest_of(optics: Any, arrays: Iterable[NDArray[Any]], **settings: Any) -> str:

@@ -33,7 +33,7 @@ px apart for text and a photograph-like picture, 0.06 px for white noise, and 0.
 outline come into focus in succession."""
 
 SMALLEST_SPECTRAL_STEP = 0.25
-"""The same with wavelengths, which take as many times as long (a choice)."""
+"""The same with wavelengths, each of which takes as long as a series without them (our choice)."""
 
 LONGEST_FAILURE = 0.5
 """Length of an interval, in pixels of blur radius, up to which a halving that does not reduce the error counts."""

@@ -239,7 +239,7 @@ def _in_order(test: ConditionTest, tests: Tests) -> ConditionTest:
     compared = [pair for one in tests if one.factor == test.factor for pair in (one.against, one.level) if pair]
     assert test.points is not None
     levels = sorted(test.points, key=lambda level: [*compared, level_text(level)].index(level_text(level)))
-    return dataclasses.replace(test, points=test.points[levels])
+    return dataclasses.replace(test, points=test.points.reindex(columns=levels))
 
 
 def _sentences(task: Task, rows: pd.DataFrame) -> list[str]:
@@ -272,7 +272,7 @@ def _means(
     }
     rows, measures = rows.assign(**shares), measures | dict.fromkeys(shares, "share")
     ordered = {
-        name: pd.Categorical(rows[name], [*dict.fromkeys([*factors[name], *sorted(rows[name].unique())])])
+        name: pd.Categorical(rows[name], [*dict.fromkeys([*factors[name], *sorted(rows[name].dropna().unique())])])
         for name in shown
         if name in factors
     }
