@@ -64,6 +64,17 @@ def test_quality_through_focus():
     assert len(lines) == 82
 
 
+def test_separate_ranges_of_focus_are_stated_each():
+    """The foci of -3.25 and -4.75 D at 12 mm, at the cornea, are each in a range; the mean of both is in neither."""
+    result = succeed("--through-focus", "--out", "out", "--refraction=-3.25 -1.50 x 20", "--age", "35")
+    found = json.loads(Path("out/summary.json").read_text(encoding="utf-8"))["found"]
+    (low, near), (far, high) = found["depth_of_focus_ranges_D"]
+    foci = 3.25 / (1 + 0.012 * 3.25), 4.75 / (1 + 0.012 * 4.75)
+    assert low < foci[0] < near < sum(foci) / 2 < far < foci[1] < high
+    assert f"2 separate ranges: {low:.2f} to {near:.2f} D, {far:.2f} to {high:.2f} D" in result.output
+    assert near - low + high - far == pytest.approx(found["depth_of_focus_D"], abs=0.01)
+
+
 @pytest.mark.filterwarnings("ignore:a pupil of 0.5 mm")
 def test_the_depth_of_focus_of_a_pinhole_is_a_lower_bound():
     result = succeed("--through-focus", "--out", "out", "--pupil", "0.5")

@@ -11,6 +11,7 @@ from PIL import Image, ImageCms
 from PIL.PngImagePlugin import PngInfo
 
 from focalgradient import FocalGradientWarning, InputError
+from focalgradient.depth import DepthMap
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
 from focalgradient.photographs import srgb_to_linear as decode
 from focalgradient.photographs.depths import PhotographedDepth
@@ -389,3 +390,19 @@ def test_a_summary_states_of_how_few_pixels_its_median_is(valid: int, first: str
     settings = SimpleNamespace(relative=False, plane="the sensor")
     made: Any = SimpleNamespace(depth=depth, medians=medians | {"distance_m": 1.5}, settings=settings, views=())
     assert PhotographedDepth.summary(made).endswith(first)
+
+
+@pytest.mark.parametrize(
+    ("sd", "end"),
+    [
+        (0.1, "total 0.041 m"),
+        (0.42, "total 0.42 D: distance 0.42 m to 1.36 m (95 %)"),
+        (1.0, "total 1 D: distance 0.284 m to infinity (95 %)"),
+    ],
+)
+def test_a_large_total_sd_is_stated_as_the_range_of_distance(sd: float, end: str) -> None:
+    """By hand: 1 / 0.641 = 1.560 D, +- 1.96 x 0.42 D: 1 / 2.383 and 1 / 0.737 m, symmetric in dioptres only."""
+    shape = 4, 5
+    depth = DepthMap(np.full(shape, 1 / 0.641), np.full(shape, sd), np.ones(shape, bool), np.ones(shape, bool), {})
+    settings: Any = SimpleNamespace(relative=False, plane="the sensor")
+    assert PhotographedDepth(depth, settings, (), (), {}).summary().endswith(end)

@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from focalgradient.cli.power import _notes
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial, answers_of, weighted_staircase
 from focalgradient.observers import simulate
@@ -175,6 +176,19 @@ def test_power_finds_a_twofold_ratio_of_thresholds() -> None:
     found = [study.experiment(4, number) for number in range(20)]
     assert sum(one["test_1"] for one in found) >= 10
     assert all(one["width"] > 0 for one in found)
+
+
+class Paced(Finer):
+    """The same, answered at each person's own pace."""
+
+    def simulated(self, design, trial, observer, chance):
+        return replace(super().simulated(design, trial, observer, chance), response_time=0.8 * observer.scale)
+
+
+def test_people_who_do_not_differ_are_noted() -> None:
+    finer, paced = (_notes([], Study(Observers(task), FinerDesign(), seed=1)) for task in (Finer(), Paced()))
+    assert "the simulated people do not differ" in finer[-1]
+    assert not any("do not differ" in note for note in paced)
 
 
 @pytest.mark.parametrize(

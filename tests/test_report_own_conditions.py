@@ -229,6 +229,17 @@ def test_the_figure_shows_the_tested_means() -> None:
     assert means[1] - means[0] == pytest.approx(test.effect.estimate)
 
 
+@pytest.mark.parametrize(("people", "lines"), [(("ABC", "DEF"), 0), (("ABC", "ABC"), 4)])
+def test_the_figure_joins_levels_only_within_people(people: tuple[str, str], lines: int) -> None:
+    """Each person's own line and that of the means."""
+    rows = [(who, 0, eye, 1.0 + ord(who) % 5) for eye, group in zip("LR", people, strict=True) for who in group]
+    own = read_conditions(frame_table(rows), by=["eye"])
+    [test] = rating_tests(replace(own, log=False))
+    ax = Figure().subplots()
+    draw_condition(ax, test, units={})
+    assert len([line for line in ax.lines if line.get_linestyle() == "-" and len(line.get_xdata()) == 2]) == lines
+
+
 def test_the_figure_begins_with_the_reference_as_the_table_does(tmp_path: Path) -> None:
     shown = {"much": 2, "little": 1.5, "sharp": 1}
     rows = [f"{who},{blur},{rating + who}" for who in (1, 2, 3) for blur, rating in shown.items()]

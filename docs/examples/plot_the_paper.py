@@ -64,9 +64,9 @@ for distance in (0.67, 2.0):
 # these observers assume: that blurred things are farther (a prior), and that blur that contradicts the layout does
 # not count. On the right are observers who do not use blur: they see none of it in the pictures.
 #
-# With the far object in focus the paper reports no effect. These observers see about a twentieth *less* depth there,
-# and the test finds it: their prior puts the blurred near objects farther away, and they discount not all of that
-# blur. The effect is equivalent to none within a factor of 1.2, but it is not the paper's zero: :doc:`../observers`
+# With the far object in focus the paper reports no effect. These observers see about a twentieth *less* depth there (p
+# about .05): their prior puts the blurred near objects farther away, and they discount not all of that blur. The
+# effect is equivalent to none within a factor of 1.2, but it is not the paper's zero: :doc:`../observers`
 # states which assumptions change it.
 
 folder = Path(tempfile.mkdtemp())

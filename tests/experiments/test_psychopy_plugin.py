@@ -24,6 +24,7 @@ PLUGIN = Path(__file__).parents[2] / "plugins" / "psychopy"
 CODER = """
 import json
 import time
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 import cv2
@@ -111,6 +112,15 @@ again.draw()
 picture = shown(win)
 half.draw()
 found["folder"] = apart(picture, shown(win))
+found["pupil of a folder stated"] = 2 * int("pupilMM" in str(again) or "pupilMM" not in str(half))
+log = logging.LogFile("angle.txt", level=logging.WARNING)
+visual.FocalGradientStim(win, "kept").prepare()
+logging.flush()
+found["same angle logged"] = 2 * int("degrees wide" in Path("angle.txt").read_text())
+replace(half.series, pixel_angle=2 * angle).save("wide")
+visual.FocalGradientStim(win, "wide").prepare()
+logging.flush()
+found["another angle not logged"] = 2 * int("wrong by a factor of 0.5" not in Path("angle.txt").read_text())
 
 cube = visual.NeckerStim(win, "rigid", strengthMM=4, phase=0.1, size=4, lineWidthDeg=0.3)
 cube.draw()
@@ -263,7 +273,7 @@ def ran(screen: Headless, *command: str | Path) -> str:
 def test_coder_shows_the_stimulus_to_the_8_bit_step(plugin: Headless) -> None:
     found, refused = json.loads(ran(plugin, "-c", CODER).splitlines()[-1])
     assert {name: value for name, value in found.items() if value > 1} == {}
-    assert len(found) == 23
+    assert len(found) == 26
     expected = {
         "depth": "depth is missing",
         "shape": "(3, 3)",

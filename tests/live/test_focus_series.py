@@ -124,6 +124,7 @@ def test_what_is_kept_is_not_made_again_and_what_was_cut_off_goes_on(
         assert one.vergences == made.vergences
         assert all((a == b).all() for a, b in zip(one.planes, made.planes, strict=True))
         assert one.error == made.error
+        assert one.pixel_angle == ANGLE
     other = FocusSeries.of(*picture(), fg.Lens(0.04, 8.0, 1.0), **how)
     assert count.whole > len(other.planes)
     assert len(list((tmp_path / "kept").glob("focus-*"))) == len(other.planes)

@@ -34,6 +34,15 @@ FARTHEST_D = 1e-6
 BEYOND = 1e-6
 """Dioptres beyond the planes of focus above which a warning is logged: rounding."""
 
+ANGLE_TOLERANCE = 0.01
+"""Relative difference in visual angle between a series and the window above which a warning is logged."""
+
+PARAMETERS = ("image", "pupilMM", "focus", "focusRange", "pos", "size", "units", "gamma", "name")
+"""Arguments that the log states."""
+
+OF_PICTURE = ("pupilMM", "focusRange", "size")
+"""Those that a folder's planes of focus already have."""
+
 Source = str | os.PathLike[str] | ArrayLike
 
 
@@ -105,7 +114,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         name: str | None = None,
         autoLog: bool | None = None,
     ):
-        self._initParams = ["image", "pupilMM", "focus", "focusRange", "pos", "size", "units", "gamma", "name"]
+        self._initParams = [*PARAMETERS]
         super().__init__(name=name, autoLog=False)
         self.win = win
         self.units = units or win.units
@@ -231,12 +240,14 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
     # --- How it is made ----------------------------------------------------------------------------------------------
 
     def _series(self) -> FocusSeries:
-        if isinstance(self.image, str | os.PathLike) and Path(self.image).is_dir():
+        is_folder = isinstance(self.image, str | os.PathLike) and Path(self.image).is_dir()
+        self._initParams = [name for name in PARAMETERS if not (is_folder and name in OF_PICTURE)]
+        if is_folder:
             if self.distance is not None:
                 raise InputError(f"image is the focus series {self.image}, which has its own depth: leave out depth.")
             if self.size is not None:
                 raise InputError(f"image is the focus series {self.image}, whose pixels stand: leave out size.")
-            return read_series(Path(self.image))
+            return self._of_this_angle(read_series(Path(self.image)))
         if self.distance is None:
             raise InputError("depth is missing: give a file, an array or a number of metres, or a focus series.")
         light = self._light()
@@ -252,6 +263,19 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
             wavelengths=self.wavelengths,
             folder=self.folder,
         )
+
+    def _of_this_angle(self, series: FocusSeries) -> FocusSeries:
+        """Return the series; log a warning where its pixels were blurred for another visual angle than the window's."""
+        angle = self.display.pixel_pitch / self.display.distance
+        if series.pixel_angle is not None and abs(series.pixel_angle / angle - 1) > ANGLE_TOLERANCE:
+            half = series.distance.shape[1] / 2
+            made, seen = (2 * math.degrees(math.atan(half * pixel)) for pixel in (series.pixel_angle, angle))
+            logging.warning(
+                f"{self.name}: the focus series {self.image} was made for a picture {made:.3g} degrees wide, but it is "
+                f"{seen:.3g} degrees wide in this window, so that its blur is wrong by a factor of "
+                f"{angle / series.pixel_angle:.3g}: make the series with --field {seen:.3g}."
+            )
+        return series
 
     def _light(self) -> NDArray[Any]:
         if self.image is None:

@@ -303,13 +303,16 @@ def _through_focus(seeing: Eye, conditions: ViewingConditions, settings: Mapping
     cones = conditions.cones(seeing, "luminance")
     quality = fg.eye.image_quality(cones)
     figure = through_focus_figure(quality, fg.eye.point_images(cones, quality.best), POINT_ANGLE, _stated(settings))
-    found = {"focus_D": cones.focus_vergence, **quality.summary()}
+    ranges = quality.ranges_of_focus()
+    found = {"focus_D": cones.focus_vergence, **quality.summary(), "depth_of_focus_ranges_D": ranges}
+    separate = ", ".join(f"{least:.2f} to {most:.2f} D" for least, most in ranges)
     return _Result(
         {"through_focus.png": figure.savefig, "through_focus.csv": quality.to_csv().encode()},
         {"settings": settings, "found": found},
         [
             f"Best focus in white light: {found['best_D']:.2f} D, visual Strehl ratio {found['visual_strehl']:.2f}",
-            f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D",
+            f"Depth of focus (80 % of it): {'at least ' * quality.is_cut_off()}{found['depth_of_focus_D']:.2f} D"
+            + f", in {len(ranges)} separate ranges: {separate}" * (len(ranges) > 1),
         ],
     )
 

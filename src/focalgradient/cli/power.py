@@ -175,12 +175,20 @@ def power(
 
 
 def _notes(found: Sequence[fg.power.Power], study: Study) -> list[str]:
-    """Return a note on the tests of which a task's simulated observers show no effect."""
-    alike = fg.power.running.without_effect(found, study) if isinstance(study.model, fg.power.Observers) else []
-    return [
-        f"Note: no effect in the simulated observers (power not above 5 %): {'; '.join(alike)}. If you expect one, "
+    """Return notes on simulated observers of a task: which tests show no effect, and whether people do not differ."""
+    if not isinstance(study.model, fg.power.Observers):
+        return []
+    none = fg.power.running.without_effect(found, study)
+    notes = [
+        f"Note: no effect in the simulated observers (power not above 5 %): {'; '.join(none)}. If you expect one, "
         "state it in the task's method 'simulated'."
-    ] * bool(alike)
+    ] * bool(none)
+    if study.model.are_alike(study.design):
+        notes.append(
+            "Note: the simulated people do not differ, which makes power too high: use a field of 'observer', such as "
+            "observer.scale, in the task's method 'simulated'."
+        )
+    return notes
 
 
 def _csv(table: pd.DataFrame) -> bytes:

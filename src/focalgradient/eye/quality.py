@@ -76,9 +76,25 @@ class ThroughFocus:
 
         It counts `vergences` only: where it is cut off at an end of them (`is_cut_off`), it is a lower bound.
         """
-        fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
-        kept = np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
+        _, kept = self._in_focus(share)
         return float(np.mean(kept) * np.ptp(self.vergences))
+
+    @checked
+    def ranges_of_focus(
+        self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = 0.8
+    ) -> list[tuple[float, float]]:
+        """Return the ends (D) of each separate range that `depth_of_focus` adds up, in ascending order.
+
+        Two foci of an eye, as of astigmatism, can have separate ranges; the eye's own focus can be between them.
+        """
+        fine, kept = self._in_focus(share)
+        steps = np.flatnonzero(np.diff(kept, prepend=False, append=False)).reshape(-1, 2)
+        return [(float(fine[start]), float(fine[end - 1])) for start, end in steps]
+
+    def _in_focus(self, share: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+        """Return interpolated vergences, and whether the visual Strehl ratio is at least the `share` at each."""
+        fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
+        return fine, np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
 
     def is_cut_off(self, share: float = 0.8) -> bool:
         """Return whether the range of `depth_of_focus` reaches an end of `vergences`, and may continue beyond it."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, replace
 from functools import cache, partial
 from itertools import pairwise
 from pathlib import Path
@@ -69,12 +69,15 @@ class FocusSeries:
     errors
         Error of mixing neighbours halfway, relative to the picture blurred at that focus, in 8-bit steps of sRGB:
         median and maximum over the picture, N - 1 x 2; NaN if unknown.
+    pixel_angle
+        Visual angle of a pixel in radians for which the pictures were blurred; None if unknown.
     """
 
     vergences: tuple[float, ...]
     planes: tuple[NDArray[np.float16], ...]
     distance: NDArray[np.floating]
     errors: NDArray[np.float64]
+    pixel_angle: float | None = None
 
     @classmethod
     def of(
@@ -174,7 +177,9 @@ class FocusSeries:
 
         chosen = choose(kept, ends, bound, accepted)
         kept.finish(chosen.vergences)
-        made = cls(chosen.vergences, tuple(kept(vergence) for vergence in chosen.vergences), far, chosen.errors)
+        made = cls(
+            chosen.vergences, tuple(kept(vergence) for vergence in chosen.vergences), far, chosen.errors, pixel_angle
+        )
         if where is not None:
             made._finish(where)
         if len(chosen.errors) and (made.error[0] > median_error or made.error[1] > largest_error):
@@ -227,7 +232,7 @@ class FocusSeries:
         flat = np.full(light.shape[:2], 1 / place if place > 0 else math.inf)
         made = cls.of(light, flat, optics, pixel_angle=pixel_angle, focus=(place + low, place + high), **others)
         shifted = tuple(float(value) for value in np.subtract(made.vergences, place))
-        return cls(shifted, made.planes, made.distance, made.errors)
+        return replace(made, vergences=shifted)
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str]) -> FocusSeries:
@@ -245,16 +250,19 @@ class FocusSeries:
             vergences = tuple(float(value) for value in summary["focus_dioptre"])
             errors = np.asarray([[np.nan if e is None else e for e in row] for row in summary["errors"]], float)
             errors = errors.reshape(-1, 2)
+            angle = summary.get("pixel_angle_rad")
+            pixel_angle = None if angle is None else float(angle)
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(wrong) from error
         rising = all(near > far for far, near in pairwise(vergences)) and np.isfinite(vergences).all()
-        if not (vergences and rising and len(errors) == len(vergences) - 1):
+        known = pixel_angle is None or 0 < pixel_angle < math.inf
+        if not (vergences and rising and known and len(errors) == len(vergences) - 1):
             raise InputError(wrong)
         distance = read_array(where / DISTANCE, "the distances of a focus series")
         planes = tuple(
             read_array(where / plane_name(vergence), "a picture of a focus series") for vergence in vergences
         )
-        return cls(vergences, planes, distance, errors).checked(where)
+        return cls(vergences, planes, distance, errors, pixel_angle).checked(where)
 
     def save(self, folder: str | os.PathLike[str]) -> None:
         """Store the series in a folder, which is created if necessary."""
@@ -270,6 +278,7 @@ class FocusSeries:
             "written_by": MARK,
             "focus_dioptre": self.vergences,
             "errors": [[None if math.isnan(value) else value for value in row] for row in self.errors.tolist()],
+            "pixel_angle_rad": self.pixel_angle,
             "size_px": [self.distance.shape[1], self.distance.shape[0]],
             "texture_bytes": self.texture_bytes,
         }

@@ -135,7 +135,7 @@ def read_distances(
         Unit of the depth values.
     scale
         Units per step of the depth values; required for integer files, except in millimetres with a median of 0.1 to
-        100 m: then 1, with a warning.
+        100 m: then 1.
     baseline
         Baseline of the stereo pair in metres, for disparity in pixels.
     pixel_angle
@@ -270,7 +270,6 @@ def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[A
     if values.dtype.kind in "iu" and scale is None and unit == "mm":
         present = values[(values > 0) & (values < np.iinfo(values.dtype).max)]
         if present.size and PLAUSIBLE_MM[0] <= np.median(present) <= PLAUSIBLE_MM[1]:
-            warn(f"{printable(path)} contains integers: one step is assumed to be 1 mm ({named('scale')} 1).")
             return values
     if values.dtype.kind in "iu" and scale is None:
         millimetres = f"{named('unit')} mm if it is a millimetre, the {named('scale')} in metres"

@@ -64,7 +64,7 @@ def draw_condition(ax: Axes, test: ConditionTest, *, units: Mapping[str, str]) -
             line = heights.mean() + test.effect.estimate * (x - x[at].mean())
             ax.plot(places, back(line), color=BLUE, linewidth=2)
         return ax
-    draw_means(ax, [*zip(places, test.means, strict=True)], BLUE)
+    draw_means(ax, [*zip(places, test.means, strict=True)], BLUE, connected=not between)
     if not numbers:
         ax.set_xticks(places, [str(level) for level in levels])
         ax.set_xlim(-0.4, len(levels) - 0.6)

@@ -153,11 +153,18 @@ def log_ticks(axis: Axis) -> None:
 
 
 def draw_means(
-    ax: Axes, means: Sequence[tuple[float, Interval]], colour: str, marker: str = "o", scale: float = 1.0
+    ax: Axes,
+    means: Sequence[tuple[float, Interval]],
+    colour: str,
+    marker: str = "o",
+    scale: float = 1.0,
+    *,
+    connected: bool = True,
 ) -> None:
-    """Draw means at their places, connected, with their intervals, all multiplied by `scale`."""
+    """Draw means at their places with their intervals, all multiplied by `scale`; those of different people apart."""
     places, heights = [x for x, _ in means], [scale * mean.estimate for _, mean in means]
-    ax.plot(places, heights, color=colour, linewidth=2, zorder=3)
+    if connected:
+        ax.plot(places, heights, color=colour, linewidth=2, zorder=3)
     for x, mean in means:
         if mean.low is not None and mean.high is not None and mean.low < mean.high:
             bar = [[scale * (mean.estimate - mean.low)], [scale * (mean.high - mean.estimate)]]

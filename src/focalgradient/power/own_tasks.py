@@ -28,6 +28,9 @@ POOL_SIZE = 50
 experiments are drawn.
 """
 
+SAMPLED = 3
+"""Number of individuals whose answers are compared with those of the common observer."""
+
 
 @dataclass(frozen=True, slots=True)
 class Observers(People):
@@ -77,6 +80,16 @@ class Observers(People):
     def settings(self, design: Any) -> dict[str, object]:
         tests = {"task": self.task.name, "tests": [_meaning(*test) for test in self._tests(design)]}
         return tests | ({"people": POOL_SIZE} if self._thresholds(design) else {})
+
+    def are_alike(self, design: Any) -> bool:
+        """Return whether the task's answers are the same for different observers: its people do not differ."""
+        from focalgradient.observers.observer import observer_named
+        from focalgradient.observers.sessions import observe
+
+        common = observer_named("default")
+        others = [common.person(np.random.default_rng(seed)) for seed in range(SAMPLED)]
+        answers = {repr(observe(self.task, design, observer, "01", 0)) for observer in (common, *others)}
+        return len(answers) == 1
 
     def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> Any:
         if not self._thresholds(design):

@@ -242,6 +242,6 @@ def _sheet(file: str, results: Mapping[str, ThresholdResult], unit: str, *, is_d
             row["enough of them"] = "yes" if one.kept else "no"
         rows.append(row if one.known is None else row | {"known": one.known})
     head = list(dict.fromkeys(name for row in rows for name in row))
-    caption = f"Each person’s threshold{of} with its 95 % interval"
+    caption = f"Each person’s threshold{of} with its 95 % interval; slope: exponent of the Weibull function"
     cells = [[row.get(name) for name in head] for row in rows]
     return listed(file, caption, head, cells)
