@@ -19,13 +19,13 @@ from focalgradient.report.thresholds import thresholds_of_table
 from focalgradient.scales import Choices
 from focalgradient.statistics import OwnRatings, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.conditions import holds_conditions, read_conditions
-from focalgradient.user_tables.files import Paths
+from focalgradient.user_tables.files import Paths, with_chosen_rows
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
 from focalgradient.user_tables.schema import CUBE, DETECTION, THRESHOLDS, Schema
 from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
-from focalgradient.user_tables.source import Source, Where, columns_like, holds, with_chosen_rows
+from focalgradient.user_tables.source import Source, Where, columns_like, holds
 from focalgradient.user_tables.wide import long_columns
 
 __all__ = ["RATINGS", "Kind", "explained_table", "kind_of", "refuse_unused"]

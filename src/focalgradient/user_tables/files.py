@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pandas as pd
@@ -14,9 +14,22 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, parse_table, unique_names
-from focalgradient.user_tables.names import clean
+from focalgradient.user_tables.names import clean, few
+from focalgradient.user_tables.schema import ABSENT
 
-__all__ = ["SUBJECT", "TABLES", "Paths", "UserTable", "file_labels", "person_of", "read_table", "text_table"]
+__all__ = [
+    "SUBJECT",
+    "TABLES",
+    "Paths",
+    "UserTable",
+    "Where",
+    "chosen_rows",
+    "file_labels",
+    "person_of",
+    "read_table",
+    "text_table",
+    "with_chosen_rows",
+]
 
 SUBJECT = re.compile(r"sub-[^_]+_")
 """Begin of names of files in the Brain Imaging Data Structure (BIDS)."""
@@ -61,6 +74,9 @@ class UserTable:
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
 """One file, or the files of one data set, or what `read_table` read of them."""
 
+Where = Mapping[str, str | Sequence[str]]
+"""Value or values by column: the rows that are analysed."""
+
 
 def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     """Read the cells of a CSV, TSV, XLSX or JSON file, or of several, as text, without blank rows.
@@ -95,6 +111,39 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     lacking = {str(name): label for name in cells for label, part in parts.items() if name not in part}
     name = f"the table of {tables[0].name} and {len(files) - 1} more"
     return UserTable(files, name, cells, _united_notes(tables), lacking)
+
+
+def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
+    """Return the rows whose columns have one of the values of `where`."""
+    by_name = {clean(str(column)).casefold(): column for column in cells}
+    for column, given in where.items():
+        values = [given] if isinstance(given, str) else [*given]
+        theirs = by_name.get(clean(column).casefold())
+        if theirs is None:
+            raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
+        wanted = {clean(value).casefold() for value in values}
+        kept = cells[theirs].map(lambda cell, wanted=wanted: clean(cell).casefold() in wanted).astype(bool)
+        if not kept.any():
+            raise InputError(
+                f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
+            )
+        notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
+        cells = cells[kept].copy()
+    return cells
+
+
+def with_chosen_rows(paths: Paths, where: Where | None, kept: Collection[str] = ()) -> UserTable:
+    """Return a table with the rows of `where`, without columns that are empty in them, but for those in `kept`."""
+    table = read_table(paths)
+    if not where:
+        return table
+    cells = chosen_rows(table.name, table.cells, where, [])
+    names = {clean(name).casefold() for name in kept}
+    filled = [
+        not cells[name].str.strip().str.casefold().isin([*ABSENT]).all() or clean(str(name)).casefold() in names
+        for name in cells
+    ]
+    return replace(table, cells=cells.loc[:, filled])
 
 
 def _united_notes(tables: Sequence[UserTable]) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import in_steps, note_groups, without_codes, without_headers, without_summaries
-from focalgradient.user_tables.files import SUBJECT, Paths, UserTable, person_of, read_table
+from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
@@ -27,7 +27,6 @@ __all__ = [
     "folded",
     "holds",
     "where_like",
-    "with_chosen_rows",
 ]
 
 TRUTH = {
@@ -57,9 +56,6 @@ DEFAULTS = {"session": "", "condition": "", "kind": "human"}
 
 LISTED = 12
 """Maximum number of columns listed in an error message."""
-
-Where = Mapping[str, str | Sequence[str]]
-"""Value or values by column: the rows that are analysed."""
 
 
 def columns_like(*roles: str) -> str:
@@ -121,7 +117,7 @@ class Source:
         if table.cells.empty:
             raise InputError(f"{table.name} has no rows below its header: give a row for each trial.")
         notes = [*table.notes]
-        cells = _chosen_rows(table.name, table.cells, where or {}, notes)
+        cells = chosen_rows(table.name, table.cells, where or {}, notes)
         columns = columns or {}
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)
@@ -396,17 +392,6 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     return any(roles <= set(found) for roles in schema.signs)
 
 
-def with_chosen_rows(paths: Paths, where: Where | None, kept: Collection[str] = ()) -> UserTable:
-    """Return a table with the rows of `where`, without columns that are empty in them, but for those in `kept`."""
-    table = read_table(paths)
-    if not where:
-        return table
-    cells = _chosen_rows(table.name, table.cells, where, [])
-    names = {clean(name).casefold() for name in kept}
-    filled = [not _is_empty(cells[name], ABSENT).all() or clean(str(name)).casefold() in names for name in cells]
-    return replace(table, cells=cells.loc[:, filled])
-
-
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
     """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
     header = [str(column) for column in table.columns]
@@ -450,25 +435,6 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
         if any((table[other] != table[column]).any() for other in again):
             raise InputError(f"{name} has the column {column} twice, with different cells: remove or rename one.")
     return found
-
-
-def _chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
-    """Return the rows whose columns have one of the values of `where`."""
-    by_name = {clean(str(column)).casefold(): column for column in cells}
-    for column, given in where.items():
-        values = [given] if isinstance(given, str) else [*given]
-        theirs = by_name.get(clean(column).casefold())
-        if theirs is None:
-            raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
-        wanted = {clean(value).casefold() for value in values}
-        kept = cells[theirs].map(lambda cell, wanted=wanted: clean(cell).casefold() in wanted).astype(bool)
-        if not kept.any():
-            raise InputError(
-                f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
-            )
-        notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
-        cells = cells[kept].copy()
-    return cells
 
 
 def _with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
