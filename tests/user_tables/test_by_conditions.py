@@ -55,7 +55,7 @@ def test_the_largest_f_number_is_the_reference_and_the_note_names_the_option() -
     without = text_table("\n".join(row for row in LOCH.splitlines() if "Loch" not in row))
     assert read_conditions(without, {"aperture": "Blende"}).conditions == {"Blende": ["f/8", "f/2.8"]}
     notices = read_conditions(text_table(LOCH), by=["Blende"], conditions={"Lohc": "pinhole"}).notices
-    assert "The conditions name words that are no levels of Blende: Lohc." in notices
+    assert "The conditions name words that do not occur in Blende: Lohc." in notices
     assert any('conditions={"NAME": "f/5.6"} for apertures' in notice for notice in notices)
 
 

@@ -117,7 +117,7 @@ class PhotographedDepth:
                 f"depth would differ by {difference:+.2g} D (give encoding, or encoding under [camera], if known)"
             )
         if not (self.settings.relative or math.isnan(own)):
-            parts = {**details.get("common_sd_D", {})}
+            parts = dict(details.get("common_sd_D", {}))
             corners = [f"at its corners field {corner:.2g}" for corner in [parts.pop(CORNERS, None)] if corner]
             everywhere = ", ".join(f"{name.replace('_', ' ')} {value:.2g}" for name, value in parts.items())
             causes = "; ".join(filter(None, [everywhere, *corners]))

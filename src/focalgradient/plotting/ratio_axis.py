@@ -10,31 +10,8 @@ from matplotlib.ticker import NullFormatter
 __all__ = ["ratio_axis", "ratio_ticks"]
 
 TICKS = (
-    1,
-    2,
-    0.5,
-    5,
-    0.2,
-    10,
-    0.1,
-    100,
-    0.01,
-    1000,
-    0.001,
-    20,
-    0.05,
-    50,
-    0.02,
-    1.5,
-    0.7,
-    3,
-    1.2,
-    0.8,
-    0.9,
-    1.1,
-    1.4,
-    1.3,
-    1.7,
+    *(1, 2, 0.5, 5, 0.2, 10, 0.1, 100, 0.01, 1000, 0.001, 20, 0.05, 50, 0.02),
+    *(1.5, 0.7, 3, 1.2, 0.8, 0.9, 1.1, 1.4, 1.3, 1.7),
 )
 """Candidate ticks of a ratio axis in order of priority; a tick too close to earlier ones is omitted."""
 

@@ -217,7 +217,7 @@ def _with_meanings(source: Source, by: Sequence[str], references: dict[str, str]
         for key, (word, meaning) in words.items()
         if not (key in used or key in headers or clean(meaning).casefold() in FIXED)
     ]:
-        source.notices.append(f"The conditions name words that are no levels of {few(by)}: {few(absent)}.")
+        source.notices.append(f"The conditions name words that do not occur in {few(by)}: {few(absent)}.")
     return replace(source, cells=cells)
 
 

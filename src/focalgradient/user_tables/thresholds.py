@@ -103,13 +103,11 @@ def read_thresholds(
     """
     if len(by) > 1:
         raise InputError(f"by names {few(by)}, but thresholds are compared by one condition: give one.")
-    reference = ""
+    file, reference = read_table(path), ""
     for stated in by:
-        condition, reference = name_and_reference(
-            stated, {clean(str(name)).casefold() for name in read_table(path).cells}
-        )
+        condition, reference = name_and_reference(stated, {clean(str(name)).casefold() for name in file.cells})
         columns = {**(columns or {}), "condition": condition}
-    source = Source.read(path, THRESHOLDS, columns, where)
+    source = Source.read(file, THRESHOLDS, columns, where)
     source.require()
     table = _above_zero(source, source.answers(source.rows(), "level"))
     table = source.with_catch(_judged(source, table, folded(conditions)))
