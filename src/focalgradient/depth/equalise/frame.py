@@ -189,7 +189,7 @@ def depth_at_pixels(
         is_valid[at] = (is_near_valid & registered.usable & equalised.to_blocks(is_about, shape))[at]
     beside_sd = np.zeros(shape, np.float32)
     if signal.one_waveband:
-        is_valid &= frame.is_textured
+        is_valid &= frame.is_textured & (tau <= LARGEST_TAU)
         if is_valid.any():
             apart = OTHER_SURFACE * np.float32(np.median(np.abs(vergence[is_valid])))
             other_sd = apart * np.sqrt(frame.other_surface)
@@ -272,7 +272,7 @@ def _interpolated(
         radius = search.radius(vergence[band].astype(float))
         blur_sd = sd * search.spacing * search.slope
         if one_waveband:
-            is_known[band] = blur_is_known(blur_sd, radius) & (tau <= LARGEST_TAU)
+            is_known[band] = blur_is_known(blur_sd, radius)
         else:  # coarse and fine detail may differ
             is_known[band] = blur_is_known(blur_sd, radius, KNOWN_IN_BANDS)
         sd = np.sqrt(sd**2 + more)
@@ -293,7 +293,7 @@ def _near_outlines(
     sd = np.hypot(ends.sd[at], ends.side_sd[at]) * search.spacing
     is_valid = ends.is_valid.copy()
     own_sd = ends.sd[at] * search.spacing
-    is_valid[at] &= blur_is_known(own_sd * search.slope, radius) & (tau <= LARGEST_TAU)
+    is_valid[at] &= blur_is_known(own_sd * search.slope, radius)
     is_valid[at] &= own_sd <= np.maximum(TENTH * vergence, BLUR_BESIDE / search.slope)
     y, x = np.nonzero(at)
     return vergence, np.hypot(sd, _model_sd(coherent[y // step, x // step], radius, search, tau)), is_valid
