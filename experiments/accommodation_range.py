@@ -98,8 +98,8 @@ class Accommodation(Task):
         return FocusAnswer(onset=sitting.since_start(onset), response_time=given.seconds, clear=given.value == 1)
 
     def simulated(self, design: FocusDesign, trial: FocusTrial, observer: Any, chance: Any) -> FocusAnswer:
-        """Answer like a person who accommodates up to 4 D, with a standard deviation of 0.5 D."""
-        clear = bool(trial.demand_d < chance.normal(4.0, 0.5))
+        """Answer like a person who accommodates up to about 4 D, with a standard deviation of 0.5 D."""
+        clear = bool(trial.demand_d < chance.normal(4.0 * observer.scale, 0.5))
         return FocusAnswer(onset=0.0, response_time=1.0, clear=clear)
 
 

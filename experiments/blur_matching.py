@@ -89,6 +89,7 @@ class BlurMatching(Task):
         return MatchAnswer(matched=value, start=start, **times)
 
     def simulated(self, design, trial, observer, chance):
-        seen = trial.defocus * trial.contrast**-0.1 * np.exp(chance.normal(0, 0.15))  # low contrast looks more blurred
+        gain = trial.contrast ** (-0.1 * observer.scale)  # low contrast looks more blurred
+        seen = trial.defocus * gain * np.exp(chance.normal(0, 0.15))
         answer = {"matched": float(min(seen, MOST_D)), "start": float(chance.uniform(0, MOST_D))}
         return MatchAnswer(onset=0.0, response_time=4.0, **answer)

@@ -85,5 +85,5 @@ class BorderBlur(Task):
         return BorderAnswer(blurred_near=("left", "right")[int(value) - 1] == trial.blurred, **times)
 
     def simulated(self, design, trial, observer, chance):
-        near = bool(chance.random() < (0.8 if trial.border == "blurred" else 0.25))
+        near = bool(chance.random() < 0.5 + observer.scale * (0.3 if trial.border == "blurred" else -0.25))
         return BorderAnswer(onset=0.0, response_time=0.9, blurred_near=near)

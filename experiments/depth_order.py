@@ -100,5 +100,5 @@ class DepthOrder(Task):
 
     def simulated(self, design, trial, observer, chance):
         blur_difference = (1 / FOCUS_M - 1 / trial.far) * (trial.depth_of_field == "with")
-        right = bool(chance.random() < 0.5 + 0.48 * (1 - np.exp(-2 * blur_difference)))
+        right = bool(chance.random() < 0.5 + 0.48 * (1 - np.exp(-0.8 * blur_difference / observer.weber)))
         return OrderAnswer(onset=0.0, response_time=0.9, correct=right)

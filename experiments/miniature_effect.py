@@ -87,5 +87,5 @@ class MiniatureEffect(Task):
 
     def simulated(self, design, trial, observer, chance):
         weight = {"consistent": 0.6, "vertical": 0.5, "horizontal": 0.1}[trial.gradient]
-        seen = 60 * (trial.simulated / 60) ** weight * np.exp(chance.normal(0, 0.4))
+        seen = 60 * (trial.simulated / 60) ** (weight * observer.scale) * np.exp(chance.normal(0, 0.4))
         return TownAnswer(onset=0.0, response_time=3.0, distance=float(np.clip(seen, LEAST_M, MOST_M)))

@@ -89,5 +89,5 @@ class SlantFromBlur(Task):
 
     def simulated(self, design, trial, observer, chance):
         weight = 0.8 * (trial.texture == "painted") + 0.15 * (trial.pupil > 2)
-        seen = float(np.clip(weight * trial.slant + chance.normal(0, 4), 0, 85))
+        seen = float(np.clip(observer.scale * weight * trial.slant + chance.normal(0, 4), 0, 85))
         return SlantAnswer(onset=0.0, response_time=1.5, seen=seen)

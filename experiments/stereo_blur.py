@@ -111,5 +111,5 @@ class StereoBlur(Task):
 
     def simulated(self, design, trial, observer, chance):
         gain = {"consistent": 1.0, "none": 0.9, "reversed": 0.75}[trial.blur]
-        seen = float(np.clip(gain * trial.depth * np.exp(chance.normal(0, 0.15)), 0, 20))
+        seen = float(np.clip(gain**observer.scale * trial.depth * np.exp(chance.normal(0, 0.15)), 0, 20))
         return StereoAnswer(onset=0.0, response_time=1.8, seen=seen)

@@ -320,10 +320,16 @@ class Task(Generic[Design, Trial, Answer]):
         return self.modelled or self.simulated is not None
 
     def factors(self, design: Design) -> Mapping[str, tuple[object, ...]]:
-        """Return the conditions compared in the report, with their levels: by default the fields that a trial adds."""
+        """Return the conditions compared in the report, with their levels: by default the fields that a trial adds.
+
+        Levels of text are in the order of their field's `Literal` or `levels`.
+        """
         main = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
-        names = [name for column in added_columns(self.trial, "") if (name := column.name) not in self.adapted_fields]
-        levels = {name: sorted({getattr(trial, name) for trial in main}, key=_order) for name in names}
+        columns = [column for column in added_columns(self.trial, "") if column.name not in self.adapted_fields]
+        levels = {
+            column.name: sorted({getattr(trial, column.name) for trial in main}, key=partial(_order, [*column.levels]))
+            for column in columns
+        }
         return {name: tuple(found) for name, found in levels.items() if len(found) > 1}
 
     def measures(self, settings: Mapping[str, object]) -> Mapping[str, str]:
@@ -340,6 +346,6 @@ class Task(Generic[Design, Trial, Answer]):
         }
 
 
-def _order(value: object) -> tuple[str, Any]:
-    """Return a sort key for levels, which may be of different types."""
-    return (type(value).__name__, value)
+def _order(stated: Sequence[str], value: object) -> tuple[int, str, Any]:
+    """Return a sort key for levels, which may be of different types: the place among those stated, then the value."""
+    return (stated.index(str(value)) if str(value) in stated else len(stated), type(value).__name__, value)
