@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, checked, warn
+from focalgradient.errors import InputError, checked, located, warn
 from focalgradient.files import inner_name, plain_name, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
@@ -259,10 +259,8 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
     for row in rows:
         for column, name in (("file", row.file), ("depth", row.depth)):
             if name is not None and name not in hashes:
-                try:
+                with located(f"{row.where}, column {column}"):
                     data = read_bytes(folder / name)
-                except InputError as error:
-                    raise InputError(f"{row.where}, column {column}: {error}") from error
                 hashes[name] = hashlib.sha256(data).hexdigest()
         height, width = _values(folder, row).shape[:2]
         first = check_size(f"{row.where}, column file: {row.file}", (height, width), display, first)
@@ -308,10 +306,8 @@ def _located(
     depth = None
     if with_depth:
         where = f"{with_depth[0].where}, column depth"
-        try:
+        with located(where):
             depth = stored_distance(read_distances(folder / str(with_depth[0].depth)).metres, str(with_depth[0].depth))
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from error
         if depth.shape != size[::-1]:
             raise InputError(
                 f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: "
@@ -333,10 +329,8 @@ def _located(
         if position is None and end not in FIXATIONS:  # depth does not give its position
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         if depth is not None:
-            try:
+            with located(f"{with_depth[0].where}, column depth"):
                 position, distance = target_of(depth, end, position)
-            except InputError as error:
-                raise InputError(f"{with_depth[0].where}, column depth: {error}") from error
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         targets[end] = position, distance
