@@ -24,21 +24,19 @@ from focalgradient.files.tables import read_cells
 from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
-from focalgradient.progress import Progress, silent
+from focalgradient.progress import Progress
 from focalgradient.quantities import Range
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED
-from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_scenes
+from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_set
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
     StimulusSet,
     Targets,
-    begin_set,
     check_size,
-    finish_set,
     picture_entry,
     png_of,
     stored_distance,
@@ -131,7 +129,7 @@ def import_pictures(
         If the position of a fixated object is missing: the centre of the picture is used.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
-    display, say = display or Display(), progress or silent
+    display = display or Display()
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
     made_names = [f"{row.stem}.{kind}" for row in rows for kind in ("png", "npy")]
@@ -146,25 +144,25 @@ def import_pictures(
     }
     if field is not None:
         parameters["pixel_angle_rad"] = 2 * math.tan(field / 2) / size[0]
-    made = begin_set(out, display, size[::-1], parameters)
-    if not made.complete:
-        scenes = list(dict.fromkeys(row.scene for row in rows))
-        every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
-        ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
-        pixel_angle = parameters.get("pixel_angle_rad")
-        recipes, middles = [], []
-        for name in scenes:
+    every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
+    ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
+
+    def recipes() -> Iterator[ImportRecipe]:
+        middles = []
+        for name in dict.fromkeys(row.scene for row in rows):
             own = tuple(row for row in rows if row.scene == name)
             targets, depth, is_in_middle = _located(folder, own, size, ends)
-            recipes.append(ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle))
+            pixel_angle = parameters.get("pixel_angle_rad")
+            yield ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle)
             middles += [name] * is_in_middle
         if middles:
             warn(
                 f"the table does not give the positions of the fixated objects of {', '.join(middles[:5])}: their "
                 "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth."
             )
-        make_scenes(made, recipes, None, say)
-    return finish_set(made, say, remedy=f"{SMOOTH}; or leave out the control (field)")
+
+    remedy = f"{SMOOTH}; or leave out the control (field)"
+    return make_set(out, display, size[::-1], parameters, recipes(), progress, remedy=remedy)
 
 
 def _rows(table: Path) -> list[Row]:
