@@ -9,6 +9,7 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 from recorded import record_ratings
@@ -135,17 +136,34 @@ def imports(source: str | ast.AST, package: str = "") -> Iterator[str]:
             yield f"focalgradient.{node.attr}"
 
 
-@functools.cache
-def parsed(file: Path) -> ast.Module:
-    return ast.parse(file.read_text(encoding="utf-8"))
+class Facts(NamedTuple):
+    """What the tests ask of a file: all imports, those of its first level, those that run, and texts by line."""
+
+    imports: list[str]
+    early: list[str]
+    run: set[str]
+    texts: list[tuple[int, str]]
 
 
 @functools.cache
+def facts(file: Path) -> Facts:
+    """Read a file. Its tree is not kept: 700 of them make each collection of garbage slow."""
+    tree = ast.parse(file.read_text(encoding="utf-8"))
+    package = ".".join(file.relative_to(ROOT / "src").parts[:-1]) if file.is_relative_to(PACKAGE) else ""
+    first = [node for node in tree.body if isinstance(node, ast.Import | ast.ImportFrom | ast.If)]
+    whole, early, texts = [*imports(tree, package)], [name for node in first for name in imports(node)], []
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and isinstance(node.value, str):
+            texts.append((node.lineno, node.value))
+        elif isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            node.body = [ast.Pass()]
+    return Facts(whole, early, {*imports(tree, package)}, texts)
+
+
 def imported(file: Path) -> list[tuple[str, str]]:
     """(library, what of it) for each import of a file: for this package the room, for others the dotted rest."""
     found = []
-    package = ".".join(file.relative_to(ROOT / "src").parts[:-1]) if file.is_relative_to(PACKAGE) else ""
-    for name in imports(parsed(file), package):
+    for name in facts(file).imports:
         library, _, rest = name.partition(".")
         part = rest.partition(".")[0]
         found.append((library, (part if part in ROOMS else "__init__") if library == "focalgradient" else rest))
@@ -178,8 +196,7 @@ def test_rooms_load_nothing_early_that_they_may_import_when_called_only() -> Non
         for room, others in WHEN_CALLED.items()
         for file in sorted(PACKAGE.rglob("*.py"))
         if room_of(file) == room
-        for node in parsed(file).body
-        for name in (imports(node) if isinstance(node, ast.Import | ast.ImportFrom | ast.If) else ())
+        for name in facts(file).early
         if name.split(".")[:2] in [["focalgradient", other] for other in others]
     ]
     assert not early
@@ -200,12 +217,7 @@ def test_no_circle_of_files() -> None:
         files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = file
     reached = {}
     for name, file in files.items():
-        tree = ast.parse(file.read_text(encoding="utf-8"))
-        for node in ast.walk(tree):
-            if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
-                node.body = [ast.Pass()]
-        package = name if file.name == "__init__.py" else name.rpartition(".")[0]
-        found = {one if one in files else one.rpartition(".")[0] for one in imports(tree, package)}
+        found = {one if one in files else one.rpartition(".")[0] for one in facts(file).run}
         reached[name] = found & files.keys() - {name}
     while ends := [name for name, others in reached.items() if not others]:  # what imports nothing is in no circle
         for name in ends:
@@ -234,12 +246,11 @@ def test_only_command_lines_speak_of_options() -> None:
         re.compile(r"[\s(]--[a-z]"),
     )
     found = [
-        f"{file.relative_to(ROOT)}, line {node.lineno}: {node.value!r}"
+        f"{file.relative_to(ROOT)}, line {line}: {text!r}"
         for file in sorted(PACKAGE.rglob("*.py"))
         if room_of(file) not in ("cli", "lab", "options")
-        for node in ast.walk(parsed(file))
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and node.value.count("\n") < 2
-        if option.search(quoted.sub("", node.value))
+        for line, text in facts(file).texts
+        if text.count("\n") < 2 and option.search(quoted.sub("", text))
     ]
     assert not found
 

@@ -11,8 +11,7 @@ import pytest
 from focalgradient.cli import main
 from focalgradient.observers import ObserverComparison, ObserverFit
 from focalgradient.report.document import Paragraph
-from focalgradient.report.observed import Observed, observed_ratings, observed_thresholds
-from focalgradient.report.observers import FittedObservers
+from focalgradient.report.observers import FittedObservers, Observed, observed_ratings, observed_thresholds
 from focalgradient.report.parts import Output
 from focalgradient.scales import analysis_named
 

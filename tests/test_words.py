@@ -3,9 +3,9 @@
 import pytest
 
 from focalgradient.design import NeckerDesign
-from focalgradient.design.cube_pages import CubePages
 from focalgradient.design.words import LANGUAGES, load_words, words_text
 from focalgradient.errors import InputError
+from focalgradient.experiments.necker import CubePages
 from focalgradient.web.lists import Lists
 
 

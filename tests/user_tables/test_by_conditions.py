@@ -12,7 +12,7 @@ from focalgradient.report import make_report
 from focalgradient.report.reading import RATINGS, explained_table, kind_of
 from focalgradient.user_tables import read_conditions, read_ratings, read_thresholds
 from focalgradient.user_tables.conditions import STEPS
-from focalgradient.user_tables.files import UserTable, text_table
+from focalgradient.user_tables.files import UserTable, chosen_rows, read_table, text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -89,8 +89,9 @@ def test_columns_that_are_empty_in_the_chosen_rows_do_not_choose_the_analysis(tm
     ]
     path = tmp_path / "own.json"
     path.write_text(json.dumps(trials))
-    assert kind_of(path).what == "answers at levels"
-    assert kind_of(path, where={"trial_type": "slider"}).what == RATINGS
+    table = read_table(path)
+    assert kind_of(table).what == "answers at levels"
+    assert kind_of(chosen_rows(table, {"trial_type": "slider"})).what == RATINGS
     assert next(explained_table(path, where={"trial_type": "slider"})).endswith("1 depth ratings")
 
 

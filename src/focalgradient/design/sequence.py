@@ -1,7 +1,7 @@
 """Sequence of pages and trials of a session, for laboratory and browser.
 
-Each task has one class of `Pages` (`rating_pages`, `cube_pages`, `pinhole_pages`, `threshold_pages`). It provides the
-steps at the beginning of a sitting, between two trials, and at the end of the session.
+Each task has one class of `Pages`, in its own file, which provides the steps at the beginning of a sitting, between two
+trials, and at the end of the session.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from focalgradient.dataset import Chosen
 from focalgradient.design.blur_threshold import BlurThresholdDesign, BlurTrial, LevelTrial
-from focalgradient.design.threshold_pages import ThresholdPages
+from focalgradient.design.sequence import Page, Pages
 from focalgradient.design.words import Words
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
@@ -45,6 +45,23 @@ COLUMNS: tuple[Column, ...] = (
     STIMULUS,
     SITTING,
 )
+
+
+class ThresholdPages(Pages):
+    """Pages for one participant, in the laboratory or in a browser."""
+
+    def opening(self) -> tuple[Page, ...]:
+        """Return the instructions."""
+        judged = self.words(f"blur.instructions_{self.design.judged}")
+        return self.instructions(judged, self.words("blur.trial", escape=self.escape))
+
+    def again(self) -> Page:
+        """Return the page before repeated practice."""
+        return Page("feedback", self.words("blur.practice_again"))
+
+    def closing(self) -> tuple[Page, ...]:
+        """Return the debriefing."""
+        return self.debriefing("blur.debriefing")
 
 
 class BlurThreshold(Task[BlurThresholdDesign, Any, Chosen]):

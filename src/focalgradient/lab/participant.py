@@ -1,17 +1,34 @@
-"""Participant's data: what the command line does not give is asked for on the screen, as the design requires."""
+"""Start of a session in the window: informed consent, and the participant's data that the command line lacks."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
+from focalgradient.design.consent import Consent
 from focalgradient.design.form import GIVEN, USUAL, check_about
-from focalgradient.lab.experiment import Sitting
-from focalgradient.lab.forms import form
+from focalgradient.lab.experiment import Quit, Sitting
+from focalgradient.lab.forms import form, pages
 from focalgradient.lab.options import SessionOptions
 from focalgradient.lab.preparation import check_session
 
-__all__ = ["ask_participant"]
+if TYPE_CHECKING:
+    from focalgradient.lab.screen import Screen
+
+__all__ = ["agree", "ask_participant"]
+
+
+def agree(window: Screen, consent: Consent) -> str:
+    """Show the consent text page by page; return the time of agreement (ISO 8601), or raise `Quit` if refused."""
+    words = window.words
+    *first, last = consent.texts
+    pages(window, first, "consent")
+    foot = words("consent.keys", yes=words.yes.upper(), no=words.no.upper())
+    if pages(window, [last], "consent", keys=(words.yes, words.no), foot=foot) == words.no:
+        raise Quit
+    return datetime.now(UTC).isoformat(timespec="seconds")
 
 
 def ask_participant(sitting: Sitting, options: SessionOptions) -> Mapping[str, str]:

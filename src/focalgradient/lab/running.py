@@ -23,14 +23,13 @@ from focalgradient.design import Trial
 from focalgradient.design.pages import pages_of
 from focalgradient.design.sequence import Page, Repeat, Standard, Step, Turn, sequence
 from focalgradient.errors import InputError, one_line
-from focalgradient.lab.consent import agree
 from focalgradient.lab.devices.boxes import keys_of, open_gamepad
 from focalgradient.lab.devices.stereoscope import align
 from focalgradient.lab.devices.triggers import Triggers
 from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting, Unpractised
 from focalgradient.lab.forms import missing_glyphs, pages, rest
 from focalgradient.lab.gaze import WITHIN_DEG, Recorder, open_gaze
-from focalgradient.lab.participant import ask_participant
+from focalgradient.lab.participant import agree, ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
 from focalgradient.tasks import task_named

@@ -13,7 +13,7 @@ from pydantic import Field, field_validator
 
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial
-from focalgradient.design.plain_pages import PlainPages
+from focalgradient.design.pages import PlainPages
 from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.published.asked import ASKED, Asked

@@ -42,7 +42,7 @@ from focalgradient.statistics.questions import Answers, Kind
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task, is_task, task_named, task_names, unknown_task
 from focalgradient.tasks.check import called
-from focalgradient.user_tables.files import Paths, UserTable, read_table
+from focalgradient.user_tables.files import Paths, UserTable, chosen_rows, read_table
 from focalgradient.user_tables.source import Where
 
 if TYPE_CHECKING:
@@ -159,13 +159,13 @@ def make_report(
     settings: dict[str, Any] = {"bound": bound, "scale": scale, "bayes": bayes, "focal_length_mm": focal_length_mm}
     settings |= {"by": tuple(by), "order": tuple(order), "guess_rate": guess_rate}
     if root.is_file():
-        files = given or read_table(paths)
-        kind = kind_of(files, columns, by, where)
+        files = chosen_rows(given or read_table(paths), where)
+        kind = kind_of(files, columns, by)
         refuse_unused(root.name, f"contains {kind.what}", settings, kind.settings)
         if order and scale is None and kind.what == RATINGS:
             asked = replace(asked, scale="ordinal")
         steps = asked.scale is not None and analysis_named(asked.scale).whole
-        how = settings | {"columns": columns, "conditions": conditions, "where": where, "guess": guess_rate}
+        how = settings | {"columns": columns, "conditions": conditions, "guess": guess_rate}
         own = kind.read(files, how | {"steps": steps})
         problems = [*own.problems]
         folder = Path(os.path.commonpath([path.absolute().parent for path in paths])).name

@@ -16,7 +16,7 @@ from focalgradient.files.columns import Column
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.report.analysed import design_in, designs_in
-from focalgradient.report.exclusions import TRIALS, WITHOUT
+from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
@@ -24,10 +24,11 @@ from focalgradient.report.thresholds import threshold_part
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Effect, Rules, ThresholdResult
 from focalgradient.statistics.conditions import condition_questions, level_text
+from focalgradient.statistics.criteria import OF_TRIALS, WORDING
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.questions import Analysis, Answers
-from focalgradient.statistics.rating_conditions import ADJUSTED, RULES, rating_tests
+from focalgradient.statistics.rating_conditions import ADJUSTED, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
@@ -60,8 +61,8 @@ def task_plan(questions: Analysis, settings: Mapping[str, Any], factors: Mapping
 
 def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     """Test the conditions of a table."""
-    rules = tuple(rule for rule in RULES if rule in own.table)
-    applied = "; ".join(TRIALS[rule] for rule in rules if getattr(criteria, rule) is not None)
+    rules = tuple(rule for rule in OF_TRIALS if rule in own.table)
+    applied = "; ".join(WORDING[rule].clause for rule in rules if getattr(criteria, rule) is not None)
     everyone = own.table[~own.table["catch"]]
     rows = everyone[kept_rows(everyone, [], criteria)]
     tests = rating_tests(own, criteria)

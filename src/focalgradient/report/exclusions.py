@@ -14,13 +14,13 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
+from focalgradient.statistics.criteria import WORDING
 from focalgradient.statistics.questions import Answer
 from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, probability
 
 __all__ = [
     "CUBE_CATCH",
     "EFFECT",
-    "TRIALS",
     "both_results",
     "catch_answers",
     "changed",
@@ -32,43 +32,6 @@ __all__ = [
 
 CUBE_CATCH = "a truly nonrigid shape, seen so for more than {rules.catch_share:.0%} of the time with a reading"
 """Criterion for passing a catch trial of the cube."""
-
-TRIALS: Mapping[str, str] = {
-    "response_time": "ratings given in less than {rules.response_time[0]:g} s or more than {rules.response_time[1]:g} "
-    "s were left out",
-    "dropped_frames": "trials with more than {rules.dropped_frames} dropped frames were left out",
-}
-"""Descriptions of the rules that exclude single trials."""
-
-SUBJECTS: Mapping[str, str] = {
-    "catch_passed": "passed less than {rules.catch_passed:.0%} of the catch trials ({catch})",
-    "repeat_factor": "spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)",
-    "lapses": "differed by more than a factor {rules.lapse_factor:g} from the expected answer on more than "
-    "{rules.lapses:.0%} of the trials (expected from their own median for the condition, and all subjects’ answers to "
-    "the picture or their own to its scene)",
-    "fast": "answered too fast in more than {rules.fast:.0%} of the trials",
-    "same_answer": "gave one and the same answer to more than {rules.same_answer:.0%} of the pictures whose answers "
-    "must differ whatever blur does",
-    "first_press": "left the answer where the first key had put the marker in more than {rules.first_press:.0%} of "
-    "the trials, chance taken off",
-}
-"""Descriptions of the rules that exclude subjects, completing "who"."""
-
-OF_CUBE = {
-    "lapses": "held no key or both for more than {rules.lapses:.0%} of the time in trials without a gradient",
-}
-
-NAMES: Mapping[str, str] = {
-    "response_time": "bounds of the response time",
-    "dropped_frames": "dropped frames",
-    "catch_passed": "catch trials",
-    "repeat_factor": "spread of repeated answers",
-    "lapses": "lapses",
-    "fast": "fast answers",
-    "same_answer": "one and the same answer",
-    "first_press": "answers left at the marker’s first place",
-}
-"""Names of the rules, for the list of rules that could not be applied."""
 
 
 def catch_answers(analysis: Analysis, catches: Collection[str] = ("standard",)) -> str:
@@ -102,17 +65,12 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
     """
     cube = catch == CUBE_CATCH
     values = {"rules": rules, "catch": catch.format(rules=rules)}
-
-    def clauses(words: Mapping[str, str]) -> list[str]:
-        return [
-            text.format(**values)
-            for name, text in words.items()
-            if getattr(rules, name) is not None and name not in unjudged
-        ]
-
-    of_cube = {name: OF_CUBE.get(name, SUBJECTS[name]) for name in ("catch_passed", "lapses")}
-    who = clauses(of_cube if cube else SUBJECTS)
-    stated = clauses({"dropped_frames": TRIALS["dropped_frames"]} if cube else TRIALS)
+    stated, who = list[str](), list[str]()
+    for name, rule in WORDING.items():
+        clause = rule.clause_of_cube * cube or rule.clause
+        applies = clause and (rule.cube if cube else rule.ratings) and name not in unjudged
+        if applies and getattr(rules, name) is not None:
+            (who if rule.reason else stated).append(clause.format(**values))
     if who:
         stated.append(f"subjects were left out who {', or '.join(who)}")
     sentences = [
@@ -121,7 +79,7 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
     if unjudged:
         reasons: dict[str, list[str]] = {}
         for name, reason in unjudged.items():
-            reasons.setdefault(reason, []).append(NAMES[name])
+            reasons.setdefault(reason, []).append(WORDING[name].name)
         listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
         sentences.append(f"Rules that could not be applied: {listed}.")
     return sentences

@@ -32,9 +32,10 @@ from focalgradient.report.document import Block, Heading, Paragraph, Table, as_h
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.parts import Asked, Plan
 from focalgradient.report.ratings import rating_plan, shown_ratings
-from focalgradient.report.rules import MEANING, Stated, as_toml
+from focalgradient.report.rules import Stated, as_toml
 from focalgradient.report.thresholds import threshold_plan
 from focalgradient.scales import Analysis, OrdinalSteps
+from focalgradient.statistics.criteria import WORDING
 from focalgradient.statistics.exclusions import quality
 from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.questions import Kind
@@ -117,12 +118,11 @@ class Preregistered:
     def _rules(self) -> Table:
         """Return a table of the applicable rules, with the numbers on which they depend."""
         assert self.stated is not None
-        needed = {"lapse_factor": "lapses", "catch_factor": "catch_passed", "catch_share": "catch_passed"}
         rows = []
         for name in self.judged:
-            if needed.get(name, name) in self.judged:
+            if (WORDING[name].defines or name) in self.judged:
                 value = getattr(self.stated.rules, name)
-                rows.append([name, "none" if value is None else str(value), MEANING[name].split("; false")[0]])
+                rows.append([name, "none" if value is None else str(value), WORDING[name].meaning.split("; false")[0]])
         return Table("Rules", ["rule", "value", "meaning"], rows)
 
     def _enough(self) -> str:

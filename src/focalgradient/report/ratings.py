@@ -17,7 +17,7 @@ from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratin
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
-from focalgradient.report.exclusions import NAMES, catch_answers, criteria
+from focalgradient.report.exclusions import catch_answers, criteria
 from focalgradient.report.export import r_script, trial_files
 from focalgradient.report.parts import Asked, Drawing, Output, Part, Plan
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
@@ -34,6 +34,7 @@ from focalgradient.statistics import (
     Rules,
     as_table,
 )
+from focalgradient.statistics.criteria import WORDING
 from focalgradient.statistics.posteriors import BayesResult
 from focalgradient.statistics.questions import Analysis as Questions
 from focalgradient.statistics.questions import Answer, Answers, stated
@@ -287,7 +288,7 @@ def _robust(variants: Iterable[Variant], analysis: Analysis) -> list[str]:
     for one in variants:
         if one.rules != ALL_RULES and one.distinct and one.estimate is not None:
             value = number(one.estimate if slopes else math.exp(one.estimate))
-            text = f"{value} without the rule “{NAMES[one.rules]}” (p {p_is(one.p)})"
+            text = f"{value} without the rule “{WORDING[one.rules].name}” (p {p_is(one.p)})"
             said.setdefault(one.fixation, []).append(text)
     of = [f"With {in_focus(name)}, {what} is {', '.join(texts)}." for name, texts in said.items()]
     return [" ".join(["Robustness.", *of])] if of else []

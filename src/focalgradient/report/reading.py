@@ -19,7 +19,7 @@ from focalgradient.report.thresholds import thresholds_of_table
 from focalgradient.scales import Choices
 from focalgradient.statistics import OwnRatings, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.conditions import holds_conditions, read_conditions
-from focalgradient.user_tables.files import Paths, with_chosen_rows
+from focalgradient.user_tables.files import Paths, UserTable, chosen_rows, read_table, without_empty
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
@@ -108,12 +108,13 @@ KINDS = (
 """Kinds of tables; each but the last is recognised before the next."""
 
 
-def kind_of(
-    paths: Paths, columns: Mapping[str, str] | None = None, by: Sequence[str] = (), where: Where | None = None
-) -> Kind:
-    """Return the kind of a table, by its rows `where`; `by` conditions, answers at levels or ratings are analysed."""
-    paths = with_chosen_rows(paths, where, [*(columns or {}).values()])
-    found = next(kind for kind in KINDS if kind.holds(paths, columns))
+def kind_of(table: UserTable, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
+    """Return the kind of a table; `by` conditions, answers at levels or ratings are analysed.
+
+    Of chosen rows, columns without a cell do not count.
+    """
+    table = without_empty(table, [*(columns or {}).values()]) if table.chosen else table
+    found = next(kind for kind in KINDS if kind.holds(table, columns))
     return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found
 
 
@@ -150,21 +151,21 @@ def explained_table(
     InputError
         If the table cannot be read; if its columns can be named, after their lines and those of missing ones.
     """
-    kind = kind_of(paths, columns, by, where)
+    table = chosen_rows(read_table(paths), where)
+    kind = kind_of(table, columns, by)
     given = {
         "columns": columns,
         "conditions": conditions,
-        "where": where,
         "by": by,
         "order": order,
         "guess": guess_rate,
     }
     refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
     is_wide = kind.schema is RATING_TABLE
-    source = Source.read(paths, kind.schema, long_columns(columns) if is_wide else columns, where)
+    source = Source.read(table, kind.schema, long_columns(columns) if is_wide else columns)
     rows = f"{source.name}: {len(source.cells):,} rows, taken for"
     try:
-        own = kind.read(paths, given | {"order": order, "guess": guess_rate})
+        own = kind.read(table, given | {"order": order, "guess": guess_rate})
     except InputError:
         yield f"{rows} {kind.what}"
         yield from _columns(source)

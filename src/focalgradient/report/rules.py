@@ -9,29 +9,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from focalgradient.errors import InputError, is_number
+from focalgradient.errors import InputError, is_number, located
 from focalgradient.files import printable, read_bytes, read_toml
 from focalgradient.statistics import Rules
+from focalgradient.statistics.criteria import WORDING
 from focalgradient.statistics.hypotheses import check_bound
 
 __all__ = ["Stated", "as_toml", "load_rules"]
-
-MEANING = {
-    "response_time": "a depth rating given in less or in more time (s) is left out",
-    "dropped_frames": "a trial with more dropped frames is left out; false: they are counted only",
-    "catch_factor": "a rating of the standard passes within this factor of 1",
-    "catch_share": "a truly nonrigid cube passes when reported so for this share of the time with a report",
-    "catch_passed": "least share of catch trials that a subject must pass; false: nobody is left out",
-    "repeat_factor": "largest spread (geometric SD) of answers to one picture; false: nobody is left out",
-    "lapse_factor": "an answer farther than this factor from its expectation is a lapse",
-    "lapses": "largest share of lapses; false: nobody is left out",
-    "shortest_both": "both keys held for less (s) is a change of keys and no report",
-    "fast": "largest share of answers in less than the shortest time; false: nobody is left out",
-    "same_answer": "largest share of one and the same answer to pictures that must differ; false: nobody is left out",
-    "first_press": "largest share of answers left at the first place of the marker; false: nobody is left out",
-}
-"""Explanation of each rule, written as a comment into the file."""
-
 
 OPTIONAL = {field.name for field in dataclasses.fields(Rules) if str(field.type).endswith("None")}
 """Rules that can be switched off."""
@@ -84,13 +68,11 @@ def load_rules(path: Path) -> Stated:
             check_bound(f"{printable(path)}: bound", value)
             bound = float(value)
         elif key not in fields:
-            raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*MEANING, 'bound'])}.")
+            raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*WORDING, 'bound'])}.")
         else:
             values[key] = _value(key, value)
-    try:
+    with located(printable(path)):
         rules = Rules(**values)
-    except InputError as error:
-        raise InputError(f"{printable(path)}: {error}") from error
     return Stated(rules, bound, path.name, digest)
 
 
@@ -101,7 +83,7 @@ def _value(key: str, value: Any) -> Any:
     return tuple(float(end) if is_number(end) else end for end in value) if isinstance(value, list) else value
 
 
-def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(MEANING)) -> str:
+def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(WORDING)) -> str:
     """Format the named rules, and the bound if given, as a file for `load_rules`.
 
     Examples
@@ -110,11 +92,9 @@ def as_toml(rules: Rules, bound: float | None, names: Collection[str] = tuple(ME
     'bound = 1.2'
     """
     lines = ["# Rules of exclusion, stated in advance: focalgradient report DATASET --rules rules.toml"]
-    for key, meaning in MEANING.items():
-        if key not in names:
-            continue
-        value = getattr(rules, key)
-        lines += ["", f"# {meaning}", f"{key} = {_as_text(value)}"]
+    for key, rule in WORDING.items():
+        if key in names:
+            lines += ["", f"# {rule.meaning}", f"{key} = {_as_text(getattr(rules, key))}"]
     if bound is not None:
         lines += [
             "",

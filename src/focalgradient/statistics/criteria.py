@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 from focalgradient.analyses import Analysis
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range
 
-__all__ = ["BOUND", "OF_CUBE", "OF_RATINGS", "SHORTEST_BOTH", "AnalysisOptions", "Rules"]
+__all__ = [
+    "BOUND",
+    "OF_CUBE",
+    "OF_RATINGS",
+    "OF_TRIALS",
+    "SHORTEST_BOTH",
+    "WORDING",
+    "AnalysisOptions",
+    "Rules",
+]
 
 SHORTEST_BOTH = 0.25
 """Minimum overlap in seconds of both keys to count as a "both" report: about a simple reaction time (Luce 1986), by
@@ -19,13 +29,113 @@ which the release of one key may lag the press of the other.
 BOUND = 1.2
 """Default equivalence bound: ratio of the depth effect at the largest aperture within which it counts as zero."""
 
-OF_RATINGS = (
-    *("response_time", "dropped_frames", "catch_factor", "catch_passed", "repeat_factor", "lapse_factor", "lapses"),
-    *("fast", "same_answer", "first_press"),
-)
+
+class Wording(NamedTuple):
+    """Texts of a field of `Rules`, and the answers that it applies to.
+
+    Parameters
+    ----------
+    meaning
+        Comment in a file of rules.
+    name
+        Name in lists of rules.
+    clause
+        Methods: a clause on trials, or the end of "subjects were left out who"; fields of `rules` in braces.
+    reason
+        Reason why a subject was excluded, with the limit in braces; "" if the rule excludes single trials or nobody.
+    clause_of_cube
+        Clause for the cube, where it differs.
+    defines
+        Rule whose measure the field defines; it excludes nobody by itself.
+    ratings, cube
+        Whether it applies to depth ratings, and to reports on the cube.
+    """
+
+    meaning: str
+    name: str = ""
+    clause: str = ""
+    reason: str = ""
+    clause_of_cube: str = ""
+    defines: str = ""
+    ratings: bool = True
+    cube: bool = False
+
+
+WORDING: Mapping[str, Wording] = {
+    "response_time": Wording(
+        "a depth rating given in less or in more time (s) is left out",
+        "bounds of the response time",
+        "ratings given in less than {rules.response_time[0]:g} s or more than {rules.response_time[1]:g} s were left "
+        "out",
+    ),
+    "dropped_frames": Wording(
+        "a trial with more dropped frames is left out; false: they are counted only",
+        "dropped frames",
+        "trials with more than {rules.dropped_frames} dropped frames were left out",
+        cube=True,
+    ),
+    "catch_factor": Wording("a rating of the standard passes within this factor of 1", defines="catch_passed"),
+    "catch_share": Wording(
+        "a truly nonrigid cube passes when reported so for this share of the time with a report",
+        defines="catch_passed",
+        ratings=False,
+        cube=True,
+    ),
+    "catch_passed": Wording(
+        "least share of catch trials that a subject must pass; false: nobody is left out",
+        "catch trials",
+        "passed less than {rules.catch_passed:.0%} of the catch trials ({catch})",
+        "passed less than {:.0%} of the catch trials",
+        cube=True,
+    ),
+    "repeat_factor": Wording(
+        "largest spread (geometric SD) of answers to one picture; false: nobody is left out",
+        "spread of repeated answers",
+        "spread answers to one picture by more than a factor {rules.repeat_factor:g} (geometric SD)",
+        "answers to one picture spread by more than a factor {:g}",
+    ),
+    "lapse_factor": Wording("an answer farther than this factor from its expectation is a lapse", defines="lapses"),
+    "lapses": Wording(
+        "largest share of lapses; false: nobody is left out",
+        "lapses",
+        "differed by more than a factor {rules.lapse_factor:g} from the expected answer on more than "
+        "{rules.lapses:.0%} of the trials (expected from their own median for the condition, and all subjects’ answers "
+        "to the picture or their own to its scene)",
+        "more than {:.0%} lapses",
+        "held no key or both for more than {rules.lapses:.0%} of the time in trials without a gradient",
+        cube=True,
+    ),
+    "shortest_both": Wording("both keys held for less (s) is a change of keys and no report", ratings=False, cube=True),
+    "fast": Wording(
+        "largest share of answers in less than the shortest time; false: nobody is left out",
+        "fast answers",
+        "answered too fast in more than {rules.fast:.0%} of the trials",
+        "answered too fast in more than {:.0%} of the trials",
+    ),
+    "same_answer": Wording(
+        "largest share of one and the same answer to pictures that must differ; false: nobody is left out",
+        "one and the same answer",
+        "gave one and the same answer to more than {rules.same_answer:.0%} of the pictures whose answers must differ "
+        "whatever blur does",
+        "gave one and the same answer to more than {:.0%} of pictures that must differ",
+    ),
+    "first_press": Wording(
+        "largest share of answers left at the first place of the marker; false: nobody is left out",
+        "answers left at the marker’s first place",
+        "left the answer where the first key had put the marker in more than {rules.first_press:.0%} of the trials, "
+        "chance taken off",
+        "left more than {:.0%} of the answers where the first key had put the marker",
+    ),
+}
+"""Wording of each field of `Rules`, in the order of the fields."""
+
+OF_TRIALS = tuple(name for name, rule in WORDING.items() if rule.clause and not rule.reason)
+"""Rules that exclude single trials."""
+
+OF_RATINGS = tuple(name for name, rule in WORDING.items() if rule.ratings)
 """Fields of `Rules` that apply to depth ratings."""
 
-OF_CUBE = ("dropped_frames", "catch_share", "catch_passed", "lapses", "shortest_both")
+OF_CUBE = tuple(name for name, rule in WORDING.items() if rule.cube)
 """Fields of `Rules` that apply to reports on the cube."""
 
 

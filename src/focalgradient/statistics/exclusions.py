@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError
-from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, Rules
+from focalgradient.statistics.criteria import OF_CUBE, OF_RATINGS, WORDING, Rules
 from focalgradient.statistics.judging import (
     SubjectQuality,
     judged_observers,
@@ -248,25 +248,14 @@ def _bad_trials(table: pd.DataFrame, rules: Rules) -> list[tuple[str, np.ndarray
     return bad
 
 
-LIMITS = {
-    "repeat_factor": "answers to one picture spread by more than a factor {:g}",
-    "lapses": "more than {:.0%} lapses",
-    "fast": "answered too fast in more than {:.0%} of the trials",
-    "same_answer": "gave one and the same answer to more than {:.0%} of pictures that must differ",
-    "first_press": "left more than {:.0%} of the answers where the first key had put the marker",
-}
-"""Rules that limit a measure of a subject, in words."""
-
-
 def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
     bad = []
-    least, passed = rules.catch_passed, subject.catch_passed
-    if least is not None and passed is not None and passed < least:
-        bad.append(f"passed less than {least:.0%} of the catch trials")
-    for name, text in LIMITS.items():
-        value, most = getattr(subject, name), getattr(rules, name)
-        if value is not None and most is not None and value > most:
-            bad.append(text.format(most))
+    for name, rule in WORDING.items():
+        value, limit = getattr(subject, name, None), getattr(rules, name)
+        if not rule.reason or value is None or limit is None:
+            continue
+        if value < limit if name == "catch_passed" else value > limit:
+            bad.append(rule.reason.format(limit))
     return bad
 
 

@@ -27,10 +27,7 @@ from focalgradient.statistics.questions import quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.user_tables.conditions import OwnConditions
 
-__all__ = ["ADJUSTED", "RULES", "rating_tests"]
-
-RULES = ("response_time", "dropped_frames")
-"""Exclusion rules that apply to ratings by condition: of single trials, whatever the conditions."""
+__all__ = ["ADJUSTED", "rating_tests"]
 
 
 ADJUSTED = ", adjusted for "
@@ -45,7 +42,7 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
     own
         Imported ratings.
     rules
-        Exclusion rules, of which those of `RULES` apply; None: no trial is excluded.
+        Exclusion rules, of which those of single trials apply; None: no trial is excluded.
 
     Returns
     -------

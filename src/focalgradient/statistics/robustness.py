@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from focalgradient.analyses import Analysis
-from focalgradient.statistics.criteria import OF_RATINGS, Rules
+from focalgradient.statistics.criteria import OF_RATINGS, WORDING, Rules
 from focalgradient.statistics.effects import questions_of
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.questions import Analysis as Questions
@@ -17,9 +17,6 @@ from focalgradient.user_tables.tidy import fixations_of, rating_table
 __all__ = ["ALL_RULES", "Variant", "robustness"]
 
 ALL_RULES = "all"
-
-JUDGING = ("catch_factor", "lapse_factor")
-"""Fields of `Rules` that exclude nobody by themselves."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +89,11 @@ def robustness(table: pd.DataFrame, rules: Rules | None = None, scale: Analysis 
     kept, judged = asked.excluded(table)
     assert judged is not None
     unjudged, rules = {rule.rule for rule in judged.unjudged}, judged.rules
-    stated = [name for name in OF_RATINGS if name not in (*JUDGING, *unjudged) and getattr(rules, name) is not None]
+    stated = [
+        name
+        for name in OF_RATINGS
+        if name not in unjudged and not WORDING[name].defines and getattr(rules, name) is not None
+    ]
     whole = _variants(kept, asked, ALL_RULES)
     variants = [whole]
     for name in stated:

@@ -22,7 +22,6 @@ __all__ = [
     "check_seconds",
     "in_steps",
     "note_groups",
-    "note_unused_groups",
     "without_codes",
     "without_copies",
     "without_headers",
@@ -97,29 +96,25 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     return table.assign(**{role: table[role].mask(missing, "")})
 
 
-def note_groups(cells: pd.DataFrame, people: pd.Series[str], notices: list[str]) -> None:
-    """Add a notice if each participant occurs in several groups of people, as where each group is numbered anew."""
-    for name in map(str, cells):
-        levels = cells[name].where(cells[name].str.strip() != "")
-        if GROUPS.fullmatch(heading(name)) and levels.groupby(people).nunique().min() > 1:
+def note_groups(
+    cells: pd.DataFrame, people: pd.Series[str], notices: list[str], options: Sequence[str] | None = None
+) -> None:
+    """Add a notice for each column of groups of people of which each participant is in several, as if numbered anew.
+
+    With `options`, instead for each column whose groups are not analysed: these options and its own compare them.
+    """
+    for name in filter(lambda name: GROUPS.fullmatch(heading(name)), map(str, cells)):
+        levels = cells[name].str.strip()
+        if options is None and levels.where(levels != "").groupby(people).nunique().min() > 1:
             notices.append(
                 f"Every participant is in several levels of {printable(name)}, and was taken for one person: give "
                 "people of different groups different names."
             )
-
-
-def note_unused_groups(cells: pd.DataFrame, people: pd.Series[str], notices: list[str], *before: str) -> None:
-    """Add a notice for each of these columns that holds groups of people, with the options that compare them.
-
-    Options `before` are given first.
-    """
-    for name in map(str, cells):
-        levels = cells[name].str.strip()
-        is_group = GROUPS.fullmatch(heading(name)) and levels.groupby(people).nunique().max() == 1
-        if is_group and 1 < levels.nunique() < people.nunique():
+        is_between = options is not None and levels.groupby(people).nunique().max() == 1
+        if options is not None and is_between and 1 < levels.nunique() < people.nunique():
             shown = f"{printable(name)} ({few(sorted(levels.unique()))})"
-            options = " ".join([*before, f'by=["{printable(name)}"]'])
-            notices.append(f"{shown} is not analysed: compare the groups with {options}.")
+            compared = " ".join([*options, f'by=["{printable(name)}"]'])
+            notices.append(f"{shown} is not analysed: compare the groups with {compared}.")
 
 
 def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:

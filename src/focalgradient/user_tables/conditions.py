@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date
-from focalgradient.user_tables.cleaning import note_unused_groups
+from focalgradient.user_tables.cleaning import note_groups
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
@@ -171,7 +171,7 @@ def read_conditions(
         source.notices.append(STEPS)
     cells = source.cells.loc[table.index]
     options = [f'by=["{printable(name)}"]' for name in theirs]
-    note_unused_groups(cells[source.unused], cells[source.columns["participant_id"]], source.notices, *options)
+    note_groups(cells[source.unused], cells[source.columns["participant_id"]], source.notices, options)
     return OwnConditions.of(replace(source, cells=file), table, conditions=levels, log=log, steps=steps or bool(order))
 
 

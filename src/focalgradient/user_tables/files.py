@@ -28,7 +28,7 @@ __all__ = [
     "person_of",
     "read_table",
     "text_table",
-    "with_chosen_rows",
+    "without_empty",
 ]
 
 SUBJECT = re.compile(r"sub-[^_]+_")
@@ -62,6 +62,8 @@ class UserTable:
         Assumptions, one sentence each.
     lacking
         Columns that only some of the files have, with a file that lacks them.
+    chosen
+        Whether only rows of some values were kept.
     """
 
     paths: tuple[Path, ...]
@@ -69,6 +71,7 @@ class UserTable:
     cells: pd.DataFrame
     notes: tuple[str, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
+    chosen: bool = False
 
 
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
@@ -113,37 +116,34 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     return UserTable(files, name, cells, _united_notes(tables), lacking)
 
 
-def chosen_rows(name: str, cells: pd.DataFrame, where: Where, notes: list[str]) -> pd.DataFrame:
-    """Return the rows whose columns have one of the values of `where`."""
-    by_name = {clean(str(column)).casefold(): column for column in cells}
-    for column, given in where.items():
-        values = [given] if isinstance(given, str) else [*given]
+def chosen_rows(table: UserTable, where: Where | None) -> UserTable:
+    """Return the table with the rows whose columns have one of the values of `where`, which is noted."""
+    by_name = {clean(str(column)).casefold(): column for column in table.cells}
+    for column, given in (where or {}).items():
+        cells, values = table.cells, [given] if isinstance(given, str) else [*given]
         theirs = by_name.get(clean(column).casefold())
         if theirs is None:
-            raise InputError(f"where: {name} has no column {column}: it has {few([*map(str, cells)])}.")
+            raise InputError(f"where: {table.name} has no column {column}: it has {few([*map(str, cells)])}.")
         wanted = {clean(value).casefold() for value in values}
         kept = cells[theirs].map(lambda cell, wanted=wanted: clean(cell).casefold() in wanted).astype(bool)
         if not kept.any():
             raise InputError(
-                f"where: {name} has no row whose {column} is {' or '.join(values)}: it has {few([*cells[theirs]])}."
+                f"where: {table.name} has no row whose {column} is {' or '.join(values)}: it has "
+                f"{few([*cells[theirs]])}."
             )
-        notes.append(f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}.")
-        cells = cells[kept].copy()
-    return cells
+        note = f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}."
+        table = replace(table, cells=cells[kept].copy(), notes=(*table.notes, note), chosen=True)
+    return table
 
 
-def with_chosen_rows(paths: Paths, where: Where | None, kept: Collection[str] = ()) -> UserTable:
-    """Return a table with the rows of `where`, without columns that are empty in them, but for those in `kept`."""
-    table = read_table(paths)
-    if not where:
-        return table
-    cells = chosen_rows(table.name, table.cells, where, [])
-    names = {clean(name).casefold() for name in kept}
+def without_empty(table: UserTable, named: Collection[str] = ()) -> UserTable:
+    """Return the table without columns that are empty in all rows, but for those `named`."""
+    names = {clean(name).casefold() for name in named}
     filled = [
-        not cells[name].str.strip().str.casefold().isin([*ABSENT]).all() or clean(str(name)).casefold() in names
-        for name in cells
+        not table.cells[name].str.strip().str.casefold().isin([*ABSENT]).all() or clean(str(name)).casefold() in names
+        for name in table.cells
     ]
-    return replace(table, cells=cells.loc[:, filled])
+    return replace(table, cells=table.cells.loc[:, filled])
 
 
 def _united_notes(tables: Sequence[UserTable]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from focalgradient.analyses import Choices, OrdinalSteps, Ratios
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.user_tables.cleaning import check_seconds, note_unused_groups
+from focalgradient.user_tables.cleaning import check_seconds, note_groups
 from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
@@ -149,7 +149,7 @@ def _note_groups(source: Source, table: pd.DataFrame) -> None:
     options = [f'by=["{printable(columns.get("aperture", columns.get("aperture_mm", "aperture")))}"]']
     if "fixation" in columns:
         options.insert(0, where_like(columns["fixation"], cells[columns["fixation"]].mode()[0]))
-    note_unused_groups(cells[source.unused], cells[columns["participant_id"]], source.notices, *options)
+    note_groups(cells[source.unused], cells[columns["participant_id"]], source.notices, options)
 
 
 def check_rating(source: Source) -> None:

@@ -116,8 +116,8 @@ class Source:
         table = read_table(paths)
         if table.cells.empty:
             raise InputError(f"{table.name} has no rows below its header: give a row for each trial.")
-        notes = [*table.notes]
-        cells = chosen_rows(table.name, table.cells, where or {}, notes)
+        table = chosen_rows(table, where)
+        cells, notes = table.cells, [*table.notes]
         columns = columns or {}
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)

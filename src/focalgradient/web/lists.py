@@ -24,7 +24,6 @@ from focalgradient.scales import OwnControl
 from focalgradient.stimuli import StimulusSet, read_set
 from focalgradient.tasks import Task, check_task, task_named
 from focalgradient.tasks.steps import control_of
-from focalgradient.web import texts
 from focalgradient.web.pictures import (
     CONTENT,
     Described,
@@ -146,11 +145,12 @@ class Lists:
 
     def _step(self, step: Page | Standard) -> dict[str, Any]:
         if not isinstance(step, Standard):
-            return texts.step(step)
+            shown = {"event": step.event, "text": step.text, "at": step.at, "least_s": step.least_s or None}
+            return {name: value for name, value in shown.items() if value is not None}
         interval = self._standard(step.form)
         if interval.pop(CONTENT, None) is not None:
             interval["url"] = STANDARD
-        return texts.step(step, interval)
+        return {"event": "ready", "text": step.text, "standard": interval}
 
     def _standard(self, form: str) -> dict[str, Any]:
         return standard(self._task, self.design, form, self.words, self._display, self.pictures)
