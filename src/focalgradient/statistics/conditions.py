@@ -26,6 +26,7 @@ __all__ = [
     "level_text",
     "levels_in_r",
     "planned_tests",
+    "shared_conditions",
     "show_in_r",
     "subject_cells",
     "subject_effects",
@@ -339,6 +340,9 @@ def subject_cells(
 ) -> pd.DataFrame:
     """Return the mean answer of each subject (row) at each level of the factor of a test (column).
 
+    Means over the other conditions are least-squares means where a subject lacks some of them: see
+    `shared_conditions`.
+
     Parameters
     ----------
     rows
@@ -357,9 +361,49 @@ def subject_cells(
     [{'L': 1.5, 'R': 4.0}]
     """
     values = np.log(rows[test.answer]) if test.log else rows[test.answer]
-    cells = values.groupby([rows[name] for name in dict.fromkeys((*by, *factors))]).mean()
+    cells = values.groupby([rows[name] for name in dict.fromkeys((*by, *factors))]).mean().dropna()
     shown: pd.DataFrame = cells.groupby([*by, test.factor]).mean().unstack(test.factor)
+    others = [name for name in shared_conditions(rows, factors) if name != test.factor]
+    if not others or shown.empty:
+        return shown
+    by_other = cells.groupby([*by, test.factor, *others]).mean().unstack(others)
+    if shown.notna().sum(axis=1).max() == 1:  # subjects have one level each
+        means = _over_columns(by_other)
+        return means.unstack(test.factor) if by_other.isna().any(axis=None) else shown
+    for unit, own in by_other.groupby([*by]):
+        seen = own.dropna(axis=1, how="all")
+        if seen.isna().any(axis=None):
+            means = _over_columns(seen)
+            shown.loc[unit if len(by) > 1 else unit[0], means.index.get_level_values(test.factor)] = means.to_numpy()
     return shown
+
+
+def shared_conditions(rows: pd.DataFrame, factors: Sequence[str]) -> list[str]:
+    """Return the factors that vary within subjects and of which most levels were shown to at least half of them.
+
+    Levels of others, such as random amounts of blur, cannot be compared between subjects.
+
+    >>> shared_conditions(pd.DataFrame({"participant_id": [*"AABB"], "eye": [*"LRLR"], "sd": [1, 2, 3, 4]}), ["eye", "sd"])
+    ['eye']
+    """
+    people = rows.groupby("participant_id")
+    varied = [name for name in factors if people[name].nunique().max() > 1]
+    shown_to = {name: rows.groupby(name)["participant_id"].nunique() for name in varied}
+    return [name for name in varied if shown_to[name].median() >= len(people) / 2]
+
+
+def _over_columns(cells: pd.DataFrame) -> pd.Series[float]:
+    """Return the mean of each row over all columns; where cells are empty, as if rows and columns add.
+
+    These are the least-squares means of an additive model; NaN if the cells do not connect the rows.
+    """
+    known = cells.notna().to_numpy()
+    shares = known / known.sum(axis=1, keepdims=True)
+    row, column = np.nonzero(known)
+    model = np.eye(known.shape[1])[column] - shares[row]
+    values, means = cells.to_numpy(float), cells.mean(axis=1)
+    effects, _, rank, _ = np.linalg.lstsq(model, values[row, column] - means.to_numpy()[row], rcond=None)
+    return means - shares @ effects + (effects.mean() if rank == known.shape[1] - 1 else math.nan)
 
 
 def _effect(test: ConditionTest) -> Effect | NotComputed:

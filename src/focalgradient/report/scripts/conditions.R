@@ -3,10 +3,40 @@
 d <- read.csv("TRIALS.csv", na.strings = "", check.names = FALSE)
 d <- d[as.logical(d$included), ]
 # include means
-means <- function(answer, ratio, factor, factors, rows = d) {  # people x levels, averaged over the other factors
+shared <- function(factors) {  # conditions that vary within people, and of which half of them saw most levels
+  people <- length(unique(d$participant_id))
+  Filter(function(f) {
+    seen <- unique(d[c("participant_id", f)]); seen <- seen[!is.na(seen[[f]]), ]
+    max(table(seen$participant_id)) > 1 && median(table(as.character(seen[[f]]))) >= people / 2
+  }, factors)
+}
+over <- function(y, row, column) {  # means of rows over all columns; with empty cells, as if rows and columns add
+  cells <- tapply(y, list(row, column), mean)
+  if (!anyNA(cells)) return(rowMeans(cells))
+  at <- data.frame(y = as.vector(cells), row = factor(row(cells)), column = factor(col(cells)))
+  fit <- lm(y ~ row + column, at)
+  setNames(if (anyNA(coef(fit))) NA * cells[, 1] else tapply(predict(fit, at), at$row, mean), rownames(cells))
+}
+means <- function(answer, ratio, factor, factors, rows = d) {  # people x levels, over the other conditions
   y <- as.numeric(rows[[answer]]); if (ratio) y <- log(y)
-  of <- aggregate(y, rows[c("participant_id", factors)], mean, na.rm = TRUE)
-  tapply(of$x, list(of$participant_id, of[[factor]]), mean, na.rm = TRUE)
+  of <- aggregate(y, rows[c("participant_id", factors)], mean, na.rm = TRUE); of <- of[!is.na(of$x), ]
+  who <- as.character(of$participant_id); at <- as.character(of[[factor]])
+  made <- tapply(of$x, list(who, of[[factor]]), mean)
+  others <- setdiff(shared(factors), factor)
+  if (!length(others)) return(made)
+  other <- interaction(of[others], drop = TRUE)
+  if (max(rowSums(!is.na(made))) == 1) {
+    if (!all(table(who, other) > 0)) made[] <- ifelse(is.na(made), NA, over(of$x, who, other)[rownames(made)])
+    return(made)
+  }
+  for (one in unique(who)) {
+    own <- who == one
+    if (any(table(at[own], as.character(other[own])) == 0)) {
+      of_one <- over(of$x[own], at[own], as.character(other[own]))
+      made[one, match(names(of_one), as.character(colnames(made)))] <- of_one
+    }
+  }
+  made
 }
 slopes <- function(of) {  # of each person
   x <- as.numeric(colnames(of))
