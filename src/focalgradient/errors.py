@@ -10,7 +10,8 @@ import math
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cache, partial, wraps
 from types import UnionType
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union, cast, get_args, get_origin
@@ -33,6 +34,7 @@ __all__ = [
     "checked",
     "described",
     "is_number",
+    "located",
     "nearest",
     "one_line",
     "suggestion",
@@ -60,6 +62,21 @@ class InputError(ValueError):
 
 class FocalGradientWarning(UserWarning):
     """Warning about a result that is usable with the stated reservation."""
+
+
+@contextmanager
+def located(where: object) -> Iterator[None]:
+    """Begin the message of an `InputError` raised inside the block with the place of the fault.
+
+    >>> with located("camera.toml"):
+    ...     raise InputError("blur_k is missing: give it.")
+    Traceback (most recent call last):
+    focalgradient.errors.InputError: camera.toml: blur_k is missing: give it.
+    """
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from error
 
 
 def warn(text: str) -> None:

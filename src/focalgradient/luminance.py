@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, located
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import name_and_unit
 from focalgradient.files.tables import TextTable, parse_table
@@ -179,10 +179,8 @@ def _fitted(table: TextTable) -> Luminance:
         )
         for column in used
     }
-    try:
+    with located(name):
         return fit_luminance(columns.pop("level"), columns)
-    except InputError as error:
-        raise InputError(f"{name}: {error}") from error
 
 
 def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np.float64]]) -> Luminance:

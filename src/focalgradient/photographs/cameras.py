@@ -13,7 +13,7 @@ from pydantic import Field, InstanceOf
 
 from focalgradient.calibration import Calibration
 from focalgradient.calibration import Field as FocusField
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, located
 from focalgradient.files import read_toml
 from focalgradient.photographs.planes import plane_name
 from focalgradient.photographs.tables import Sensor
@@ -157,10 +157,8 @@ def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
 
 
 def _psf(path: Path, body: _Body) -> Psf | None:
-    try:
+    with located(f"{path}: camera"):
         return None if body.psf is None else psf_from(body.psf, body.blur_k)
-    except InputError as error:
-        raise InputError(f"{path}: camera: {error}") from error
 
 
 def _shape(camera: Calibration) -> str:

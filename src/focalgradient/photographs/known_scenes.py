@@ -23,16 +23,17 @@ from focalgradient.calibration import (
     score_scene,
 )
 from focalgradient.depth.recover import recover_depth
-from focalgradient.errors import FocalGradientWarning, InputError, warn
+from focalgradient.errors import FocalGradientWarning, InputError, located, warn
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.cameras import Calibrated
 from focalgradient.photographs.pictures import DepthUnit, read_distances
 from focalgradient.photographs.settings import FOCUS_TOLERANCE, Shot
 from focalgradient.photographs.settings import GIVEN as KEYS
-from focalgradient.photographs.tables import ImagePath, Photographs, in_file
+from focalgradient.photographs.tables import ImagePath, Photographs
 from focalgradient.photographs.targets import TargetCamera, camera_priors
 from focalgradient.photographs.vignetting import even_out
+from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
 from focalgradient.psf import Psf
 from focalgradient.tables import load_table
@@ -303,7 +304,7 @@ def load_known_scenes(path: str | os.PathLike[str]) -> KnownScenes:
         If it cannot be read, is not TOML, has unknown, missing or invalid keys, or its scenes are inconsistent.
     """
     known = load_table(Path(path), read_toml(Path(path)), KnownScenes)
-    with in_file(path, KEYS):
+    with located(path), given_as(KEYS):
         known.scenes  # noqa: B018  raises if the scenes are inconsistent
         for shot in known.shots:
             Lens(known.camera.focal_length_mm * 1e-3, shot.f_number, shot.focus_distance_m)

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, InstanceOf, PrivateAttr
 
 from focalgradient.calibration import Calibration
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, located
 from focalgradient.files import read_toml
 from focalgradient.optics import DualPixel, Lens
 from focalgradient.optics.dual_pixel import ASYMMETRY
@@ -20,7 +20,7 @@ from focalgradient.optics.lens import FIELD_TOLERANCE
 from focalgradient.photographs.cameras import Calibrated, load_camera
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Plane, plane_name
-from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles, in_file
+from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.plausibility import given_as
 from focalgradient.tables import load_table, shown
@@ -158,7 +158,7 @@ class Settings(Photographs[Camera, Shot]):
         """
         lenses = []
         for number, shot in enumerate(self.shots, 1):
-            try:
+            with located(f"view {number} ({shot.image.name})"):
                 if self.calibration is None:
                     camera = self.camera
                     tolerances = {
@@ -169,8 +169,6 @@ class Settings(Photographs[Camera, Shot]):
                     lenses.append(camera.lens(shot.f_number, shot.focus_distance_m, **tolerances))
                 else:
                     lenses.append(self.calibration.lens(shot.f_number, shot.focus_distance_m))
-            except InputError as error:
-                raise InputError(f"view {number} ({shot.image.name}): {error}") from error
         return lenses
 
     def optics(self) -> list[Lens | DualPixel]:
@@ -242,7 +240,7 @@ def load_settings(path: str | os.PathLike[str], calibrated: Calibrated | None = 
                 f"{path}: camera: focal_length_mm is {stated:g}, but the camera was calibrated at {known:g} mm: "
                 "calibrate it at this zoom."
             )
-    with in_file(path, GIVEN):
+    with located(path), given_as(GIVEN):
         settings.lenses()
     return settings
 

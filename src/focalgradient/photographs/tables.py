@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
-from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.photographs.encodings import Encoding
 from focalgradient.photographs.images import read_photographs
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.planes import Body, Plane
-from focalgradient.plausibility import given_as
 from focalgradient.tables import Table
 from focalgradient.view import View
 
-__all__ = ["ImagePath", "Photographs", "Sensor", "in_file"]
+__all__ = ["ImagePath", "Photographs", "Sensor"]
 
 
 def _in_folder(path: Path, info: ValidationInfo) -> Path:
@@ -125,13 +121,3 @@ class Photographs(Table, Generic[CameraTable, ShotTable]):
         """All files named by the shots."""
         named = [getattr(shot, name) for shot in self.shots for name in type(shot).model_fields]
         return [value for value in named if isinstance(value, Path)]
-
-
-@contextmanager
-def in_file(path: str | os.PathLike[str], given: Mapping[str, tuple[str, str]]) -> Iterator[None]:
-    """Name the file, and parameters as in `given` (`given_as`), in the messages of errors raised within."""
-    try:
-        with given_as(given):
-            yield
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from error

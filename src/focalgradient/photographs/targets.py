@@ -13,13 +13,13 @@ from pydantic import Field
 from focalgradient.calibration import Calibration, Priors, Reading, likeliest_shape, measure_target, pair_blur, shape_k
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, located
 from focalgradient.files import read_toml
 from focalgradient.optics import Lens
 from focalgradient.photographs.images import read_photograph
 from focalgradient.photographs.settings import GIVEN as KEYS
 from focalgradient.photographs.settings import views_with
-from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles, in_file
+from focalgradient.photographs.tables import Photographs, Sensor, ShotFiles
 from focalgradient.plausibility import (
     check_focal_length,
     check_focus,
@@ -27,6 +27,7 @@ from focalgradient.plausibility import (
     check_offset,
     check_pixel_pitch,
     check_target,
+    given_as,
 )
 from focalgradient.psf import Disc, Psf
 from focalgradient.tables import load_table
@@ -92,10 +93,8 @@ class Targets(Photographs[TargetCamera, TargetShot]):
         """
         view = self._view(shot)
         pitch = view.pixel_angle * self.camera.focal_length_mm * 1e-3
-        try:
+        with located(shot.image):
             blur = measure_target(view)
-        except InputError as error:
-            raise InputError(f"{shot.image}: {error}") from error
         return Reading(shot.distance_m, shot.f_number, shot.focus_distance_m, *(pitch * size for size in blur))
 
     @property
@@ -132,10 +131,8 @@ class Targets(Photographs[TargetCamera, TargetShot]):
             If one cannot be read, or they show no difference in blur.
         """
         views = [self._view(shot) for shot in pair]
-        try:
+        with located(f"{pair[0].image}, {pair[1].image}"):
             blur = pair_blur(views, [shot.f_number for shot in pair], psf)
-        except InputError as error:
-            raise InputError(f"{pair[0].image}, {pair[1].image}: {error}") from error
         unit = shape_k(psf) * views[0].pixel_angle * self.camera.focal_length_mm * 1e-3
         wide = pair[0]
         return Reading(wide.distance_m, wide.f_number, wide.focus_distance_m, blur.radius * unit, blur.radius_sd * unit)
@@ -212,7 +209,7 @@ def load_targets(path: str | os.PathLike[str]) -> Targets:
             "file to focalgradient depth."
         )
     targets = load_table(Path(path), data, Targets)
-    with in_file(path, GIVEN):
+    with located(path), given_as(GIVEN):
         _check_units(targets)
     return targets
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from focalgradient.errors import InputError, is_number
+from focalgradient.errors import InputError, is_number, located
 from focalgradient.files import printable, read_bytes, read_toml
 from focalgradient.statistics import Rules
 from focalgradient.statistics.criteria import WORDING
@@ -71,10 +71,8 @@ def load_rules(path: Path) -> Stated:
             raise InputError(f"{printable(path)}: {key} is not a known rule: use {', '.join([*WORDING, 'bound'])}.")
         else:
             values[key] = _value(key, value)
-    try:
+    with located(printable(path)):
         rules = Rules(**values)
-    except InputError as error:
-        raise InputError(f"{printable(path)}: {error}") from error
     return Stated(rules, bound, path.name, digest)
 
 

@@ -29,8 +29,8 @@ from focalgradient.render.rendered import LUMINANCE, Rendered
 from focalgradient.scenes import Mark, Scene, Sphere, scene, spheres
 from focalgradient.stimuli.controls import Sharp, against_prediction
 from focalgradient.stimuli.folder import versions_of
-from focalgradient.stimuli.making import F_NUMBERS, FOCAL_LENGTH, Series, make_scenes, named_apertures
-from focalgradient.stimuli.sets import FIXATIONS, StimulusSet, begin_set, finish_set
+from focalgradient.stimuli.making import F_NUMBERS, FOCAL_LENGTH, Series, make_set, named_apertures
+from focalgradient.stimuli.sets import FIXATIONS, StimulusSet
 from focalgradient.stimuli.sharpness import sharpest
 
 __all__ = ["APERTURES", "make_depth_rating"]
@@ -97,7 +97,7 @@ def make_depth_rating(
         If a number is out of range, the display cannot resolve the blur, the folder contains another set or cannot be
         written, or Mitsuba is missing for an engine that needs it.
     """
-    out, display, say = Path(out), display or Display(), progress or silent
+    display = display or Display()
     _check(seed, scenes, size, samples, display)
     lenses = named_apertures(apertures)
     how = _engine(engine)
@@ -115,15 +115,15 @@ def make_depth_rating(
         "natural_viewing_distance_m": size * display.pixel_pitch / FIELD,
         "pixel_angle_rad": FIELD / size,
     }
-    folder = begin_set(out, display, (size, size), parameters, seed=seed, versions=_versions(how))
-    if not folder.complete:
-        how_made = (size, size), how, samples, chromatic, folder.versions
-        recipes = [
-            SpheresRecipe(f"spheres-{n:02}", display, MOST_SCENES * seed + n, lenses, FIELD / size, *how_made)
-            for n in range(scenes)
-        ]
-        make_scenes(folder, recipes, executor, say)
-    return finish_set(folder, say, display)
+    shape, versions = (size, size), _versions(how)
+    how_made = shape, how, samples, chromatic, versions
+    recipes = [
+        SpheresRecipe(f"spheres-{n:02}", display, MOST_SCENES * seed + n, lenses, FIELD / size, *how_made)
+        for n in range(scenes)
+    ]
+    return make_set(
+        out, display, shape, parameters, recipes, progress, executor=executor, seed=seed, versions=versions, sheet=True
+    )
 
 
 @dataclass(eq=False)

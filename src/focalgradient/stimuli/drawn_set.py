@@ -15,14 +15,12 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import plain_name
-from focalgradient.progress import Progress, silent
+from focalgradient.progress import Progress
 from focalgradient.stimuli.fixated import innermost
-from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_scenes
+from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_set
 from focalgradient.stimuli.sets import (
     StimulusSet,
-    begin_set,
     check_size,
-    finish_set,
     picture_entry,
     stem_of,
 )
@@ -80,7 +78,7 @@ def make_from_stimuli(
     ...     [(one.aperture, one.fixation) for one in made.pictures]
     [('pinhole', 'focus'), ('f/8.333', 'focus')]
     """
-    out, display, say = Path(out), display or Display(), progress or silent
+    display = display or Display()
     shape, pupil_mm = _checked(stimuli, display)
     aperture = f"f/{1e3 * FOCAL_LENGTH / pupil_mm:.4g}"
     parameters = {
@@ -91,12 +89,8 @@ def make_from_stimuli(
         "pixel_angle_rad": next(iter(stimuli.values())).pixel_angle,
         "stimuli": {name: _about(one) for name, one in stimuli.items()},
     }
-    folder = begin_set(out, display, shape, parameters)
-    if not folder.complete:
-        make_scenes(
-            folder, [DrawnRecipe(name, display, None, one, aperture) for name, one in stimuli.items()], None, say
-        )
-    return finish_set(folder, say)
+    recipes = (DrawnRecipe(name, display, None, one, aperture) for name, one in stimuli.items())
+    return make_set(out, display, shape, parameters, recipes, progress)
 
 
 def _checked(stimuli: Mapping[str, Stimulus], display: Display) -> tuple[tuple[int, int], float]:

@@ -17,28 +17,26 @@ from numpy.typing import NDArray
 from PIL import Image, ImageOps
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError, checked, warn
+from focalgradient.errors import InputError, checked, located, warn
 from focalgradient.files import inner_name, plain_name, read_bytes, refuse_overwriting
 from focalgradient.files.cells import as_number
 from focalgradient.files.tables import read_cells
 from focalgradient.optics import Aperture
 from focalgradient.photographs.encodings import FORMATS
 from focalgradient.photographs.pictures import read_distances
-from focalgradient.progress import Progress, silent
+from focalgradient.progress import Progress
 from focalgradient.quantities import Range
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli.controls import SMOOTH, against_discs
 from focalgradient.stimuli.fixated import target_of
 from focalgradient.stimuli.folder import MANIFEST, UNFINISHED
-from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_scenes
+from focalgradient.stimuli.making import FOCAL_LENGTH, Depth, Entry, Recipe, make_set
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
     StimulusSet,
     Targets,
-    begin_set,
     check_size,
-    finish_set,
     picture_entry,
     png_of,
     stored_distance,
@@ -131,7 +129,7 @@ def import_pictures(
         If the position of a fixated object is missing: the centre of the picture is used.
     """
     folder, table, out = Path(folder), Path(table), Path(out)
-    display, say = display or Display(), progress or silent
+    display = display or Display()
     rows = _rows(table)
     hashes, size = _checked(folder, rows, display)
     made_names = [f"{row.stem}.{kind}" for row in rows for kind in ("png", "npy")]
@@ -146,25 +144,25 @@ def import_pictures(
     }
     if field is not None:
         parameters["pixel_angle_rad"] = 2 * math.tan(field / 2) / size[0]
-    made = begin_set(out, display, size[::-1], parameters)
-    if not made.complete:
-        scenes = list(dict.fromkeys(row.scene for row in rows))
-        every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
-        ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
-        pixel_angle = parameters.get("pixel_angle_rad")
-        recipes, middles = [], []
-        for name in scenes:
+    every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
+    ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
+
+    def recipes() -> Iterator[ImportRecipe]:
+        middles = []
+        for name in dict.fromkeys(row.scene for row in rows):
             own = tuple(row for row in rows if row.scene == name)
             targets, depth, is_in_middle = _located(folder, own, size, ends)
-            recipes.append(ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle))
+            pixel_angle = parameters.get("pixel_angle_rad")
+            yield ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle)
             middles += [name] * is_in_middle
         if middles:
             warn(
                 f"the table does not give the positions of the fixated objects of {', '.join(middles[:5])}: their "
                 "marks are put in the middle of the pictures; give the columns x_px and y_px, or depth."
             )
-        make_scenes(made, recipes, None, say)
-    return finish_set(made, say, remedy=f"{SMOOTH}; or leave out the control (field)")
+
+    remedy = f"{SMOOTH}; or leave out the control (field)"
+    return make_set(out, display, size[::-1], parameters, recipes(), progress, remedy=remedy)
 
 
 def _rows(table: Path) -> list[Row]:
@@ -259,10 +257,8 @@ def _checked(folder: Path, rows: Sequence[Row], display: Display) -> tuple[dict[
     for row in rows:
         for column, name in (("file", row.file), ("depth", row.depth)):
             if name is not None and name not in hashes:
-                try:
+                with located(f"{row.where}, column {column}"):
                     data = read_bytes(folder / name)
-                except InputError as error:
-                    raise InputError(f"{row.where}, column {column}: {error}") from error
                 hashes[name] = hashlib.sha256(data).hexdigest()
         height, width = _values(folder, row).shape[:2]
         first = check_size(f"{row.where}, column file: {row.file}", (height, width), display, first)
@@ -308,10 +304,8 @@ def _located(
     depth = None
     if with_depth:
         where = f"{with_depth[0].where}, column depth"
-        try:
+        with located(where):
             depth = stored_distance(read_distances(folder / str(with_depth[0].depth)).metres, str(with_depth[0].depth))
-        except InputError as error:
-            raise InputError(f"{where}: {error}") from error
         if depth.shape != size[::-1]:
             raise InputError(
                 f"{where}: has {depth.shape[1]} x {depth.shape[0]} pixels, but its picture {size[0]} x {size[1]}: "
@@ -333,10 +327,8 @@ def _located(
         if position is None and end not in FIXATIONS:  # depth does not give its position
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         if depth is not None:
-            try:
+            with located(f"{with_depth[0].where}, column depth"):
                 position, distance = target_of(depth, end, position)
-            except InputError as error:
-                raise InputError(f"{with_depth[0].where}, column depth: {error}") from error
         elif position is None:
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         targets[end] = position, distance

@@ -7,10 +7,11 @@ the manifest states of them.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,20 +23,25 @@ from focalgradient.files import read_array
 from focalgradient.optics import Aperture
 from focalgradient.parallel import completed
 from focalgradient.progress import Progress, part_of, silent
-from focalgradient.stimuli.folder import Folder
+from focalgradient.stimuli.controls import AGAIN, judged, refuse_seams
+from focalgradient.stimuli.folder import Folder, versions_of
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
+    StimulusSet,
     Targets,
+    display_json,
     npy,
     picture_entry,
     png_of,
+    read_set,
     scene_entry,
     stem_of,
     stored_distance,
 )
+from focalgradient.stimuli.sheet import sheet_note, sheet_png
 
-__all__ = ["FOCAL_LENGTH", "F_NUMBERS", "Depth", "Entry", "Recipe", "Series", "make_scenes", "named_apertures"]
+__all__ = ["FOCAL_LENGTH", "F_NUMBERS", "Depth", "Entry", "Recipe", "Series", "make_set", "named_apertures"]
 
 FOCAL_LENGTH = 0.050  # focal length (m)
 F_NUMBERS = (22.0, 11.0, 5.6)
@@ -121,7 +127,58 @@ def _made(executor: Executor | None, jobs: Sequence[tuple[Recipe, Sequence[str]]
         say(done / len(jobs), f"{jobs[number][0].name} made")
 
 
-def make_scenes(folder: Folder, recipes: Sequence[Recipe], executor: Executor | None, say: Progress) -> None:
+def make_set(
+    out: str | Path,
+    display: Display,
+    shape: tuple[int, int],
+    parameters: dict[str, Any],
+    recipes: Iterable[Recipe],
+    progress: Progress | None,
+    *,
+    executor: Executor | None = None,
+    seed: int | None = None,
+    versions: Mapping[str, str] | None = None,
+    sheet: bool = False,
+    remedy: str = AGAIN,
+) -> StimulusSet:
+    """Make, resume or return a set of pictures of a `shape` (height, width).
+
+    Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
+    blurred pictures, and draws the contact sheet if `sheet`. There is one recipe for each scene; they are not iterated
+    where the set is finished. `versions` are those of the programs by which a set that is resumed must be finished;
+    None: of those that all need. `remedy` is as for `refuse_seams`.
+
+    Raises
+    ------
+    InputError
+        If the folder contains something else, or a picture is sharper than its blur allows.
+    """
+    height, width = shape
+    size = {"picture_px": [width, height], "picture_deg": [display.degrees(width), display.degrees(height)]}
+    settings = {"set": "depth-rating", "seed": seed, "parameters": size | parameters, "display": display_json(display)}
+    folder = Folder(Path(out), settings, versions or versions_of("focalgradient", "numpy", "pillow"))
+    say = progress or silent
+    if not folder.complete:
+        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}} | folder.content
+        _make_scenes(folder, list(recipes), executor, say)
+        controls = folder.content["controls"]
+        measured = [scene["pictures"] for scene in controls["scenes"].values()]
+        for stems in measured:
+            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), {"mean_luminance": 0.0})
+            for one in stems.values() if sharp["mean_luminance"] > 0 else ():
+                if one is not sharp:
+                    one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
+        refuse_seams(controls["scenes"], remedy)
+        controls |= judged([one for stems in measured for stem, one in stems.items() if stem != "pinhole"])
+        if sheet:
+            say(1.0, "sheet")
+            folder.put({"sheet.png": sheet_png(folder.path, folder.content, sheet_note(controls, display, width))})
+        folder.finish()
+    say(1.0, "finished")
+    return read_set(folder.path)
+
+
+def _make_scenes(folder: Folder, recipes: Sequence[Recipe], executor: Executor | None, say: Progress) -> None:
     """Make the missing pictures and depths of all scenes, and their entries in the folder's content."""
     scenes, measured = folder.content["scenes"], folder.content["controls"]["scenes"]
     jobs = []

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, checked
 from focalgradient.files import plain_name
-from focalgradient.progress import Progress, silent
+from focalgradient.progress import Progress
 from focalgradient.quantities import Range
 from focalgradient.render.blurred import blur_picture, check_radius, checked_picture
 from focalgradient.render.rendered import LUMINANCE
@@ -25,16 +25,14 @@ from focalgradient.stimuli.making import (
     F_NUMBERS,
     FOCAL_LENGTH,
     Series,
-    make_scenes,
+    make_set,
     named_apertures,
 )
 from focalgradient.stimuli.sets import (
     FIXATIONS,
     Fixation,
     StimulusSet,
-    begin_set,
     check_size,
-    finish_set,
     stored_distance,
 )
 from focalgradient.stimuli.sharpness import sharpest
@@ -87,7 +85,7 @@ def make_from_photographs(
     InputError
         If a picture and its depth do not match, do not fit the display, or the display cannot resolve the blur.
     """
-    out, display, say = Path(out), display or Display(), progress or silent
+    display = display or Display()
     lenses = named_apertures(apertures)
     shape = _checked(photographs, display)
     targets = {
@@ -109,14 +107,11 @@ def make_from_photographs(
         "natural_viewing_distance_m": display.pixel_pitch / pixel_angle,
         "sources_sha256": {name: [_sha256(array) for array in pair] for name, pair in photographs.items()},
     }
-    folder = begin_set(out, display, shape, parameters)
-    if not folder.complete:
-        recipes = [
-            PhotographRecipe(name, display, None, targets[name], distance, lenses, pixel_angle, light)
-            for name, (light, distance) in photographs.items()
-        ]
-        make_scenes(folder, recipes, executor, say)
-    return finish_set(folder, say, display, SMOOTH)
+    recipes = [
+        PhotographRecipe(name, display, None, targets[name], distance, lenses, pixel_angle, light)
+        for name, (light, distance) in photographs.items()
+    ]
+    return make_set(out, display, shape, parameters, recipes, progress, executor=executor, sheet=True, remedy=SMOOTH)
 
 
 def _checked(photographs: Mapping[str, Photograph], display: Display) -> tuple[int, int]:

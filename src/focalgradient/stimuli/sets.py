@@ -17,13 +17,11 @@ from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.photographs.pictures import png_of
-from focalgradient.progress import Progress
 from focalgradient.stimuli.blurred_scene import blurred_scene
-from focalgradient.stimuli.controls import AGAIN, LIMITS, judged, refuse_seams
+from focalgradient.stimuli.controls import LIMITS
 from focalgradient.stimuli.drawings import DRAWINGS, example_picture, noise_mask
-from focalgradient.stimuli.folder import MANIFEST, Folder, versions_of
+from focalgradient.stimuli.folder import MANIFEST
 from focalgradient.stimuli.manifest import Fixation, Manifest, Picture, StoredDisplay, Target
-from focalgradient.stimuli.sheet import sheet_note, sheet_png
 from focalgradient.tables import check_table
 
 __all__ = [
@@ -34,10 +32,8 @@ __all__ = [
     "StimulusSet",
     "Target",
     "Targets",
-    "begin_set",
     "check_size",
     "display_json",
-    "finish_set",
     "npy",
     "picture_entry",
     "png_of",
@@ -250,28 +246,6 @@ def read_set(folder: str | Path) -> StimulusSet:
     return StimulusSet(folder, manifest, stored_display(checked.display), tuple(checked.pictures))
 
 
-def begin_set(
-    out: Path,
-    display: Display,
-    shape: tuple[int, int],
-    parameters: dict[str, Any],
-    *,
-    seed: int | None = None,
-    versions: Mapping[str, str] | None = None,
-) -> Folder:
-    """Return the folder of a set of pictures of a `shape` (height, width), empty unless it is finished or resumed.
-
-    `versions` are those of the programs by which a set that is resumed must be finished; None: of those that all need.
-    """
-    height, width = shape
-    size = {"picture_px": [width, height], "picture_deg": [display.degrees(width), display.degrees(height)]}
-    settings = {"set": "depth-rating", "seed": seed, "parameters": size | parameters, "display": display_json(display)}
-    folder = Folder(out, settings, versions or versions_of("focalgradient", "numpy", "pillow"))
-    if not folder.complete:
-        folder.content = {"scenes": {}, "pictures": [], "controls": {"scenes": {}}} | folder.content
-    return folder
-
-
 def check_size(
     what: str, shape: tuple[int, int], display: Display, first: tuple[int, int] | None = None
 ) -> tuple[int, int]:
@@ -340,36 +314,6 @@ def picture_entry(
         "blur_arcmin": blur_arcmin,
         **others,
     }
-
-
-def finish_set(folder: Folder, say: Progress, display: Display | None = None, remedy: str = AGAIN) -> StimulusSet:
-    """Finish a set whose pictures are made and listed, unless it is finished, and return it.
-
-    Measures mean luminance relative to the pinhole picture of each scene that has one, judges the controls of all
-    blurred pictures, and draws the contact sheet for a `display`, if given. `remedy` is as for `refuse_seams`.
-
-    Raises
-    ------
-    InputError
-        If a picture is sharper than its blur allows.
-    """
-    if not folder.complete:
-        controls = folder.content["controls"]
-        measured = [scene["pictures"] for scene in controls["scenes"].values()]
-        for stems in measured:
-            sharp = next((one for stem, one in stems.items() if stem.startswith("pinhole")), {"mean_luminance": 0.0})
-            for one in stems.values() if sharp["mean_luminance"] > 0 else ():
-                if one is not sharp:
-                    one["mean_luminance_percent"] = 100 * (one["mean_luminance"] / sharp["mean_luminance"] - 1)
-        refuse_seams(controls["scenes"], remedy)
-        controls |= judged([one for stems in measured for stem, one in stems.items() if stem != "pinhole"])
-        if display is not None:
-            say(1.0, "sheet")
-            width = folder.settings["parameters"]["picture_px"][0]
-            folder.put({"sheet.png": sheet_png(folder.path, folder.content, sheet_note(controls, display, width))})
-        folder.finish()
-    say(1.0, "finished")
-    return read_set(folder.path)
 
 
 def display_json(display: Display) -> dict[str, Any]:
