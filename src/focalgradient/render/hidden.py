@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from focalgradient.arrays import FloatImage
 from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 from focalgradient.render.mixed import NOTHING, SAME_SURFACE_PX, parted
@@ -43,9 +44,6 @@ BLOCKS_PER_THREAD = 8
 
 STRAIGHT_STEP, DIAGONAL_STEP = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
 """Lengths of steps to neighbouring pixels for which path length never exceeds the straight-line distance."""
-
-
-FloatImage = NDArray[np.float32]
 
 
 def complete(

@@ -11,8 +11,8 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatImage
 from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 
@@ -34,9 +34,6 @@ MAX_COVER = 0.5
 PRIOR_MEAN, PRIOR_VARIANCE = 1 / 8, 0.03
 """Prior mean and variance of the fraction of a pixel covered by the other surface: a boundary at a random position
 between two pixel centres covers 0 to 1/2 of one of them, and none of the other."""
-
-
-FloatImage = NDArray[np.float32]
 
 
 def parted(

@@ -22,6 +22,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from focalgradient.arrays import FloatImage
 from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 from focalgradient.render.hidden import NOTHING, ceiling
@@ -47,9 +48,6 @@ MIN_WEIGHT = 1e-3
 
 LENS_MARGIN_CELLS = 1.0
 """Margin around the lens, in cells of its grid, within which nearer surfaces still cover part of it."""
-
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,9 +13,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse, stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed, size_interval
@@ -35,7 +36,6 @@ __all__ = [
     "with_scenes",
 ]
 
-FloatArray = NDArray[np.float64]
 
 FEWEST_SCENES = 5
 """Minimum number of scenes to generalise over scenes. At a level of .05 the crossed test rejects up to .11 of true null

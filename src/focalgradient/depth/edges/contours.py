@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace, maximum_filter
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
 from focalgradient.loops import compiled
 
 __all__ = ["find_contours"]

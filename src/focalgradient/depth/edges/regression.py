@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.steps import distance_from_arc
-from focalgradient.depth.filters import FloatArray
 from focalgradient.loops import compiled
 from focalgradient.parallel import share_rows
 

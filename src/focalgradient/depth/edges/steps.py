@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
 from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 from focalgradient.psf import Psf
