@@ -94,7 +94,9 @@ class BlurDiscrimination(Task):
         return DipperAnswer(level=trial.level, correct=int(value) == trial.interval, **times)
 
     def simulated(self, design, trial, observer, chance):
-        noise = observer.weber * (0.75 + 0.45 * trial.pedestal)  # intrinsic blur adds to the pedestal, which produces the dipper
+        noise = observer.weber * (
+            0.75 + 0.45 * trial.pedestal
+        )  # intrinsic blur adds to the pedestal, which produces the dipper
         own = 0.8
         seen = math.hypot(own, trial.pedestal + trial.level) - math.hypot(own, trial.pedestal)
         right = bool(chance.random() < 0.5 + 0.49 * (1 - math.exp(-((seen / noise) ** 2))))

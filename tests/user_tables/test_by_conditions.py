@@ -3,13 +3,19 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from focalgradient import InputError
 from focalgradient.report import make_report
 from focalgradient.report.reading import RATINGS, explained_table, kind_of
+from focalgradient.statistics import Effect
+from focalgradient.statistics.conditions import subject_effects
+from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables import read_conditions, read_ratings, read_thresholds
 from focalgradient.user_tables.conditions import STEPS
 from focalgradient.user_tables.files import UserTable, chosen_rows, read_table, text_table
@@ -76,15 +82,96 @@ def test_wide_tables_are_analysed_by_conditions() -> None:
 
 def test_a_group_that_is_not_analysed_is_noted() -> None:
     """Only the provenance named the column."""
-    expected = 'group (a, b) is not analysed: compare the groups with by=["aperture"] by=["group"].'
+    expected = 'group (a, b) is not analysed: compare the groups with by=["aperture", "group"].'
     assert expected in read_ratings(text_table(WIDE)).notices
     assert not any("not analysed" in notice for notice in read_conditions(text_table(WIDE), by=["group"]).notices)
+
+
+def test_groups_are_compared_by_the_near_effect_and_with_the_callers_words() -> None:
+    """The remedy named the control, the far effect, and left the meanings of words out."""
+    rows = [
+        f"{who},{'ab'[who % 2]},{end},{aperture},1.{who}"
+        for who in range(4)
+        for end in ("far", "near")
+        for aperture in ("open", "pinhole")
+    ]
+    table = text_table("\n".join(["participant,group,fixation,aperture,rating", *rows]))
+    assert (
+        'group (a, b) is not analysed: compare the groups with where={"fixation": "near"} '
+        'conditions={"open": "f/5.6"} by=["aperture", "group"].'
+    ) in read_ratings(table, conditions={"open": "f/5.6"}).notices
+    [notice] = read_conditions(table, by=["aperture"]).notices[1:]
+    assert notice.startswith("Ratings are means over fixation (far, near): if it is a condition, add by=")
+
+
+STRENGTHS = {"none": 1.0, "weak": 1.2, "strong": 1.8}
+GAPS = [
+    f"p{who},{'ab'[who % 2]},{kind},{1 + who / 10},{factor * (1 + who / 10)}"
+    for who in range(12)
+    for kind, factor in STRENGTHS.items()
+    if (who % 2 == 0 or who in (1, 3) or kind != "strong")  # most of group b lack the strongest
+    and (who, kind) != (4, "none")
+]
+
+
+def test_conditions_that_a_group_lacks_are_not_taken_for_its_effect() -> None:
+    """Without an effect of the group a difference of 14 % was found (p .008): its means were of weaker conditions."""
+    own = read_conditions(text_table("\n".join(["subject,group,blur,own,rating", *GAPS])), by=["blur", "group"])
+    own = replace(own, conditions={"blur": ["none", "weak", "strong"], "group": ["a", "b"]})
+    group = next(test for test in rating_tests(own) if test.factor == "group" and test.answer == "rating")
+    people = {name: [np.log(1 + who / 10) for who in range(12) if "ab"[who % 2] == name] for name in "ab"}
+    assert isinstance(group.effect, Effect)
+    assert group.effect.estimate == pytest.approx(np.mean(people["b"]) - np.mean(people["a"]))
+    assert group.effect.standard_error == pytest.approx(np.sqrt(sum(np.var(v, ddof=1) / 6 for v in people.values())))
+    assert group.effect.subjects == 12
+
+
+def test_conditions_that_a_person_lacks_do_not_change_the_effect_within(tmp_path: Path) -> None:
+    rows = [
+        f"p{who},{eye},{size},{size * (2.0 if eye == 'two' else 1.0) * (1 + who / 10)}"
+        for who in range(6)
+        for eye in ("one", "two")
+        for size in (1, 2, 4)
+        if (who, eye, size) not in ((0, "one", 4), (1, "two", 1), (2, "two", 4))
+    ]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["subject,eye,size,rating", *rows]))
+    own = read_conditions(read_table(path), by=["eye", "size=factor"])
+    for test in rating_tests(own):
+        assert test.points is not None
+        effects = subject_effects(test.points, test)
+        assert len(effects) == 6
+        assert effects.to_numpy() == pytest.approx(np.log({"two": 2.0, "2": 2.0, "4": 4.0}[str(test.level)]))
+    made = make_report(path, by=["eye", "size=factor"])
+    assert any(
+        notice.startswith("3 of the 6 subjects lack answers") for part in [made.files] for notice in _notes(part)
+    )
+
+
+def _notes(files: Mapping[str, bytes]) -> list[str]:
+    return [line.strip("> *") for line in files["report.md"].decode().splitlines() if line.startswith(">")]
+
+
+def test_columns_of_a_wide_table_are_levels_of_their_stem() -> None:
+    """Ratings by conditions without apertures asked for the option that was given."""
+    table = text_table("subject,group,depth_low,depth_high\nA,x,1.1,1.4\nB,x,1.0,1.3\nC,y,1.2,1.5\n")
+    for by in (["group"], ["group", "depth=low"]):
+        own = read_conditions(table, {"rating": "depth_*"}, by)
+        assert {name: set(levels) for name, levels in own.conditions.items()} == {
+            "depth": {"low", "high"},
+            "group": {"x", "y"},
+        }
+        assert own.table["rating"].tolist() == [1.1, 1.4, 1.0, 1.3, 1.2, 1.5]
+    with pytest.raises(InputError, match=r'compare these columns as they are with by=\["depth"\]'):
+        read_ratings(table, {"rating": "depth_*"})
+    with pytest.raises(InputError, match=r"no columns relief_\*: it has subject"):
+        read_conditions(table, {"rating": "relief_*"}, ["group"])
 
 
 def test_columns_that_are_empty_in_the_chosen_rows_do_not_choose_the_analysis(tmp_path: Path) -> None:
     """Levels of threshold trials made sliders of the same session "no row with level"."""
     trials: list[dict[str, object]] = [
-        {"subject": "A", "trial_type": "blur", "level_D": 0.1, "interval": 1, "response": 1},
+        {"subject": "A", "trial_type": "blur", "level_D": 0.1, "interval": 1, "response": 1, "pupil_mm": 4},
         {"subject": "A", "trial_type": "slider", "aperture": "f/4", "fixation": "near", "response": 1.4},
     ]
     path = tmp_path / "own.json"
@@ -93,6 +180,7 @@ def test_columns_that_are_empty_in_the_chosen_rows_do_not_choose_the_analysis(tm
     assert kind_of(table).what == "answers at levels"
     assert kind_of(chosen_rows(table, {"trial_type": "slider"})).what == RATINGS
     assert next(explained_table(path, where={"trial_type": "slider"})).endswith("1 depth ratings")
+    assert "pupil" not in str(read_ratings(path, where={"trial_type": "slider"}).exported.columns)  # and are not read
 
 
 def test_a_report_says_that_steps_are_averaged_as_numbers(tmp_path: Path) -> None:

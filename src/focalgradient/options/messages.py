@@ -36,22 +36,23 @@ OPTIONS = {
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
 
-_ENTRY = re.compile(r'\b(\w+)=(?:\{((?:"[^"]*": "[^"]*"(?:, )?)+)\}|\["([^"]*)"\])')
-"""Pattern of a mapping or a list of one in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
+_ENTRY = re.compile(r'\b(\w+)=(?:\{((?:"[^"]*": "[^"]*"(?:, )?)+)\}|\[((?:"[^"]*"(?:, )?)+)\])')
+"""Pattern of a mapping or a list in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
 
 
 def entries_as_options(sentence: str) -> str:
     """Return a message of the library with options instead of entries of mappings and lists.
 
-    >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level"].')
-    "choose with --where phase=main, or give --by 'light level'."
+    >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level", "eye"].')
+    "choose with --where phase=main, or give --by 'light level' --by eye."
     >>> entries_as_options('name them with columns={"rating": "NAME", "scene": "NAME"}.')
     'name them with --columns rating=NAME,scene=NAME.'
     """
 
     def option(entry: re.Match[str]) -> str:
         pairs = re.findall(r'"([^"]*)": "([^"]*)"', entry[2] or "")
-        return f"--{entry[1]} {shlex.quote(entry[3] or ','.join(map('='.join, pairs)))}"
+        values = [",".join(map("=".join, pairs))] if pairs else re.findall(r'"([^"]*)"', entry[3])
+        return " ".join(f"--{entry[1]} {shlex.quote(value)}" for value in values)
 
     return _ENTRY.sub(option, sentence)
 

@@ -23,7 +23,7 @@ from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.thresholds import threshold_part
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Effect, Rules, ThresholdResult
-from focalgradient.statistics.conditions import condition_questions, level_text
+from focalgradient.statistics.conditions import condition_questions, level_text, shared_conditions
 from focalgradient.statistics.criteria import OF_TRIALS, WORDING
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import t_interval
@@ -34,6 +34,7 @@ from focalgradient.tasks import Task
 from focalgradient.tasks.check import called
 from focalgradient.tasks.columns import added_columns
 from focalgradient.user_tables.conditions import STEPS, OwnConditions
+from focalgradient.user_tables.names import few
 
 __all__ = ["condition_part", "conditions_of_dataset", "conditions_of_table", "task_plan"]
 
@@ -178,6 +179,9 @@ def condition_part(
     people = rows["participant_id"].nunique()
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
     without = f"{many(left_out, noun)} left out by the rules on trials" if left_out else "nobody is left out"
+    shared = shared_conditions(rows, factors)
+    cells = rows.groupby(["participant_id", *shared]).size().unstack(shared) if len(factors) > 1 and shared else None
+    lacking = 0 if cells is None else int(cells.isna().any(axis=1).sum())
     effects = ", and over those of effects" if any(test.answer.startswith("(") for test in tests) else ""
     return Part(
         title=title,
@@ -193,6 +197,11 @@ def condition_part(
             for test in tests
             if isinstance(test.effect, Effect) and test.effect.subjects < people
         ]
+        + [
+            f"{lacking} of the {people} {who}s lack answers at some levels of {few(shared)}: means over these are "
+            "least-squares means, as if their effects add."
+        ]
+        * (lacking > 0)
         + [
             f"{one} and {other} always change together: their effects cannot be separated."
             for one, other in combinations(factors, 2)

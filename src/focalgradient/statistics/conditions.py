@@ -383,7 +383,8 @@ def shared_conditions(rows: pd.DataFrame, factors: Sequence[str]) -> list[str]:
 
     Levels of others, such as random amounts of blur, cannot be compared between subjects.
 
-    >>> shared_conditions(pd.DataFrame({"participant_id": [*"AABB"], "eye": [*"LRLR"], "sd": [1, 2, 3, 4]}), ["eye", "sd"])
+    >>> rows = pd.DataFrame({"participant_id": [*"AABB"], "eye": [*"LRLR"], "sd": [1, 2, 3, 4]})
+    >>> shared_conditions(rows, ["eye", "sd"])
     ['eye']
     """
     people = rows.groupby("participant_id")

@@ -20,6 +20,7 @@ from focalgradient.user_tables.schema import ABSENT
 
 __all__ = [
     "check_seconds",
+    "few_levels",
     "in_steps",
     "note_groups",
     "without_codes",
@@ -79,6 +80,10 @@ def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
     return table
 
 
+MAX_LEVELS = 6
+"""Maximum number of levels of a column that may be a condition (our choice)."""
+
+
 def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed: bool = False) -> pd.DataFrame:
     """Replace missing-value codes in the column of a role by empty cells: see `codes_of`.
 
@@ -97,24 +102,45 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
 
 
 def note_groups(
-    cells: pd.DataFrame, people: pd.Series[str], notices: list[str], options: Sequence[str] | None = None
+    cells: pd.DataFrame,
+    people: pd.Series[str],
+    notices: list[str],
+    by: Sequence[str] | None = None,
+    options: Sequence[str] = (),
 ) -> None:
     """Add a notice for each column of groups of people of which each participant is in several, as if numbered anew.
 
-    With `options`, instead for each column whose groups are not analysed: these options and its own compare them.
+    With `by`, the analysed columns, instead for each column whose groups are not analysed: these, its own name and
+    further options compare them.
     """
     for name in filter(lambda name: GROUPS.fullmatch(heading(name)), map(str, cells)):
         levels = cells[name].str.strip()
-        if options is None and levels.where(levels != "").groupby(people).nunique().min() > 1:
+        if by is None and levels.where(levels != "").groupby(people).nunique().min() > 1:
             notices.append(
                 f"Every participant is in several levels of {printable(name)}, and was taken for one person: give "
                 "people of different groups different names."
             )
-        is_between = options is not None and levels.groupby(people).nunique().max() == 1
-        if options is not None and is_between and 1 < levels.nunique() < people.nunique():
+        is_between = by is not None and levels.groupby(people).nunique().max() == 1
+        if by is not None and is_between and 1 < levels.nunique() < people.nunique():
             shown = f"{printable(name)} ({few(sorted(levels.unique()))})"
-            compared = " ".join([*options, f'by=["{printable(name)}"]'])
+            listed = ", ".join(f'"{printable(column)}"' for column in (*by, name))
+            compared = " ".join([*options, f"by=[{listed}]"])
             notices.append(f"{shown} is not analysed: compare the groups with {compared}.")
+
+
+def few_levels(cells: pd.DataFrame, within: Sequence[pd.Series[str]]) -> dict[str, str]:
+    """Return the columns that may be conditions within people, each with its few levels in words.
+
+    They have values in all rows, and several values `within` a person, or within the levels of further columns.
+    """
+    return {
+        name: few(sorted(cells[name].unique()))
+        for name in map(str, cells)
+        if name.strip()
+        and cells[name].nunique() <= MAX_LEVELS
+        and cells[name].groupby(within).nunique().max() > 1
+        and not cells[name].str.strip().str.casefold().isin(ABSENT).any()
+    }
 
 
 def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:

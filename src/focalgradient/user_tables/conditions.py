@@ -13,15 +13,15 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date
-from focalgradient.user_tables.cleaning import note_groups
+from focalgradient.user_tables.cleaning import few_levels, note_groups
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column
-from focalgradient.user_tables.source import Source, Where, completed, found_columns
+from focalgradient.user_tables.source import Source, Where, completed, found_columns, where_like
 from focalgradient.user_tables.trials import numbered
-from focalgradient.user_tables.wide import long_columns, long_form
+from focalgradient.user_tables.wide import long_columns, long_form, stem_of_columns
 from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, with_diameters
 
 __all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
@@ -126,7 +126,12 @@ def read_conditions(
     check_rating(source)
     file = source.cells
     if "rating" not in source.columns:
-        source = _melted(source, conditions or {}, (columns or {}).get("rating"))
+        measure = (columns or {}).get("rating")
+        source = _melted(source, conditions or {}, measure)
+        if "rating" not in source.columns and measure is not None:
+            source, condition = _levels_in_columns(source, measure)
+            is_stated = any(name_and_reference(name, [condition])[0] == condition for name in by)
+            by = by if is_stated else [condition, *by]
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
     by_name = source.columns | {clean(str(name)).casefold(): str(name) for name in source.cells}
@@ -170,8 +175,13 @@ def read_conditions(
     if steps or order:
         source.notices.append(STEPS)
     cells = source.cells.loc[table.index]
-    options = [f'by=["{printable(name)}"]' for name in theirs]
-    note_groups(cells[source.unused], cells[source.columns["participant_id"]], source.notices, options)
+    people = cells[source.columns["participant_id"]]
+    note_groups(cells[source.unused], people, source.notices, theirs)
+    for name, values in few_levels(cells[source.unused], [people]).items():
+        source.notices.append(
+            f"Ratings are means over {printable(name)} ({values}): if it is a condition, add "
+            f'by=["{printable(name)}"], or choose a level with {where_like(name, min(cells[name]))}.'
+        )
     return OwnConditions.of(replace(source, cells=file), table, conditions=levels, log=log, steps=steps or bool(order))
 
 
@@ -187,6 +197,31 @@ def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) 
     cells.attrs = source.cells.attrs
     columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
     return replace(source, cells=cells, columns=columns | stated)
+
+
+def _levels_in_columns(source: Source, measure: str) -> tuple[Source, str]:
+    r"""Return a wide table with a row for each rating, and its condition: the columns are "CONDITION_LEVEL".
+
+    >>> from focalgradient.user_tables.files import text_table
+    >>> table = text_table("subject,depth_low,depth_high\nA,1.1,1.4\nB,1.0,1.3\n")
+    >>> dict(read_conditions(table, {"rating": "depth_*"}, ["depth=low"]).conditions)
+    {'depth': ['low', 'high']}
+    """
+    stem = stem_of_columns(measure)
+    levels = {name: name[len(stem) :].strip("_-. ()") for name in source.unused if name.startswith(stem)}
+    wide = [name for name, level in levels.items() if level]
+    if not wide:
+        raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
+    parts = [
+        source.cells.drop(columns=wide)
+        .assign(**{stem: levels[name], "rating": source.cells[name], "column": name})
+        .set_index("column", append=True)
+        for name in wide
+    ]
+    cells = pd.concat(parts).sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
+    cells.attrs = source.cells.attrs
+    columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
+    return replace(source, cells=cells, columns=columns | {"rating": "rating"}), stem
 
 
 def _with_meanings(source: Source, by: Sequence[str], references: dict[str, str], words: Words) -> Source:

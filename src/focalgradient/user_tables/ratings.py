@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -16,10 +17,10 @@ from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import ABSENT, RATINGS
-from focalgradient.user_tables.source import Source, Where, completed, where_like
-from focalgradient.user_tables.tidy import PINHOLE, rating_table
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, where_like
+from focalgradient.user_tables.tidy import FIXATIONS, PINHOLE, rating_table
 from focalgradient.user_tables.trials import numbered
-from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form
+from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form, stem_of_columns
 from focalgradient.user_tables.words import given_words, meant, whole_steps, with_diameters
 
 __all__ = ["OwnRatings", "check_rating", "rated", "read_ratings"]
@@ -106,7 +107,14 @@ def read_ratings(
         _require(source)
         table = source.rows()
     else:
-        table = long_form(source, conditions or {}, (columns or {}).get("rating"))
+        measure = (columns or {}).get("rating")
+        table = long_form(source, conditions or {}, measure)
+        if measure is not None and table.index.nlevels < 3:
+            raise InputError(
+                f"{source.name} has no column {printable(measure)} whose name holds an aperture, like near_f5.6: "
+                f'{conditions_like("f/5.6")}, or compare these columns as they are with by=["'
+                f'{printable(stem_of_columns(measure))}"].'
+            )
         _require(source, *table)
         table = source.cleaned(table)
     if "aperture" in table and "aperture_mm" not in table:
@@ -137,19 +145,25 @@ def read_ratings(
                 "'focalgradient report --focal-length'."
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
-    _note_groups(source, table)
+    _note_groups(source, table, conditions or {})
     checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
 
 
-def _note_groups(source: Source, table: pd.DataFrame) -> None:
-    """Note groups of people, whose depth effects are not compared, with the options that compare them."""
-    index = table.index.droplevel(2) if table.index.nlevels > 2 else table.index  # type: ignore[arg-type]
-    cells, columns = source.cells.loc[index.unique()], source.columns
-    options = [f'by=["{printable(columns.get("aperture", columns.get("aperture_mm", "aperture")))}"]']
-    if "fixation" in columns:
-        options.insert(0, where_like(columns["fixation"], cells[columns["fixation"]].mode()[0]))
-    note_groups(cells[source.unused], cells[columns["participant_id"]], source.notices, options)
+def _note_groups(source: Source, table: pd.DataFrame, conditions: Mapping[str, str]) -> None:
+    """Note groups of people, whose near depth effects are not compared, with the options that compare them."""
+    near = table[table["fixation"] == FIXATIONS[0]]
+    index, near_index = (
+        (of.index.droplevel(2) if of.index.nlevels > 2 else of.index).unique()  # type: ignore[arg-type]
+        for of in (table, near)
+    )
+    cells, columns, options = source.cells.loc[index], source.columns, list[str]()
+    if "fixation" in columns and not near.empty:
+        options.append(where_like(columns["fixation"], str(cells.loc[near_index, columns["fixation"]].mode()[0])))
+    if conditions:
+        options.append(f"conditions={json.dumps(dict(conditions), ensure_ascii=False)}")
+    by = [columns.get("aperture", columns.get("aperture_mm", "aperture"))]
+    note_groups(cells[source.unused], cells[columns["participant_id"]], source.notices, by, options)
 
 
 def check_rating(source: Source) -> None:

@@ -13,6 +13,7 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.user_tables.cleaning import few_levels
 from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
@@ -126,10 +127,6 @@ def read_thresholds(
     return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate, conditions=names)
 
 
-MAX_LEVELS = 6
-"""Maximum number of levels of a column that may be a condition of thresholds (our choice)."""
-
-
 def _note_conditions(source: Source, table: pd.DataFrame) -> None:
     """Note unused columns of few levels that vary within a person, over which a threshold is fitted.
 
@@ -141,17 +138,7 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
     cells = source.cells.loc[table.index.unique()]
     people, compared = [cells[source.columns["participant_id"]]], source.columns.get("condition", "")
 
-    def varies(name: str, within: list[pd.Series[str]]) -> bool:
-        return bool(cells[name].groupby(within).nunique().max() > 1)
-
-    split = {
-        name: few(sorted(cells[name].unique()))
-        for name in source.unused
-        if name.strip()
-        and cells[name].nunique() <= MAX_LEVELS
-        and varies(name, [*people, cells[compared]] if compared else people)
-        and not cells[name].str.strip().str.casefold().isin(ABSENT).any()
-    }
+    split = few_levels(cells[source.unused], [*people, cells[compared]] if compared else people)
     for name in split if compared else ():
         if heading(name) in ("condition", *THRESHOLDS.columns["condition"].names):
             raise InputError(
@@ -159,7 +146,7 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
                 f"each threshold would be over all levels of {printable(name)}: choose one with "
                 f"{where_like(name, min(cells[name]))}."
             )
-    if split and not (compared and varies(compared, people)):
+    if split and not (compared and cells[compared].groupby(people).nunique().max() > 1):
         first = next(iter(split))
         shown = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
         one = "it" if len(split) == 1 else "one of them"

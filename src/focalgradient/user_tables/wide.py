@@ -15,7 +15,7 @@ from focalgradient.user_tables.source import Source
 from focalgradient.user_tables.tidy import PINHOLE
 from focalgradient.user_tables.words import FIXED, SHARP
 
-__all__ = ["MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form"]
+__all__ = ["MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form", "stem_of_columns"]
 
 MEASURES = frozenset(("rating", "ratings", "resp", "response", "depth", "score", "value", "judgment", "judgement"))
 """Words in names of wide columns that say nothing but that these are ratings."""
@@ -39,6 +39,15 @@ BARE = re.compile(r"(?<![^\s_,;:()\-])\d+(?:[.,]\d+)?(?![^\s_,;:()\-])")
 def long_columns(columns: Mapping[str, str] | None) -> Mapping[str, str] | None:
     """Return `columns` without a rating given as a word that names of wide columns hold, like rating=depth_*."""
     return {role: name for role, name in (columns or {}).items() if role != "rating" or not name.endswith("*")}
+
+
+def stem_of_columns(measure: str) -> str:
+    """Return the beginning of the names of wide columns, without the mark and what separates it from the rest.
+
+    >>> stem_of_columns("depth_*")
+    'depth'
+    """
+    return measure.rstrip("*_-. ")
 
 
 class Heading(NamedTuple):
@@ -111,7 +120,7 @@ def _one_measure(source: Source, wide: Mapping[str, Heading], measure: str | Non
     """Return the wide columns of ratings, where the table has further measures of each condition."""
     words = {name: [word.lower() for word in PARTS.split(name) if word] for name in wide}
     if measure is not None and measure.endswith("*"):
-        stem = measure.rstrip("*_-. ").lower()
+        stem = stem_of_columns(measure).lower()
         return {name: wide[name] for name in wide if stem in words[name] or name.lower().startswith(stem)}
     other = [name for name in wide if not OTHER_MEASURES.isdisjoint(words[name])]
     if other and len(other) < len(wide):
