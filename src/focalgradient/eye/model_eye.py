@@ -7,6 +7,7 @@ for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two mo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Protocol
@@ -23,7 +24,7 @@ from focalgradient.eye.ranges import Pupil as PupilDiameter
 from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations, defocus_term
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
 from focalgradient.quantities import Range
@@ -236,6 +237,21 @@ class Eye:
         """Vergence in dioptres of the plane in focus: higher in blue light; negative if focus lies beyond infinity."""
         return float(self.focus_in(self.wavelength_nm))
 
+    @property
+    def meridian_vergences(self) -> tuple[float, float]:
+        """Vergences in dioptres in focus in the two principal meridians, the lower first; equal without astigmatism.
+
+        They include the Zernike terms of second order: a prescribed eye's mean is `focus_vergence`.
+
+        >>> [round(vergence, 2) for vergence in Eye(0.004, 1.0, aberrations=((2, 2, 0.289),)).meridian_vergences]
+        [0.65, 1.35]
+        """
+        terms = {(n, m): um for n, m, um in added_terms(*self.aberrations)}
+        dioptres = 1 / defocus_term(1.0, self.pupil_diameter)  # per micrometre of c(2, 0)
+        middle = self.focus_vergence + dioptres * terms.get((2, 0), 0.0)
+        half = dioptres * math.hypot(terms.get((2, -2), 0.0), terms.get((2, 2), 0.0)) / math.sqrt(2)
+        return middle - half, middle + half
+
     def focus_in(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
         """Return the vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
 
@@ -321,6 +337,8 @@ class Eye:
 
     def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
         """Return the angular radius in radians of the blur disc of points at `distance` (m, any shape).
+
+        Of an astigmatic eye, the disc of its spherical equivalent; `meridian_vergences` give the blur's two half-axes.
 
         >>> round(float(Eye(0.004, 2.0).blur_radius(1.0)), 9)  # 2 mm x 1 D
         0.002
