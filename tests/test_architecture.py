@@ -23,9 +23,11 @@ PACKAGE = ROOT / "src" / "focalgradient"
 ROOMS = {
     room: set(others.split())
     for room, others in {
+        "arrays": "",
         "citation": "",
         "errors": "",
         "files": "errors",
+        "loops": "",
         "memory": "errors",
         "parallel": "errors",
         "progress": "",
@@ -33,13 +35,14 @@ ROOMS = {
         "plausibility": "errors",
         "optics": "errors plausibility quantities",
         "paper": "errors optics",
-        "psf": "errors",
+        "psf": "arrays errors",
         "view": "errors optics plausibility",
-        "depth": "errors files optics parallel plausibility progress psf quantities view",
-        "scenes": "errors parallel quantities",
-        "render": "errors optics parallel progress psf quantities scenes view",
-        "eye": "depth errors files optics parallel plausibility progress psf quantities render scenes view",
-        "retina": "binocular errors eye files progress quantities render view",
+        "depth": "arrays errors files loops optics parallel plausibility progress psf quantities view",
+        "scenes": "errors loops parallel quantities",
+        "render": "arrays errors loops optics parallel progress psf quantities scenes view",
+        "eye": "arrays depth errors files loops optics parallel plausibility progress psf quantities render scenes "
+        "view",
+        "retina": "arrays binocular errors eye files progress quantities render view",
         "binocular": "errors files optics progress render scenes view",
         "srgb": "",
         "live": "display errors eye files memory optics progress render srgb",
@@ -50,15 +53,16 @@ ROOMS = {
         "tables": "errors files",
         "words": "errors files",
         "analyses": "errors",
-        "scales": "analyses errors files statistics words",
+        "scales": "analyses arrays errors files statistics words",
         "tasks": "display errors files scales statistics words",
         "experiments": "dataset design display errors files scales statistics stimuli tasks",
         "design": "errors files scales tables tasks words",
         "dataset": "design errors files parallel quantities scales tables tasks",
-        "observers": "dataset depth design display errors eye files parallel progress render scales scenes statistics "
-        "stimuli tasks",
-        "published": "dataset design display errors eye files observers progress scales statistics stimuli tasks",
-        "calibration": "depth errors optics psf quantities view",
+        "observers": "arrays dataset depth design display errors eye files parallel progress render scales scenes "
+        "statistics stimuli tasks",
+        "published": "arrays dataset design display errors eye files observers progress scales statistics stimuli "
+        "tasks",
+        "calibration": "arrays depth errors optics psf quantities view",
         "photographs": "calibration depth errors files memory optics plausibility progress psf quantities srgb "
         "tables view",
         "video": "depth display errors files optics plausibility progress psf quantities srgb view",
@@ -68,7 +72,7 @@ ROOMS = {
         "stimuli tables tasks termination",
         "web": "dataset design display errors files live psf render scales stimuli tasks",
         "user_tables": "analyses errors files",
-        "statistics": "analyses errors files parallel progress quantities user_tables",
+        "statistics": "analyses arrays errors files parallel progress quantities user_tables",
         "power": "design errors files observers parallel progress quantities scales statistics tasks user_tables",
         "report": "dataset design errors files observers plotting power progress scales statistics tasks user_tables",
         "plotting": "depth errors eye luminance optics scenes statistics view",

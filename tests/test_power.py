@@ -51,13 +51,6 @@ def test_scenes_are_random_from_their_fewest_on(scenes: int, least: float, most:
     assert least <= quick_power(Study(model, design), 12, 1000)["near_rise"] <= most
 
 
-@pytest.mark.parametrize("log_odds", [-1.5, 0.0, 1.0])
-def test_the_simulated_share_of_time_has_its_odds(log_odds: float) -> None:
-    reports = _reports(20_000.0, log_odds, 2.0, CubeModel(duration_spread=0.5), np.random.default_rng(1))
-    nonrigid = sum(lasts for _, lasts, percept in reports if percept == "nonrigid") / 20_000
-    assert nonrigid == pytest.approx(1 / (1 + math.exp(-log_odds)), abs=0.01)
-
-
 def test_simulated_durations_have_the_stated_correlation_and_first_percept() -> None:
     model = CubeModel(serial=0.4, first_ratio=2.0, duration_spread=0.6)
     logs = np.log([lasts for _, lasts, _ in _reports(20_000.0, 0.0, 2.0, model, np.random.default_rng(2))][:-1])

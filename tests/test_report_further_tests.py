@@ -20,7 +20,7 @@ pytestmark = pytest.mark.usefixtures("unrendered")
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("scale", ["ratio", "bipolar", "visual-analogue"])
+@pytest.mark.parametrize("scale", ["ratio", "visual-analogue"])
 def test_confidence_that_rises_with_the_aperture_is_found(tmp_path: Path, scale: str) -> None:
     chance = np.random.default_rng(1)
     factors = {"light": {"levels": ["dim", "bright"]}, "group": {"levels": ["1", "2"], "vary": "between"}}

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Lens
 from focalgradient.psf import Psf, psf_of
@@ -17,8 +18,6 @@ from focalgradient.quantities import Range
 from focalgradient.view import from_centre
 
 __all__ = ["Calibration", "Field", "Prediction", "Reading", "disc_radius"]
-
-FloatArray = NDArray[np.float64]
 
 
 LEAST_INFORMED = 0.5

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.calibration.camera import Calibration, Field, disc_radius
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.common_error import field_modes, spread_over
@@ -28,7 +29,6 @@ from focalgradient.view import View
 
 __all__ = ["FieldFit", "apply_calibration", "fit_field"]
 
-FloatArray = NDArray[np.float64]
 
 GRID = 12
 """Number of cells of the frame, in each direction, whose medians are fitted."""

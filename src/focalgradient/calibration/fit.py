@@ -11,13 +11,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.calibration.camera import Calibration, Prediction, Reading, disc_radius
 from focalgradient.errors import InputError, check_fields, check_number
 from focalgradient.optics import Lens
 
 __all__ = ["EDGE_K", "Priors", "calibrate", "cross_validate", "improbability"]
 
-FloatArray = NDArray[np.float64]
 
 EDGE_K = 0.546
 """Ratio sigma / radius of the Gaussian that best fits an edge blurred by a uniform disc (radius of 3 pixels and more).

@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from focalgradient.calibration.camera import Calibration, Reading
 from focalgradient.calibration.fit import Priors, calibrate
@@ -32,7 +31,6 @@ from focalgradient.view import View
 
 __all__ = ["PairBlur", "calibrate_pairs", "likeliest_shape", "pair_blur", "pair_priors", "shape_k"]
 
-FloatArray = NDArray[np.float64]
 
 CELLS = 6
 """Number of cells of the frame, in each direction, that the jackknife leaves out in turn."""

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.calibration.camera import Calibration, Field
 from focalgradient.calibration.field import apply_calibration
 from focalgradient.calibration.fit import Priors
@@ -32,7 +33,6 @@ from focalgradient.view import View
 
 __all__ = ["LEAST_SCENE_SHARE", "KnownScene", "SceneFit", "SceneScore", "fit_scenes", "score_scene"]
 
-FloatArray = NDArray[np.float64]
 
 STRIDE = 8
 """Spacing of the sampled pixels, in pixels: the default window, within which errors are correlated."""

@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import FocalGradientWarning, InputError, described, is_number
 from focalgradient.optics import Optics, capabilities
 from focalgradient.view import from_centre
@@ -39,7 +40,6 @@ __all__ = [
     "with_known_points",
 ]
 
-FloatArray = NDArray[np.float64]
 
 CORNERS = "field_at_the_corners"
 """Name of the part of the errors that is largest at the corners of the frame, where it is stated."""

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from scipy import ndimage, sparse
 from scipy.sparse import linalg
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.numerics import block_mean, block_sum, interpolate_nodes
 
 __all__ = ["complete"]

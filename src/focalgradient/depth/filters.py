@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, sparse, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -33,7 +34,6 @@ __all__ = [
     "smoothed",
 ]
 
-FloatArray = NDArray[np.float64]
 Floats = NDArray[np.floating]
 Image = NDArray[np.float32]
 

@@ -32,10 +32,11 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import j0
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
 from focalgradient.depth.equalise.signal import UNEXPLAINED
 from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
-from focalgradient.depth.filters import RADII, FloatArray, Image, smoothed
+from focalgradient.depth.filters import RADII, Image, smoothed
 from focalgradient.depth.noise import NOISE_SIDE, noise_from_residuals
 from focalgradient.depth.registration import RegisteredViews, measure_placement, resample
 from focalgradient.depth.search import Blurs, Problem, Search, one_focus

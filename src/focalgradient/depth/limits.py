@@ -12,7 +12,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.filters import SCENE_SLOPE, FloatArray
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.depth.search import view_blur
 from focalgradient.depth.settings import blur_source, noise_of_each
 from focalgradient.errors import InputError, check_finite

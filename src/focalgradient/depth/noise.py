@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage, optimize
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
 from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile, quartile_by_chance
-from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, Image, Spectra, smoothed
+from focalgradient.depth.filters import RADIAL, RADII, Floats, Image, Spectra, smoothed
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs
 

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.numerics import repeat_blocks
 from focalgradient.parallel import share_rows
 

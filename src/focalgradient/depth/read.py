@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage
 from scipy.interpolate import make_interp_spline
 
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.validity import SECONDARY_MINIMUM
 from focalgradient.parallel import share_rows

@@ -10,7 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, disc_pass, plane
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import ROUND, Frequencies, disc_pass, plane
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.settings import OPTICS, BlurSource, RecoverySettings
 from focalgradient.errors import InputError

@@ -14,8 +14,9 @@ from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite, checked, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.cones import S_FINEST_CPD, Cones
@@ -35,7 +36,6 @@ from focalgradient.view import View
 
 __all__ = ["Accommodation", "Course", "Cue", "Rendering", "Stimulus", "accommodate", "target_course"]
 
-FloatArray = NDArray[np.float64]
 
 Cue = Literal["bands", "moments", "both"]
 """Views that depth is estimated from: two wavebands at each moment, one waveband at several moments, or both

@@ -19,12 +19,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import expm
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.quantities import Range
 
 __all__ = ["Plant"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,13 +15,12 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import check_number
 
 __all__ = ["Predictor"]
 
-FloatArray = NDArray[np.float64]
 
 HERTZ: FloatArray = np.asarray(np.arange(0.075, 1.26, 0.025), dtype=np.float64)
 """Frequencies of the fitted sines in hertz, within the range that accommodation follows."""

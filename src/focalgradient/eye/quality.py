@@ -14,6 +14,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.cones import HIGHEST_CPD, Cones
@@ -23,7 +24,6 @@ from focalgradient.quantities import Range, Values
 
 __all__ = ["ThroughFocus", "contrast_sensitivity", "image_quality", "point_images"]
 
-FloatArray = NDArray[np.float64]
 
 RADII, ANGLES = 40, 12
 """Number of frequencies along a radius and of directions over half a circle (of isotropic blur one suffices) in the sum

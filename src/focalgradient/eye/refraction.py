@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_one_of, checked, described
 from focalgradient.eye.age import accommodation_amplitude
 from focalgradient.eye.ranges import Age, Vergence, check_kind
@@ -22,7 +22,6 @@ from focalgradient.quantities import Check, Range
 
 __all__ = ["CORRECTIONS", "Correction", "Refraction", "focus_of", "worn_of"]
 
-FloatArray = NDArray[np.float64]
 
 VERTEX = 0.012
 """Vertex distance of spectacles in metres: 12 mm, at which prescriptions are usually stated (ISO 13666)."""

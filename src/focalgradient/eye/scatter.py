@@ -16,15 +16,15 @@ from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import j0
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import check_fields, check_finite
 from focalgradient.quantities import Range, Values
 
 __all__ = ["Scatter"]
 
-FloatArray = NDArray[np.float64]
 
 NEAREST, FARTHEST = 0.1, 90.0
 """Range of scattering angles in degrees: nearer, the equation does not hold, and the waves of the pupil give the

@@ -10,11 +10,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.wavefront import Pupil
+from focalgradient.loops import reordered
 
 __all__ = ["through_focus"]
 
@@ -77,7 +77,7 @@ def _wavefront_table(pupil: Pupil) -> NDArray[np.float64]:
     return pupil.phase(place + 1j * place[:, None])
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
+@reordered
 def _phase(table, x, y):  # type: ignore[no-untyped-def]
     """Interpolate the table's phase at a place in the unit disc."""
     size = (len(table) - 4) // 2
@@ -89,7 +89,7 @@ def _phase(table, x, y):  # type: ignore[no-untyped-def]
     return upper + down * (lower - upper)
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
+@reordered
 def _through_focus(shifts, table, loss, nodes, weights, nodes2, weights2, phases, even, found):  # type: ignore[no-untyped-def]
     for f in range(shifts.size):
         moved = shifts[f]

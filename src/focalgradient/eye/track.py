@@ -15,9 +15,10 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtri
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.patch import likelihood_of_transfers, ring_transfer
 from focalgradient.errors import InputError, check_fields, check_finite, check_list, check_number
 from focalgradient.progress import Progress
@@ -26,7 +27,6 @@ from focalgradient.view import View
 
 __all__ = ["Motion", "Track", "Tracker", "track"]
 
-FloatArray = NDArray[np.float64]
 
 GRID: FloatArray = np.asarray(np.arange(-1.0, 9.0001, 0.08), dtype=np.float64)
 """Vergences in dioptres at which a target is searched after a jump, and the range of samples; negative ones lie beyond

@@ -10,13 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number, described
 
 __all__ = ["ZonedLens"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

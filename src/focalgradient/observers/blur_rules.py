@@ -13,14 +13,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.likelihood import Answers, Choices, Conditions, Values
 
 __all__ = ["BLUR_RULES", "BlurRatings", "BlurRule", "blur_choices", "blur_ratings"]
 
-FloatArray = NDArray[np.float64]
 
 LAPSES = 0.02
 """Lapse rate of choices, fixed (Wichmann & Hill 2001)."""

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.special import ndtr
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.retinal_blur import MISFIT, SAMPLING_BLUR
 
 __all__ = ["border_blur", "share_border"]
 
-FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
 
 REACH = 24

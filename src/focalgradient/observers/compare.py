@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.observers.likelihood import (
     AnswerModel,
@@ -24,7 +24,6 @@ from focalgradient.progress import Progress
 
 __all__ = ["ObserverComparison", "compare_observers", "exceedance_probabilities"]
 
-FloatArray = NDArray[np.float64]
 
 DIRICHLET_SAMPLES = 200_000
 """Number of Dirichlet samples for the exceedance probabilities: their standard error is at most 0.001."""

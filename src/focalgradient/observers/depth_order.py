@@ -9,14 +9,13 @@ are in dioptres and thus independent of distance. These forms are assumptions, w
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.likelihood import Choices, Conditions, Values
 
 __all__ = ["DEPTH_ORDER_OBSERVERS", "depth_order_observer"]
 
-FloatArray = NDArray[np.float64]
 
 UNIT = 0.35
 """Difference in distance (D) to which the d' parameters refer, between the differences of 0.2 and 0.5 D shown."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.front_end import DARK, block_means
 
 __all__ = ["disparity_at_places"]
 
-FloatArray = NDArray[np.float64]
 
 WIDEST = 120.0
 """Maximum disparity searched, in arcmin (our choice)."""

@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.front_end import block_means, blur_of, check_fixation, fixated_blur, seen_by
@@ -20,7 +20,6 @@ from focalgradient.observers.observer import Observer
 
 __all__ = ["DistanceOfFixated", "Magnitude", "RelativeLayout"]
 
-FloatArray = NDArray[np.float64]
 
 DISTANCES = np.geomspace(0.02, 1000.0, 600)
 """Candidate distances in metres: from nearer than any eye focuses to where blur is negligible."""

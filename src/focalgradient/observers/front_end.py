@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.measure import measure_edges
 from focalgradient.display import Display
 from focalgradient.errors import InputError
@@ -40,7 +41,6 @@ __all__ = [
     "seen_by",
 ]
 
-FloatArray = NDArray[np.float64]
 
 SPACING = 32
 """Distance between places, in pixels."""

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtr
 
+from focalgradient.arrays import FloatArray
 from focalgradient.dataset import check_stimuli
 from focalgradient.design import BlurThresholdDesign
 from focalgradient.observers.encoding import PUPIL, EncodedStimulus, encode_light
@@ -31,7 +31,6 @@ from focalgradient.stimuli import StimulusSet, blurred_scene, read_set
 
 __all__ = ["JUDGEMENTS", "SeenBlur", "SeenDepth", "SeenLevels", "encoded_levels", "seen_intervals"]
 
-FloatArray = NDArray[np.float64]
 
 ENCODED = 11
 """Number of encoded levels."""

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.durations import lognormal_log_density
 from focalgradient.statistics.hessian import covariance_at, polished
@@ -33,7 +34,6 @@ __all__ = [
     "simulated_ratings",
 ]
 
-FloatArray = NDArray[np.float64]
 Values = Mapping[str, float]
 Conditions = Mapping[str, FloatArray]
 

@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.observers.front_end import blur_of, fixated_blur, seen_by
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import SD_PER_RADIUS
 
 __all__ = ["Look", "blur_threshold", "look"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -10,14 +10,13 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.likelihood import AnswerModel, Answers, Conditions, Durations, Values
 from focalgradient.statistics.durations import gamma_log_density
 
 __all__ = ["PERCEPT_OBSERVERS", "GammaDurations", "percept_observer"]
 
-FloatArray = NDArray[np.float64]
 
 START = {"level": 4.0, "people": 0.5, "spread": 0.8, "first": 0.0, "serial": 0.1}
 POSITIVE = frozenset({"level", "people", "spread"})

@@ -22,8 +22,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.encoding import EncodedStimulus
 from focalgradient.observers.observer import Observer
 
@@ -41,7 +41,6 @@ __all__ = [
     "sensed_blur_depth",
 ]
 
-FloatArray = NDArray[np.float64]
 
 SD_PER_RADIUS = 0.55
 """Ratio of the estimated SD of a disc-shaped blur to the radius of the disc, measured in tests/observers."""

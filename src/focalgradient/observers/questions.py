@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 from scipy.special import ndtr, ndtri
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.borders import border_blur, share_border
@@ -28,7 +29,6 @@ from focalgradient.observers.retinal_blur import SAMPLING_BLUR, BlurEstimate
 
 __all__ = ["BlurDiscrimination", "Choice", "DepthOrder", "FigureGround", "Question", "more_blurred"]
 
-FloatArray = NDArray[np.float64]
 Region = NDArray[np.bool_]
 
 Answered = TypeVar("Answered", covariant=True)

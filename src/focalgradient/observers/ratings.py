@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.distances import Magnitude, RelativeLayout
@@ -18,7 +18,6 @@ from focalgradient.observers.perception import relief
 
 __all__ = ["DepthExtent", "DepthRating"]
 
-FloatArray = NDArray[np.float64]
 
 FIXATIONS = 20
 """Number of simulated fixations per answer, which determine its median and spread."""

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 from scipy.ndimage import gaussian_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.measure import measure_edges
 from focalgradient.eye import mean_eye_mtf
 
@@ -36,7 +37,6 @@ __all__ = [
     "texture_slope",
 ]
 
-FloatArray = NDArray[np.float64]
 
 Law = Callable[[FloatArray, FloatArray], FloatArray]
 """Function for E, up to a factor, of receptive-field sizes (px) and blurs (SD, px): blurs x sizes."""

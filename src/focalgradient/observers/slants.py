@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 from scipy.stats import theilslopes
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.disparities import disparity_at_places
@@ -25,7 +25,6 @@ from focalgradient.observers.observer import Observer
 
 __all__ = ["PerceivedSlant", "Slant"]
 
-FloatArray = NDArray[np.float64]
 
 SLANTS = np.radians(np.arange(-88.0, 88.1, 1.0))
 """Candidate slants, in radians; negative if the far side is opposite to the tilt."""

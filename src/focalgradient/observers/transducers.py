@@ -11,14 +11,14 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import ndtr, ndtri
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers.likelihood import Choices, Conditions, Values
 
 __all__ = ["transducer_observers"]
 
-FloatArray = NDArray[np.float64]
 
 LAPSES = 0.02
 """Lapse rate, fixed (Wichmann & Hill 2001)."""

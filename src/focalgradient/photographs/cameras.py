@@ -55,15 +55,14 @@ _Positive = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a pos
 
 
 class _Body(Sensor):
-    edge_scatter_um: Annotated[float, Field(ge=0, allow_inf_nan=False, description="a number of 0 or more")] = 0.0
-    psf: Annotated[
-        str | dict[str, str | int | float] | None,
-        Field(description='the name of a shape of blur, or a table such as {shape = "polygon", blades = 6}'),
-    ] = None
+    edge_scatter_um: float = Field(0.0, ge=0, allow_inf_nan=False, description="a number of 0 or more")
+    psf: str | dict[str, str | int | float] | None = Field(
+        None, description='the name of a shape of blur, or a table such as {shape = "polygon", blades = 6}'
+    )
     blur_k: _Positive
     own_blur_um2: _Number
     offset_m: _Number
-    model_error: Annotated[float, Field(ge=0, lt=1, description="a fraction from 0 to below 1")]
+    model_error: float = Field(ge=0, lt=1, description="a fraction from 0 to below 1")
 
 
 class _Aperture(Table):
@@ -72,31 +71,29 @@ class _Aperture(Table):
 
 
 class _Focus(Table):
-    focus_distance_m: Annotated[float | None, Field(gt=0, description="a positive number of metres, or inf")] = None
+    focus_distance_m: float | None = Field(None, gt=0, description="a positive number of metres, or inf")
     vergence_dioptres: _Positive
 
 
 class _Uncertainty(Table):
-    covariance: Annotated[list[list[_Number]], Field(description="a square matrix with one row per parameter")]
-    informed: Annotated[list[_Number], Field(description="one number per parameter")]
+    covariance: list[list[_Number]] = Field(description="a square matrix with one row per parameter")
+    informed: list[_Number] = Field(description="one number per parameter")
 
 
 class _FieldTable(Table):
-    focus: Annotated[list[_Number], Field(min_length=5, max_length=5, description="five numbers")]
-    blur: Annotated[list[_Number], Field(min_length=5, max_length=5, description="five numbers")]
-    bounds: Annotated[list[_Number], Field(min_length=4, max_length=4, description="four numbers")]
+    focus: list[_Number] = Field(min_length=5, max_length=5, description="five numbers")
+    blur: list[_Number] = Field(min_length=5, max_length=5, description="five numbers")
+    bounds: list[_Number] = Field(min_length=4, max_length=4, description="four numbers")
     split_band_scale: _Positive
-    tilt: Annotated[list[_Number] | None, Field(min_length=2, max_length=2, description="two numbers")] = None
+    tilt: list[_Number] | None = Field(None, min_length=2, max_length=2, description="two numbers")
 
 
 class _CameraFile(Table):
-    camera: Annotated[_Body, Field(description="a table [camera]")]
-    apertures: Annotated[
-        list[_Aperture], Field(alias="aperture", min_length=1, description="one or more [[aperture]] tables")
-    ]
-    focus: Annotated[list[_Focus], Field(min_length=1, description="one or more [[focus]] tables")]
-    uncertainty: Annotated[_Uncertainty, Field(description="a table [uncertainty]")]
-    field: Annotated[_FieldTable | None, Field(description="a table [field]")] = None
+    camera: _Body = Field(description="a table [camera]")
+    apertures: list[_Aperture] = Field(alias="aperture", min_length=1, description="one or more [[aperture]] tables")
+    focus: list[_Focus] = Field(min_length=1, description="one or more [[focus]] tables")
+    uncertainty: _Uncertainty = Field(description="a table [uncertainty]")
+    field: _FieldTable | None = Field(None, description="a table [field]")
 
 
 def load_camera(path: str | os.PathLike[str]) -> Calibrated:

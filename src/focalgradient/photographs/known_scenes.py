@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 from pydantic import Field
@@ -58,29 +58,26 @@ class UnusableSceneError(InputError):
 class SceneCamera(TargetCamera):
     """The camera, its priors, and the unit of the depth files: table ``[camera]``."""
 
-    depth_unit: Annotated[DepthUnit, Field(description="'m', 'mm' or 'dioptres'")] = "mm"
-    depth_step: Annotated[
-        float, Field(gt=0, allow_inf_nan=False, description="a positive number of units in a step of the file, like 1")
-    ] = 1.0
-    focus_tolerance: Annotated[float, Field(gt=0, lt=1, description="a fraction above 0 and below 1, like 0.1")] = (
-        FOCUS_TOLERANCE
+    depth_unit: DepthUnit = Field("mm", description="'m', 'mm' or 'dioptres'")
+    depth_step: float = Field(
+        1.0, gt=0, allow_inf_nan=False, description="a positive number of units in a step of the file, like 1"
     )
+    focus_tolerance: float = Field(FOCUS_TOLERANCE, gt=0, lt=1, description="a fraction above 0 and below 1, like 0.1")
 
 
 class SceneShot(Shot):
     """One photograph of a scene with known depth: table ``[[view]]``."""
 
-    depth: Annotated[ImagePath, Field(description="the path of a depth map, like 'depth_mm.png'")]
+    depth: ImagePath = Field(description="the path of a depth map, like 'depth_mm.png'")
     """Depth map registered to this photograph; shots of one scene name the same file."""
 
 
 class KnownScenes(Photographs[SceneCamera, SceneShot]):
     """The camera, and its shots of several scenes."""
 
-    shots: Annotated[
-        list[SceneShot],
-        Field(alias="view", min_length=2, description="two or more [[view]] tables, in double brackets"),
-    ]
+    shots: list[SceneShot] = Field(
+        alias="view", min_length=2, description="two or more [[view]] tables, in double brackets"
+    )
 
     @property
     def scenes(self) -> list[list[SceneShot]]:

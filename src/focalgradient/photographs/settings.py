@@ -42,35 +42,29 @@ _FRACTION_HELP = "a fraction from 0 to below 1, like 0.05"
 class Camera(Sensor):
     """Parameters common to all views: table ``[camera]``."""
 
-    blur_k: Annotated[
-        float,
-        Field(gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur divided by the disc's radius"),
-    ] = 0.5
+    blur_k: float = Field(
+        0.5, gt=0, le=2, description="a number above 0 and up to 2, the sd of the blur divided by the disc's radius"
+    )
     """Standard deviation of a Gaussian blur divided by the blur-disc radius; no effect on disc blur."""
-    focus_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = FOCUS_TOLERANCE
+    focus_tolerance: float = Field(FOCUS_TOLERANCE, ge=0, lt=1, description=_FRACTION_HELP)
     """Relative standard deviation of the marked focus distances."""
-    f_number_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = F_NUMBER_TOLERANCE
+    f_number_tolerance: float = Field(F_NUMBER_TOLERANCE, ge=0, lt=1, description=_FRACTION_HELP)
     """Relative standard deviation of a common factor of all marked f-numbers."""
-    field_tolerance: Annotated[float, Field(ge=0, lt=1, description=_FRACTION_HELP)] = FIELD_TOLERANCE
+    field_tolerance: float = Field(FIELD_TOLERANCE, ge=0, lt=1, description=_FRACTION_HELP)
     """Curvature and tilt of the field at the corner of the frame, relative to the focal length: see `Lens`."""
-    dual_pixel_asymmetry: Annotated[
-        float, Field(gt=0, le=1, description="a fraction above 0 and up to 1, like 0.315")
-    ] = ASYMMETRY
-    dual_pixel_field: Annotated[
-        list[Annotated[float, Field(allow_inf_nan=False)]],
-        Field(min_length=5, max_length=5, description="five numbers"),
-    ] = [0.0] * 5
+    dual_pixel_asymmetry: float = Field(ASYMMETRY, gt=0, le=1, description="a fraction above 0 and up to 1, like 0.315")
+    dual_pixel_field: list[Annotated[float, Field(allow_inf_nan=False)]] = Field(
+        [0.0] * 5, min_length=5, max_length=5, description="five numbers"
+    )
     """Asymmetry of the dual-pixel halves, and its variation over the field: see `focalgradient.optics.DualPixel`."""
 
 
 class Shot(ShotFiles):
     """One image and its camera settings: table ``[[view]]``."""
 
-    f_number: Annotated[
-        float, Field(ge=0.1, description="a positive number of 0.1 or more, like 5.6, or inf for a pinhole")
-    ]
-    focus_distance_m: Annotated[float, Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")]
-    half: Annotated[Literal["left", "right"] | None, Field(description="'left' or 'right'")] = None
+    f_number: float = Field(ge=0.1, description="a positive number of 0.1 or more, like 5.6, or inf for a pinhole")
+    focus_distance_m: float = Field(ge=1e-3, description="a positive number of metres, like 0.85, or inf")
+    half: Literal["left", "right"] | None = Field(None, description="'left' or 'right'")
     """Half of the dual pixels that recorded it."""
 
 

@@ -31,29 +31,29 @@ ImagePath = Annotated[Path, Field(strict=False), AfterValidator(_in_folder)]
 class Sensor(Table):
     """Fixed properties of a camera: focal length, pixels, encoding and reference planes."""
 
-    focal_length_mm: Annotated[
-        float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of millimetres, like 25.0")
-    ]
-    pixel_pitch_um: Annotated[
-        float, Field(ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of micrometres, like 8.0")
-    ]
+    focal_length_mm: float = Field(
+        ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of millimetres, like 25.0"
+    )
+    pixel_pitch_um: float = Field(
+        ge=1e-9, le=1e9, allow_inf_nan=False, description="a positive number of micrometres, like 8.0"
+    )
     """Pitch of the sensor's pixels, also for camera raw files."""
-    encoding: Annotated[Encoding | None, Field(description="'linear' or 'srgb'")] = None
+    encoding: Encoding | None = Field(None, description="'linear' or 'srgb'")
     """None: as stated by the files, otherwise sRGB for 8-bit pixels, linear for all others."""
-    telecentric: Annotated[bool, Field(description="true or false")] = False
+    telecentric: bool = Field(False, description="true or false")
     """Whether the lens is image-space telecentric: focus does not change magnification; pixel angle = pitch / focal
     length."""
-    distances_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
+    distances_from: Plane | None = Field(None, description="'entrance_pupil', 'sensor' or 'lens_front'")
     """Reference plane of distances. None: the entrance pupil, or that of the calibration."""
-    focus_from: Annotated[Plane | None, Field(description="'entrance_pupil', 'sensor' or 'lens_front'")] = None
+    focus_from: Plane | None = Field(None, description="'entrance_pupil', 'sensor' or 'lens_front'")
     """Reference plane of focus distances; lens scales refer to the sensor. None: as for other distances."""
-    sensor_to_pupil_mm: Annotated[
-        float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 70")
-    ] = None
+    sensor_to_pupil_mm: float | None = Field(
+        None, ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 70"
+    )
     """Distance from the sensor to the entrance pupil; None: that of a thin lens."""
-    sensor_to_front_mm: Annotated[
-        float | None, Field(ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 95")
-    ] = None
+    sensor_to_front_mm: float | None = Field(
+        None, ge=1, le=1e4, allow_inf_nan=False, description="a number of millimetres from 1, like 95"
+    )
     """Distance from the sensor to the front of the lens; required for distances measured from there."""
 
     @property
@@ -92,8 +92,8 @@ class Sensor(Table):
 class ShotFiles(Table):
     """Files of a photograph."""
 
-    image: Annotated[ImagePath, Field(description="the path of an image, like 'view0.png'")]
-    flat: Annotated[ImagePath | None, Field(description="the path of an image, like 'flat_f5.6.png'")] = None
+    image: ImagePath = Field(description="the path of an image, like 'view0.png'")
+    flat: ImagePath | None = Field(None, description="the path of an image, like 'flat_f5.6.png'")
     """Flat field: picture of a blank, uniformly lit surface at the same aperture, to correct vignetting."""
 
 
@@ -104,11 +104,10 @@ ShotTable = TypeVar("ShotTable", bound=ShotFiles)
 class Photographs(Table, Generic[CameraTable, ShotTable]):
     """A camera, and its photographs: a settings file."""
 
-    camera: Annotated[CameraTable, Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")]
-    shots: Annotated[
-        list[ShotTable],
-        Field(alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"),
-    ]
+    camera: CameraTable = Field(description="a table [camera] with focal_length_mm and pixel_pitch_um")
+    shots: list[ShotTable] = Field(
+        alias="view", min_length=1, description="one or more [[view]] tables, in double brackets"
+    )
 
     def read_shots(self, shots: Sequence[ShotFiles], *, crop: bool = False) -> list[Photograph]:
         """Read the photographs of some shots, as by `read_photographs`."""

@@ -51,27 +51,23 @@ _Length = Annotated[float, Field(gt=0, allow_inf_nan=False, description="a posit
 class TargetCamera(Sensor):
     """The camera and its priors: table ``[camera]``."""
 
-    offset_m: Annotated[float, Field(allow_inf_nan=False, description="a number of metres, like 0.05")] = 0.0
+    offset_m: float = Field(0.0, allow_inf_nan=False, description="a number of metres, like 0.05")
     """Prior mean of the distance from the reference plane to the entrance pupil; negative if the plane lies in
     front."""
     offset_sd_m: _Length = _DEFAULT.offset_sd
     distance_sd_m: _Length = _DEFAULT.distance_sd
     f_number_tolerance: _Fraction = _DEFAULT.f_number_sd
     focus_tolerance: _Fraction = _DEFAULT.focus_sd
-    blur_k: Annotated[float, Field(gt=0, le=2, description="a number above 0 and up to 2")] = _DEFAULT.k
+    blur_k: float = Field(_DEFAULT.k, gt=0, le=2, description="a number above 0 and up to 2")
     blur_k_tolerance: _Fraction = _DEFAULT.k_sd
 
 
 class TargetShot(ShotFiles):
     """One photograph of the target: table ``[[view]]``."""
 
-    distance_m: Annotated[
-        float, Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of metres, like 0.5")
-    ]
-    f_number: Annotated[float, Field(ge=0.1, le=1e6, allow_inf_nan=False, description="a positive number, like 5.6")]
-    focus_distance_m: Annotated[
-        float | None, Field(gt=0, description="a positive number of metres, like 0.85, or inf")
-    ] = None
+    distance_m: float = Field(ge=1e-3, le=1e6, allow_inf_nan=False, description="a positive number of metres, like 0.5")
+    f_number: float = Field(ge=0.1, le=1e6, allow_inf_nan=False, description="a positive number, like 5.6")
+    focus_distance_m: float | None = Field(None, gt=0, description="a positive number of metres, like 0.85, or inf")
     """As marked on the lens; views with the same mark, or without one, share one focus."""
 
 

@@ -25,14 +25,11 @@ from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, T
 __all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", "person_figure", "threshold_figure"]
 
 
-def threshold_figure(
-    results: ThresholdResult | Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None
-) -> Figure:
+def threshold_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None) -> Figure:
     """Draw psychometric functions and thresholds of all participants; several conditions, by name, differ in colour.
 
     `level` is the label of the axis of levels; by default it follows from the unit.
     """
-    conditions = _conditions(results)
     with laid_out(180, 90, simulated=simulated) as figure:
         left, right = figure.subplots(1, 2, width_ratios=(1.2, 1))
         for name, result in conditions.items():
@@ -47,11 +44,8 @@ def threshold_figure(
     return figure
 
 
-def person_figure(
-    results: ThresholdResult | Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None
-) -> Figure:
+def person_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None) -> Figure:
     """Draw one panel per participant: shares of right answers, and the fitted function of each condition."""
-    conditions = _conditions(results)
     people = _names(conditions)
     with people_grid(people, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, people, strict=True):
@@ -67,10 +61,6 @@ def person_figure(
         figure.supxlabel(level or _axis(next(iter(conditions.values()))), fontsize=8)
         figure.supylabel("proportion correct", fontsize=8)
     return figure
-
-
-def _conditions(results: ThresholdResult | Mapping[str, ThresholdResult]) -> Mapping[str, ThresholdResult]:
-    return {"": results} if isinstance(results, ThresholdResult) else results
 
 
 def _colour(conditions: Mapping[str, ThresholdResult], name: str) -> str | None:
@@ -132,9 +122,8 @@ def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = No
     return ax
 
 
-def draw_thresholds(ax: Axes, results: ThresholdResult | Mapping[str, ThresholdResult]) -> Axes:
+def draw_thresholds(ax: Axes, conditions: Mapping[str, ThresholdResult]) -> Axes:
     """Draw each threshold with its 95 % interval, the true value of simulated observers, and the means in bold."""
-    conditions = _conditions(results)
     names = _names(conditions)
     levels = [level for result in conditions.values() for level in _levels(result)]
     values: list[float] = []

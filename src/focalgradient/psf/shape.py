@@ -19,11 +19,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, described, is_number
 
 __all__ = ["Capability", "Geometric", "Parameter", "Psf", "parameter"]
 
-FloatArray = NDArray[np.float64]
 
 EXTENT_SD = 4.0
 """Extent of a shape's picture in standard deviations: a triangle ends at 2.8; a Gaussian has 6e-5 outside."""

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from focalgradient.arrays import FloatArray
 from focalgradient.observers import BlurDiscrimination, DepthOrder, Observer, look
 from focalgradient.observers.front_end import block_means
 from focalgradient.published.distance import EXPECTED_M, NO_BLUR, displayed, distance_question
@@ -19,7 +20,6 @@ from focalgradient.stimuli import PAPERS, Stimulus, replica
 
 __all__ = ["ASKED", "Asked"]
 
-FloatArray = NDArray[np.float64]
 
 Text = Callable[[str], str]
 """Function that returns a text of the task by name, in the participant's language."""

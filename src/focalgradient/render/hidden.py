@@ -19,10 +19,11 @@ import math
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from focalgradient.arrays import FloatImage
+from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 from focalgradient.render.mixed import NOTHING, SAME_SURFACE_PX, parted
 from focalgradient.render.visibility import CELL, highest
@@ -43,10 +44,6 @@ BLOCKS_PER_THREAD = 8
 
 STRAIGHT_STEP, DIAGONAL_STEP = math.cos(math.pi / 8), math.sqrt(2) * math.cos(math.pi / 8)
 """Lengths of steps to neighbouring pixels for which path length never exceeds the straight-line distance."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
-
-FloatImage = NDArray[np.float32]
 
 
 def complete(
@@ -79,7 +76,7 @@ def surfaces(
     return (light, near, cover), (hidden, behind, np.where(uncovered, np.float32(1), fading))
 
 
-@_compiled
+@reordered
 def ceiling(vergence):  # type: ignore[no-untyped-def]
     """Return the upper envelope of cones of slope 1 that stand on the pixels' vergences (never below it)."""
     height, width = vergence.shape
@@ -118,7 +115,7 @@ def nearest_behind(
     return row, column
 
 
-@_compiled
+@reordered
 def _find(vergence, before, under, lowest, row, column, first, last):  # type: ignore[no-untyped-def]
     """Search for these pixels, from near to far, in those cells of the picture that are deep enough."""
     height, width = vergence.shape
@@ -152,7 +149,7 @@ def _find(vergence, before, under, lowest, row, column, first, last):  # type: i
                                     row[i, j], column[i, j] = a, b
 
 
-@_compiled
+@reordered
 def _fill(image, vergence, before, row, column, hidden, behind, first, last):  # type: ignore[no-untyped-def]
     """Fill rows `first` to `last` with the mean radiance of the surface behind, weighted by 1 / distance^4."""
     height, width, channels = image.shape

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatImage
+
 __all__ = ["LANES", "Kernels", "few_blurs", "kernels_of", "lens_radius"]
 
 LANES = 8
@@ -20,8 +22,6 @@ disc radii."""
 FINE_STEP_PX, MAX_FINE_COUNT = 1 / 32, 64
 """Spacing in pixels, and maximum number, of blurs where only a few distinct ones occur, as for frontal planes; nearest
 neighbour: error at most half a step."""
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,9 +11,9 @@ from __future__ import annotations
 from functools import partial
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatImage
+from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 
 __all__ = ["NOTHING", "parted"]
@@ -35,10 +35,6 @@ PRIOR_MEAN, PRIOR_VARIANCE = 1 / 8, 0.03
 """Prior mean and variance of the fraction of a pixel covered by the other surface: a boundary at a random position
 between two pixel centres covers 0 to 1/2 of one of them, and none of the other."""
 
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
-
-FloatImage = NDArray[np.float32]
-
 
 def parted(
     image: FloatImage, vergence: FloatImage
@@ -56,7 +52,7 @@ def parted(
     return light, near, cover, behind, far
 
 
-@_compiled
+@reordered
 def _jumps(vergence, i, j):  # type: ignore[no-untyped-def]
     """Return the vergence differences of the nearest and the farthest neighbour from a pixel."""
     height, width = vergence.shape
@@ -68,7 +64,7 @@ def _jumps(vergence, i, j):  # type: ignore[no-untyped-def]
     return up, down
 
 
-@_compiled
+@reordered
 def _part(image, vergence, light, near, cover, behind, far, first, last):  # type: ignore[no-untyped-def]
     height, width, channels = image.shape
     sums = np.empty((2, channels), np.float32)

@@ -16,10 +16,10 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.errors import InputError, check_number, check_seed
+from focalgradient.loops import compiled, inlined
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
 from focalgradient.progress import Progress
@@ -35,10 +35,6 @@ __all__ = ["Rendered", "cast", "castable", "check_frame"]
 RAY_SETS = 256  # number of ray sets, assigned to the pixels at random
 ROWS_PER_TASK = 8  # rows per task
 
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-_inlined = njit(
-    nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always"
-)  # inlining doubles the speed
 
 FIELDS = "sphere px py pz radius nx ny nz ux uy uz vx vy vz half_u half_v texel projected"
 OBJECT = np.dtype([(name, np.float64) for name in FIELDS.split()])
@@ -214,7 +210,7 @@ def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
     return np.concatenate([psf.points(points[..., :2]), points[..., 2:]], -1)
 
 
-@_inlined
+@inlined
 def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
     """Return the periodic cubic spline at column u, row v."""
     j, i = math.floor(u), math.floor(v)
@@ -239,7 +235,7 @@ def _spline(coefficients, u, v):  # type: ignore[no-untyped-def]
     ) / 36
 
 
-@_inlined
+@inlined
 def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-untyped-def]
     """Return parameter and index of the first object beyond `least` along a ray, except `skipped`; index -1: none."""
     first, which = np.inf, -1
@@ -278,7 +274,7 @@ def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-un
     return first, which
 
 
-@_inlined
+@inlined
 def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipped):  # type: ignore[no-untyped-def]
     """Return the radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
     z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0, skipped)
@@ -309,7 +305,7 @@ def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipp
     return value * (ambient + (1 - ambient) * facing)
 
 
-@_compiled
+@compiled
 def _cast_rows(  # type: ignore[no-untyped-def]
     objects,
     textures,
@@ -346,7 +342,7 @@ def _cast_rows(  # type: ignore[no-untyped-def]
             image[i, j] = total / samples
 
 
-@_inlined
+@inlined
 def _deal(i, j, seed):  # type: ignore[no-untyped-def]
     """Return the index of the ray set for a pixel: a hash of its position (32-bit finaliser of MurmurHash3)."""
     h = (i * 0x1F123BB5 + j * 0x5F356495 + seed * 0x2545F491) & 0xFFFFFFFF

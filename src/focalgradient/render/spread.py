@@ -22,6 +22,8 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import binary_dilation
 
+from focalgradient.arrays import FloatImage
+from focalgradient.loops import reordered
 from focalgradient.parallel import share_rows
 from focalgradient.render.hidden import NOTHING, ceiling
 from focalgradient.render.kernels import LANES, Kernels
@@ -46,10 +48,6 @@ MIN_WEIGHT = 1e-3
 
 LENS_MARGIN_CELLS = 1.0
 """Margin around the lens, in cells of its grid, within which nearer surfaces still cover part of it."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
-
-FloatImage = NDArray[np.float32]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -89,7 +87,7 @@ def _place(vergence, focus, between, by_radius, number, down, right, first, last
                 right[i, j] = _flatter(vergence[i, j + 1] - here, here - vergence[i, j - 1])
 
 
-@_compiled
+@reordered
 def _flatter(a, b):  # type: ignore[no-untyped-def]
     if a * b <= 0 or max(abs(a), abs(b)) > -np.float32(NOTHING) / 2:
         return np.float32(0)
@@ -160,7 +158,7 @@ def spread(
     )
 
 
-@_compiled
+@reordered
 def _scatter(  # type: ignore[no-untyped-def]
     light, vergence, cover, kernel, gradient_y, gradient_x, values, starts, reaches, extent,
     sheets, cells, tops, over, visible, focus, lens, y0, x0, size_y, size_x, rim, tall, line, sums,

@@ -9,8 +9,9 @@ depth.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from focalgradient.loops import reordered
 
 __all__ = ["CELL", "LENS", "SHARE", "highest", "sees_all"]
 
@@ -26,8 +27,6 @@ MIN_SAMPLES = 6.0
 VISIBLE_OFFSET_PX, HIDDEN_OFFSET_PX, HIDDEN_TRANSITION_PX = 1.0, 0.5, 0.1
 """Vergence differences in pixels. A surface begins to hide a visible point at the first above that point's extrapolated
 surface (complete one pixel later); it begins to hide a hidden point at the second, over a transition of the third."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath=True)
 
 
 def highest(vergence: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -48,7 +47,7 @@ def _parts() -> NDArray[np.float32]:
 SHARE = _parts()
 
 
-@_compiled
+@reordered
 def sees_all(  # type: ignore[no-untyped-def]
     vergence, cover, gradient_y, gradient_x, cells, top, i, j, here, visible, down, right, lens, scale, half, blocked
 ):

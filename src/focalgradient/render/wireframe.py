@@ -22,10 +22,10 @@ from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.errors import InputError, check_number, check_one_of
+from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.shapes import PIXEL_VARIANCE
@@ -50,9 +50,6 @@ WIDTH = 2 * math.sqrt(2 * math.log(2))  # full width at half maximum / standard 
 
 BANDS_PER_THREAD = 8
 """Bands of rows per thread, to balance the load of rows without lines."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
 def wireframe(
@@ -272,7 +269,7 @@ def necker_loop(
         )
 
 
-@_inlined
+@inlined
 def line_light(along, across, length, first, last):  # type: ignore[no-untyped-def]
     """Return the radiance at one point of a line that emits unit energy per unit length.
 
@@ -309,7 +306,7 @@ def line_light(along, across, length, first, last):  # type: ignore[no-untyped-d
     return fall * (math.erf(start) - math.erf(start - gap)) / (2 * math.sqrt(2 * math.pi) * q)
 
 
-@_compiled
+@compiled
 def _draw(lines, blur, width, brightness, image, first, last):  # type: ignore[no-untyped-def]
     """Add the lines to the rows `first` to `last`."""
     for line in range(lines.shape[0]):
@@ -335,7 +332,7 @@ def _draw(lines, blur, width, brightness, image, first, last):  # type: ignore[n
                 )
 
 
-@_compiled
+@compiled
 def _draw_piece(x0, y0, dx, dy, length, sigma0, sigma1, brightness, image, first, last):  # type: ignore[no-untyped-def]
     """Add one piece to the pixels within reach of its blur."""
     width = image.shape[1]

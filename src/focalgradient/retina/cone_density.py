@@ -12,13 +12,13 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.eye.periphery import Meridian, checked_eccentricity
 
 __all__ = ["cone_density", "cone_nyquist_cpd"]
 
-FloatArray = NDArray[np.float64]
 
 PLACES = (*(0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 2.0, 3.0, 4.0), *range(5, 18))
 """Eccentricities in millimetres of retina."""

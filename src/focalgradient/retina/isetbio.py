@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import constants
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.eye.ranges import wavelengths
 from focalgradient.files import printable
@@ -22,7 +22,6 @@ from focalgradient.quantities import Range
 
 __all__ = ["SpectralImage", "read_isetbio", "save_isetbio"]
 
-FloatArray = NDArray[np.float64]
 
 KINDS = {"scene": "scene", "oi": "opticalimage"}
 """Names of the two structures, and their types in ISETBio."""

@@ -13,9 +13,10 @@ from functools import lru_cache
 from typing import Annotated, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import map_coordinates
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, check_number, checked
 from focalgradient.eye.periphery import FARTHEST, Meridian
 from focalgradient.eye.ranges import PixelAngle
@@ -25,7 +26,6 @@ from focalgradient.view import View
 
 __all__ = ["ConeMosaic"]
 
-FloatArray = NDArray[np.float64]
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 """Angle between successive cones of the spiral, in radians."""

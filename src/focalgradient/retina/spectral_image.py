@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from focalgradient.errors import check_number
 from focalgradient.eye.age import FUNDAMENTALS_AGE, lens_density
@@ -22,7 +22,6 @@ from focalgradient.retina.isetbio import FOCAL_LENGTH, SpectralImage
 
 __all__ = ["retinal_spectra", "scene_spectra"]
 
-FloatArray = NDArray[np.float64]
 
 WAVELENGTHS: tuple[float, ...] = tuple(range(400, 701, 10))
 """Wavelengths in nm unless given: those of ISETBio's scenes."""

@@ -11,8 +11,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.binocular import INTEROCULAR
 from focalgradient.errors import check_fields, check_finite, check_number
 from focalgradient.eye.model_eye import Eye
@@ -21,8 +22,6 @@ from focalgradient.eye.refraction import Correction, Refraction, worn_of
 from focalgradient.quantities import Range
 
 __all__ = ["TwoEyes"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

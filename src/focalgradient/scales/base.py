@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, fields
 from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
 from focalgradient.analyses import Analysis
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales.controls import Control
@@ -19,7 +19,6 @@ from focalgradient.words import Words
 
 __all__ = ["AnswerColumn", "ResponseScale", "filled"]
 
-FloatArray = NDArray[np.float64]
 
 ROUNDING = 1e-6
 """Tolerance of answers beyond the ends of a scale: exceeds the error of rounding to four decimals."""

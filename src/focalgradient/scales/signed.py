@@ -8,8 +8,9 @@ from typing import ClassVar, Literal
 import numpy as np
 
 from focalgradient.analyses import BIPOLAR
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
-from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale
+from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.controls import Steps
 from focalgradient.scales.steps import check_labels
 from focalgradient.words import Words

@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from focalgradient.analyses import Choices
-from focalgradient.scales.base import AnswerColumn, FloatArray, ResponseScale
+from focalgradient.arrays import FloatArray
+from focalgradient.scales.base import AnswerColumn, ResponseScale
 from focalgradient.scales.controls import Ways
 from focalgradient.words import Words
 

@@ -11,15 +11,12 @@ import math
 from functools import partial
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 
 __all__ = ["fractal"]
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-_inlined = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
 
 
 def fractal(
@@ -62,7 +59,7 @@ def fractal(
     return values.reshape(points.shape[:-1])
 
 
-@_compiled
+@compiled
 def _fractal(points, detail, seed, coarsest, octaves, roughness, values, start, stop):  # type: ignore[no-untyped-def]
     for n in range(start, stop):
         total, weight, wavelength = 0.0, 0.0, coarsest
@@ -86,7 +83,7 @@ def _fractal(points, detail, seed, coarsest, octaves, roughness, values, start, 
         values[n] = 1.4 * total / math.sqrt(weight)
 
 
-@_inlined
+@inlined
 def _corner(h, x, y, z):  # type: ignore[no-untyped-def]
     """Return the scalar product of a lattice corner's gradient (three 10-bit numbers of its hash) and the offset."""
     h = ((h ^ (h >> 15)) * 0x85EBCA6B) & 0xFFFFFFFF
@@ -94,7 +91,7 @@ def _corner(h, x, y, z):  # type: ignore[no-untyped-def]
     return ((h & 1023) - 511.5) * x + (((h >> 10) & 1023) - 511.5) * y + (((h >> 20) & 1023) - 511.5) * z
 
 
-@_inlined
+@inlined
 def _noise(x, y, z, seed):  # type: ignore[no-untyped-def]
     """Return one octave of gradient noise: gradients at the corners of a unit lattice, interpolated."""
     fx, fy, fz = math.floor(x), math.floor(y), math.floor(z)

@@ -17,9 +17,9 @@ from typing import Any, Final, Literal
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from focalgradient.analyses import Analysis, analysis_named
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_installed
 from focalgradient.parallel import cores as available_cores
 from focalgradient.progress import Progress
@@ -42,7 +42,6 @@ __all__ = [
 NEEDED = ("a Bayesian model", "bayes", "bambi", "pymc", "arviz")
 """Purpose, extra and modules for `check_installed`."""
 
-FloatArray = NDArray[np.float64]
 
 KINDS: tuple[Name, ...] = ("nearest", "farthest", "difference")
 """Effects that are estimated."""

@@ -8,14 +8,13 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.records import NotComputed
 from focalgradient.user_tables.tidy import fixations_of
 
 __all__ = ["ALL_SCENES", "Cells", "cells", "cells_of", "differences", "less", "rises", "slope_weights", "slopes"]
 
-FloatArray = NDArray[np.float64]
 
 Values = pd.DataFrame | NotComputed
 """Values of subjects (rows) x scenes (columns), or the reason why there are none."""

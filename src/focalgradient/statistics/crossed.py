@@ -13,9 +13,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import sparse, stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics import reml
 from focalgradient.statistics.means import paired_effect, student_effect
 from focalgradient.statistics.records import ALPHA, Effect, NotComputed, size_interval
@@ -35,7 +36,6 @@ __all__ = [
     "with_scenes",
 ]
 
-FloatArray = NDArray[np.float64]
 
 FEWEST_SCENES = 5
 """Minimum number of scenes to generalise over scenes. At a level of .05 the crossed test rejects up to .11 of true null
@@ -247,7 +247,7 @@ def random_scenes(effect: Effect) -> bool:
     return effect.method.endswith(SATTERTHWAITE)
 
 
-def with_scenes(effect: Effect, scenes: int, between: float, within: float, within_df: float = math.inf) -> Effect:
+def with_scenes(effect: Effect, scenes: int, between: float, within: float) -> Effect:
     """Generalise an effect, whose standard error is over subjects for these scenes, to other scenes.
 
     Parameters
@@ -258,9 +258,9 @@ def with_scenes(effect: Effect, scenes: int, between: float, within: float, with
         Number of scenes.
     between
         Variance of the estimate computed from the scatter between scenes, with scenes - 1 degrees of freedom.
-    within, within_df
-        Variance of the estimate expected if scenes did not differ, and its degrees of freedom. Only the excess of
-        `between` over it is added, as in `moments`.
+    within
+        Variance of the estimate expected if scenes did not differ, known exactly. Only the excess of `between` over it
+        is added, as in `moments`.
 
     Examples
     --------
@@ -274,7 +274,7 @@ def with_scenes(effect: Effect, scenes: int, between: float, within: float, with
         return replace(effect, method=method)
     over = effect.standard_error**2
     both = over + between - within
-    squares = over**2 / effect.df + between**2 / (scenes - 1) + within**2 / within_df
+    squares = over**2 / effect.df + between**2 / (scenes - 1)
     df = max(both**2 / squares, min(effect.df, scenes - 1))
     found = student_effect(effect.estimate, math.sqrt(both), effect.subjects, method, df=df, dz=effect.dz)
     return replace(found, remarks=effect.remarks)

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.progress import Progress
 from focalgradient.statistics.hessian import ascending, curvature_at, free_of, polished
 from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
 
-FloatArray = NDArray[np.float64]
 
 SEPARATED = 25.0
 """Absolute value of a parameter (log odds) beyond which the answers are separated and the search ends without a

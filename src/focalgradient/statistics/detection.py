@@ -13,9 +13,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import optimize, special, stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.hessian import ascending, covariance_at, free_of, polished
 from focalgradient.statistics.means import paired_effect, t_interval
@@ -35,7 +36,6 @@ __all__ = [
     "type2_area",
 ]
 
-FloatArray = NDArray[np.float64]
 
 LARGEST = 6.0
 """Maximum absolute d' and criterion in a search, in noise standard deviations: larger values cannot be distinguished.

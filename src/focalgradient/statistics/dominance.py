@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.durations import FEWEST, MIN_LOG_SD
 from focalgradient.statistics.hessian import MIN_CURVATURE, covariance_at, hessian, polished
@@ -23,7 +24,6 @@ from focalgradient.statistics.records import NotComputed
 
 __all__ = ["DominanceModel", "PerceptDurations", "fit_dominance", "log_likelihood_of_people"]
 
-FloatArray = NDArray[np.float64]
 
 NODES_PER_EFFECT = 5
 """Number of Gauss-Hermite nodes per random effect: with 7, the log likelihood of 22 people changes by less than 0.05.

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import optimize, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.hessian import covariance_at, polished
 from focalgradient.statistics.records import NotComputed
@@ -30,7 +31,6 @@ __all__ = [
     "lognormal_log_density",
 ]
 
-FloatArray = NDArray[np.float64]
 
 Family = Literal["gamma", "lognormal"]
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from focalgradient.arrays import FloatArray
 
 __all__ = ["MIN_CURVATURE", "ascending", "covariance_at", "curvature_at", "free_of", "hessian", "polished"]
 
-FloatArray = NDArray[np.float64]
 
 STEP = 1e-3
 """Step of finite differences: of a cost of 1000 they are accurate to 1e-10 (gradient) and 1e-7 (second derivatives)."""

@@ -5,15 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.records import ALPHA, Effect
 
 __all__ = ["LARGEST_BOUND", "Equivalence", "check_bound", "equivalence", "one_sided"]
 
-FloatArray = NDArray[np.float64]
 
 LARGEST_BOUND = 10.0
 """Maximum equivalence bound, a ratio: no measured depth effect is as large, and 20 is most likely a percentage."""

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.progress import Progress
 from focalgradient.statistics.crossed import FEWEST_SCENES, with_scenes
 from focalgradient.statistics.cumulative import CumulativeFit, answer_derivatives, cumulative_fit
@@ -31,7 +32,6 @@ __all__ = [
     "ordinal_rating",
 ]
 
-FloatArray = NDArray[np.float64]
 
 MIN_TRIALS_FOR_3_NODES = 60
 """Number of trials per subject above which 3 quadrature nodes per random effect replace 7: in simulated answers of 200

@@ -13,12 +13,12 @@ import pandas as pd
 from numpy.typing import NDArray
 from scipy import optimize, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.cumulative import answer_derivatives
 from focalgradient.statistics.hessian import ascending, free_of, polished
 
 __all__ = ["own_rises"]
 
-FloatArray = NDArray[np.float64]
 
 LEVEL_SD, RISE_SD = 3.0, 2.0
 """Standard deviations of the normal penalties on a subject's level (and on the differences between fixations) and on

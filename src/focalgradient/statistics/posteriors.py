@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.analyses import Analysis
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["ORDINAL_PRIORS", "RATIO_PRIORS", "BayesResult", "Name", "Posterior", "Prior"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

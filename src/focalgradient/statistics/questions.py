@@ -228,26 +228,13 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
-def stated(
-    name: str,
-    level: str,
-    outcome: Outcome,
-    role: Role,
-    unit: str = "",
-    n: int | None = None,
-    *,
-    headline: str = "",
-    sentence: str = "",
-    r_code: str = "",
-) -> Answer:
+def stated(name: str, level: str, outcome: Outcome, role: Role, unit: str = "", n: int | None = None) -> Answer:
     """Return an answer whose outcome is computed outside of an `Analysis`; parameters as in `Question` and `Answer`.
 
     >>> stated("threshold", "01", NotComputed("no answers"), "description").row()["reason"]
     'no answers'
     """
-    said: dict[str, Any] = {"headline": headline, "sentence": lambda _, answers: sentence, "r_code": r_code}
-    asked = Question(name, lambda _: {}, role, unit, **said)
-    return Answer(asked, level, outcome, role, n)
+    return Answer(Question(name, role=role, unit=unit), level, outcome, role, n)
 
 
 @dataclass(frozen=True, slots=True)

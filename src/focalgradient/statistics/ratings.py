@@ -14,7 +14,6 @@ from typing import Literal
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from focalgradient.analyses import Analysis, OrdinalSteps, Ratios, analysis_named
 from focalgradient.errors import InputError
@@ -40,7 +39,6 @@ from focalgradient.user_tables.tidy import FIXATIONS, fixations_of, main_trials
 
 __all__ = ["DepthRatingResult", "FixationResult", "RatingMean", "Scale", "SceneMean", "SubjectMean", "depth_rating"]
 
-FloatArray = NDArray[np.float64]
 
 Scale = Literal["ratio", "ordinal"]
 """Names of the analyses of `depth_rating`: ratios to the standard, or ordinal steps (integers)."""

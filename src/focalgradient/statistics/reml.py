@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
+
 __all__ = ["Fit", "fit"]
 
-FloatArray = NDArray[np.float64]
 
 MAX_RATIO = 1e6
 """Maximum variance of subjects or scenes, relative to the residuals; without residuals the deviance has no minimum, and

@@ -6,16 +6,14 @@ from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.cells import cells, slopes
 from focalgradient.statistics.questions import Answers
 from focalgradient.statistics.rating_questions import EFFECT
 from focalgradient.statistics.records import NotComputed
 
 __all__ = ["Residuals", "rating_residuals"]
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from itertools import combinations
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from focalgradient.errors import InputError
 from focalgradient.statistics.means import family, paired_effect, t_interval
@@ -22,7 +22,6 @@ from focalgradient.statistics.records import Effect, Interval, NotComputed, line
 
 __all__ = ["ResponseTimes", "response_times"]
 
-FloatArray = NDArray[np.float64]
 
 METHOD = "log response time, each person's least squares on condition and answer, t-test over people"
 METHOD_ALONE = "log response time, each person's means, paired t-test over people"

@@ -13,9 +13,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
+
 __all__ = ["conditional_modes", "joint_densities", "mean_derivatives"]
 
-FloatArray = NDArray[np.float64]
 
 _compiled = njit(nogil=True, cache=True, error_model="numpy")
 

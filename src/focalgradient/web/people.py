@@ -46,9 +46,9 @@ class Person:
 
     Parameters
     ----------
-    Label in the data.
+    participant
         Label in the data.
-    Identifiers from the platform through which the person came.
+    platform
         Identifiers of the platform that the person comes from.
     """
 

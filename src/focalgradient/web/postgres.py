@@ -163,8 +163,7 @@ class Postgres:
             if there != (True, text):
                 raise InputError(
                     "the store contains a study with another design or other pictures: give this study a database of "
-                    "its "
-                    "own."
+                    "its own."
                 )
 
     @contextmanager

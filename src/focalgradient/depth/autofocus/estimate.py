@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
     block_sum,

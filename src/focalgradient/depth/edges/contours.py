@@ -8,11 +8,11 @@ sharply.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace, maximum_filter
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
+from focalgradient.loops import compiled
 
 __all__ = ["find_contours"]
 
@@ -77,7 +77,7 @@ def find_contours(
     return row, column, np.arctan2(down, right), bend_at, segment
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _crossing(smooth, curved, i, j, down, rim):  # type: ignore[no-untyped-def]
     """Return the zero-crossing between pixel (i, j) and the next one below (`down`) or right of it.
 
@@ -97,7 +97,7 @@ def _crossing(smooth, curved, i, j, down, rim):  # type: ignore[no-untyped-def]
     return i + (a if down else 0.0), j + (0.0 if down else a), gy, gx, fall
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _way_out(curved, i, j, way_in):  # type: ignore[no-untyped-def]
     """Return the side (top, right, bottom, left) by which a contour leaves the square of pixels at (i, j)."""
     a, b = curved[i, j] > 0, curved[i, j + 1] > 0
@@ -111,7 +111,7 @@ def _way_out(curved, i, j, way_in):  # type: ignore[no-untyped-def]
     return -1
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: ignore[no-untyped-def]
     """Trace zero-crossings from square to square; return points (row, column, gradient, bend) and each chain's end."""
     height, width = smooth.shape
@@ -175,7 +175,7 @@ def _link(smooth, curved, taken, least_slope, least_bend, rim, most):  # type: i
     return points[:count], ends[:chains]
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
+@compiled
 def _cut(points, ends, scale, least):  # type: ignore[no-untyped-def]
     """Resample chains at steps of one pixel and cut them at sharp turns; the last value of a point becomes its blur."""
     sampled = np.empty((2 * len(points) + len(ends), 5))

@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.measure import Edges, average_segments, measure_edges
-from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
 from focalgradient.depth.search import Estimate, Problem, Search, one_focus

@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.contours import find_contours
 from focalgradient.depth.edges.regression import regress_edges
 from focalgradient.depth.edges.steps import Profile, fit_steps
-from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known

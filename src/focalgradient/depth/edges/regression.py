@@ -14,12 +14,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter, laplace
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.edges.steps import distance_from_arc
-from focalgradient.depth.filters import FloatArray
+from focalgradient.loops import compiled
 from focalgradient.parallel import share_rows
 
 __all__ = ["regress_edges"]
@@ -36,8 +36,6 @@ LINE_REACH = 2.5
 
 MAX_RENEWALS = 8
 """Maximum number of updates of the reach. Chosen by hand."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
 
 def regress_edges(
@@ -80,7 +78,7 @@ def regress_edges(
     return found[:, 0], found[:, 1]
 
 
-@_compiled
+@compiled
 def _regress(curved, places, first, last, length, noise, found):  # type: ignore[no-untyped-def]
     for place in range(first, last):
         row, column, angle, bend, blur = places[place]
@@ -123,7 +121,7 @@ def _regress(curved, places, first, last, length, noise, found):  # type: ignore
                 break
 
 
-@_compiled
+@compiled
 def _binned(curved, row, column, c, s, bend, length, reach):  # type: ignore[no-untyped-def]
     """Return the sums over the bins across an edge: of members, x, x^2 and C."""
     height, width = curved.shape
@@ -145,7 +143,7 @@ def _binned(curved, row, column, c, s, bend, length, reach):  # type: ignore[no-
     return sums
 
 
-@_compiled
+@compiled
 def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
     """Return mean x and C of the bins on the edge's slope that are at least half filled, and the mean variance of x."""
     x, value = np.empty(len(sums)), np.empty(len(sums))
@@ -160,7 +158,7 @@ def _steep_bins(sums, length):  # type: ignore[no-untyped-def]
     return x[:count], value[:count], spread / max(count, 1)
 
 
-@_compiled
+@compiled
 def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
     """Return the variance of the sum of ln|C/x| x `lever`, with noise correlated between bins."""
     variance = 0.0
@@ -172,7 +170,7 @@ def _line_variance(x, lever, density, smooth):  # type: ignore[no-untyped-def]
     return variance
 
 
-@_compiled
+@compiled
 def _correlation(d, variance):  # type: ignore[no-untyped-def]
     """Return the covariance at distance d of white noise filtered by g'', g a Gaussian of variance `variance` / 2."""
     q = d * d / variance

@@ -11,10 +11,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import FloatArray
+from focalgradient.arrays import FloatArray
+from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 from focalgradient.psf import Psf
 
@@ -59,8 +59,6 @@ given. Chosen by hand."""
 FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misfit", "freedom", "allowed", "pixels")
 """Quantities estimated of each step; `misfit` is a chi-square of `freedom` degrees, `allowed` its noncentrality from a
 real lens's error, and `pixels` the degrees of freedom of the noise in it."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,7 +139,7 @@ def fit_steps(
     return dict(zip(FIELDS, table.T, strict=True))
 
 
-@_compiled
+@compiled
 def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ignore[no-untyped-def]
     """Return the pixels of the band about (row, column): their x, t and values."""
     height, width = image.shape
@@ -164,7 +162,7 @@ def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ig
     return count
 
 
-@_compiled
+@compiled
 def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
     """Return the edge spread at x, its slope, and minus its derivative by the width w."""
     scale = (len(edge) - 1) / end
@@ -186,7 +184,7 @@ def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
     return total / nodes, slope / (nodes * w), by_width / (nodes * w)
 
 
-@njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"}, inline="always")
+@inlined
 def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
     """Return the signed distance of (x, t) from an arc (curvature `bend`) tangent to x = 0 at t = 0, and its slope."""
     a = 1 - bend * x
@@ -194,7 +192,7 @@ def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
     return (2 * x - bend * (x * x + t * t)) / (1 + b), a / max(b, 1e-9)
 
 
-@_compiled
+@compiled
 def _normal_equations(  # type: ignore[no-untyped-def]
     p, xs, ts, values, count, edge, line, end, averaged, matrix, vector
 ):
@@ -218,7 +216,7 @@ def _normal_equations(  # type: ignore[no-untyped-def]
     return square
 
 
-@_compiled
+@compiled
 def _copy(values, to):  # type: ignore[no-untyped-def]
     """Copy an array. ``to[:] = values`` would do, but the text of its errors takes numba seconds to compile."""
     given, taken = values.ravel(), to.ravel()
@@ -226,7 +224,7 @@ def _copy(values, to):  # type: ignore[no-untyped-def]
         taken[k] = given[k]
 
 
-@_compiled
+@compiled
 def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
     """Solve by Cholesky with a damped diagonal, given the lower triangle; return False if it is singular."""
     size = len(vector)
@@ -254,7 +252,7 @@ def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
     return True
 
 
-@_compiled
+@compiled
 def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
     """Fit by Levenberg-Marquardt least squares, starting at `p`, in place; return False if it does not converge."""
     vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
@@ -286,7 +284,7 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
     return False
 
 
-@_compiled
+@compiled
 def _judge(  # type: ignore[no-untyped-def]
     p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known, sums
 ):
@@ -341,14 +339,14 @@ def _judge(  # type: ignore[no-untyped-def]
     return misfit, max(cells - taken, 1.0), count * (EDGE_ERROR * contrast / noise) ** 2, noise, count - cells
 
 
-@_compiled
+@compiled
 def _fits(misfit, freedom, allowed):  # type: ignore[no-untyped-def]
     """Test whether a noncentral chi-square is explained by chance (Wilson and Hilferty's quantile, with Patnaik's)."""
     d = (freedom + allowed) ** 2 / (freedom + 2 * allowed)
     return misfit <= (freedom + allowed) * (1 - 2 / (9 * d) + WIDENING * math.sqrt(2 / (9 * d))) ** 3
 
 
-@_compiled
+@compiled
 def _fit_places(  # type: ignore[no-untyped-def]
     image, places, first, last, edge, line, end, averaged, unit, length, noise, noise_known, table
 ):
@@ -362,7 +360,7 @@ def _fit_places(  # type: ignore[no-untyped-def]
         )
 
 
-@_compiled
+@compiled
 def _fit_place(  # type: ignore[no-untyped-def]
     image, place, edge, line, end, averaged, unit, length, noise, noise_known, xs, ts, values, fields
 ):
@@ -416,7 +414,7 @@ def _fit_place(  # type: ignore[no-untyped-def]
         _fill(fields, kept, kept_matrix, kept_judged, kept_angle, across, pixel)
 
 
-@_compiled
+@compiled
 def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
     """Set the initial parameters `p`, with the levels far to each side; return False if a side is missing."""
     low, lows, high, highs = 0.0, 0, 0.0, 0
@@ -431,7 +429,7 @@ def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
     return True
 
 
-@_compiled
+@compiled
 def _fill(fields, p, matrix, judged, angle, across, pixel):  # type: ignore[no-untyped-def]
     """Fill one step's `FIELDS` from its parameters `p`, their information `matrix`, and what `_judge` found."""
     misfit, freedom, allowed, noise, members = judged

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
@@ -31,7 +32,7 @@ from focalgradient.depth.equalise.parts import (
 )
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
-from focalgradient.depth.filters import FloatArray, Image, Spectra
+from focalgradient.depth.filters import Image, Spectra
 from focalgradient.depth.hypotheses import check_model, judge_blur
 from focalgradient.depth.noise import (
     LENIENCE,

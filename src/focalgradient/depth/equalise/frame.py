@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import (
     ALL_WINDOWS,
@@ -22,7 +23,6 @@ from focalgradient.depth.equalise.residuals import BAND
 from focalgradient.depth.equalise.signal import AROUND, Signal, informative_nodes
 from focalgradient.depth.equalise.split_band import SplitBand, join_splits
 from focalgradient.depth.equalise.wavebands import BandGains, common_error
-from focalgradient.depth.filters import FloatArray
 from focalgradient.depth.noise import NoiseLaw, uneven_noise
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.residuals import (
     BAND,
@@ -27,7 +28,6 @@ from focalgradient.depth.equalise.residuals import (
     whitened_filters,
 )
 from focalgradient.depth.filters import (
-    FloatArray,
     Frequencies,
     Image,
     Spectra,

@@ -19,9 +19,10 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_places import blurs_at, moved_to_edges
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import APART, JUMP_SDS, LEAST_SD, NOTHING, REORDERED, WEAK_SLOPE_SD, add, fit_jump
 from focalgradient.parallel import share_rows

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.filters import FloatArray, Image, smoothed
+from focalgradient.depth.filters import Image, smoothed
 from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import Zone, jump_pairs, nearest_surfaces, surface_planes
 from focalgradient.depth.validity import BLUR_ERROR

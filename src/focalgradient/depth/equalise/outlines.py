@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
@@ -44,7 +45,7 @@ from focalgradient.depth.equalise.parts import (
     usable_at_first,
 )
 from focalgradient.depth.equalise.signal import informative_nodes
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import NEIGHBOURS, block_mean, block_sum
 from focalgradient.depth.planes import (
     HELD_APART,

@@ -16,7 +16,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.depth.filters import FINEST, LOW, FloatArray
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.depth.search import view_blur
 from focalgradient.depth.settings import AUTO, noise_of_each
 from focalgradient.errors import InputError, check_finite

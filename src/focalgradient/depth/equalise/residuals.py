@@ -18,8 +18,9 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
-from focalgradient.depth.filters import ROUND, FloatArray, Frequencies, Image, Spectra
+from focalgradient.depth.filters import ROUND, Frequencies, Image, Spectra
 from focalgradient.parallel import share_rows
 
 __all__ = [

@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
-from focalgradient.depth.filters import RADII, FloatArray, Image
+from focalgradient.depth.filters import RADII, Image
 from focalgradient.depth.planes import SMOOTH
 from focalgradient.depth.validity import LEAST_BLUR, LEAST_NODES, random_effects
 

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, optimize
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import (
     Equalised,
@@ -28,7 +29,7 @@ from focalgradient.depth.equalise.likelihood import (
     scene_power,
 )
 from focalgradient.depth.equalise.residuals import Residuals, mixed_residuals, noise_passed
-from focalgradient.depth.filters import FloatArray, Image, Spectra
+from focalgradient.depth.filters import Image, Spectra
 from focalgradient.depth.noise import LOG_SETTLED, noise_from_spectrum, storage
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs

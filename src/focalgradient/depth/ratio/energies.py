@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from focalgradient.depth.filters import Image
+from focalgradient.loops import compiled
 from focalgradient.parallel import share_rows
 
 StoredImage = Image | NDArray[np.uint8]
@@ -25,8 +25,6 @@ BLOCK = 4
 
 CLEAR_OF_NOISE = 3.0
 """Minimum ratio of the energy of the sharper view's detail to that of noise in a band in use. Chosen by hand."""
-
-_compiled = njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
 
 
 def binned(images: Sequence[StoredImage] | Image, levels: Image | None) -> list[Image]:
@@ -41,7 +39,7 @@ def binned(images: Sequence[StoredImage] | Image, levels: Image | None) -> list[
     return halves
 
 
-@_compiled
+@compiled
 def _bin_rows(image, levels, first, last, half):  # type: ignore[no-untyped-def]
     quarter = np.float32(0.25)
     columns = np.empty(image.shape[1], np.float32)
@@ -92,7 +90,7 @@ def energies(images: Sequence[StoredImage], levels: Image | None, side: int, abs
     return energy, brightness
 
 
-@_compiled
+@compiled
 def _energy_rows(image, levels, side, absolute, first, last, energy, brightness):  # type: ignore[no-untyped-def]
     height, width = image.shape
     # Each row with its ends repeated, so that one inner loop serves all columns; row y lies in slot (y + 1) % 6.
@@ -127,7 +125,7 @@ def _energy_rows(image, levels, side, absolute, first, last, energy, brightness)
                 energy[row, j] *= energy[row, j]
 
 
-@_compiled
+@compiled
 def _whole_rows(image, first, last, energy, brightness):  # type: ignore[no-untyped-def]
     """As `_energy_rows`, for stored values on squares of 4 pixels. Second differences fit into 16 bits."""
     height, width = image.shape
@@ -152,7 +150,7 @@ def _whole_rows(image, first, last, energy, brightness):  # type: ignore[no-unty
             lights[j] = share * np.float32(light[i] + light[i + 1] + light[i + 2] + light[i + 3])
 
 
-@_compiled
+@compiled
 def _second_difference(above, row, below, out):  # type: ignore[no-untyped-def]
     last = row.size - 1
     inner, up, middle, down, left, right = out[1:-1], above[1:-1], row[1:-1], below[1:-1], row[:-2], row[2:]
@@ -164,7 +162,7 @@ def _second_difference(above, row, below, out):  # type: ignore[no-untyped-def]
         out[x] = 3 * np.int16(row[x]) - np.int16(above[x]) - np.int16(below[x]) - np.int16(row[inside])
 
 
-@_compiled
+@compiled
 def _load(row, levels, line):  # type: ignore[no-untyped-def]
     inner = line[1:-1]
     for x in range(row.size):
@@ -175,7 +173,7 @@ def _load(row, levels, line):  # type: ignore[no-untyped-def]
     line[0], line[-1] = inner[0], inner[-1]
 
 
-@_compiled
+@compiled
 def _one_row(up, middle, down, absolute, square, light):  # type: ignore[no-untyped-def]
     a, m, b = up[1:-1], middle[1:-1], down[1:-1]
     left, right = middle[:-2], middle[2:]
@@ -186,7 +184,7 @@ def _one_row(up, middle, down, absolute, square, light):  # type: ignore[no-unty
         light[x] += m[x]
 
 
-@_compiled
+@compiled
 def _four_rows(r0, r1, r2, r3, r4, r5, square, light):  # type: ignore[no-untyped-def]
     a, b, c, d, e, f = r0[1:-1], r1[1:-1], r2[1:-1], r3[1:-1], r4[1:-1], r5[1:-1]
     b0, c0, d0, e0 = r1[:-2], r2[:-2], r3[:-2], r4[:-2]
@@ -225,7 +223,7 @@ def compared(
     return disparity, valid
 
 
-@_compiled
+@compiled
 def _compare_rows(energy, brightness, noise, step, least, first, last, disparity, valid):  # type: ignore[no-untyped-def]
     zero, clear = np.float32(0), np.float32(CLEAR_OF_NOISE)
     floors, others = np.empty(disparity.shape[1], np.float32), np.empty(disparity.shape[1], np.float32)
@@ -248,7 +246,7 @@ def _compare_rows(energy, brightness, noise, step, least, first, last, disparity
             out[x] = ratio if good else zero
 
 
-@_compiled
+@compiled
 def noise_at(noise, step, light, energy):  # type: ignore[no-untyped-def]
     """Fill `energy` with what `noise`, tabulated at `step` places per unit of brightness, has at brightness `light`."""
     bottom, top = np.int32(0), np.int32(noise.size - 1)

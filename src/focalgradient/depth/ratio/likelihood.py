@@ -20,7 +20,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import FloatArray, Image
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import Image
 from focalgradient.depth.ratio.energies import CLEAR_OF_NOISE, noise_at
 from focalgradient.depth.ratio.table import DisparityTable, band_transfer, frequencies, texture, transfers
 from focalgradient.parallel import share_rows

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.depth.filters import SCENE_SLOPE, FloatArray
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import Psf, pixel_transfer, psf_of

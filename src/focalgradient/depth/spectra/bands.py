@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage, special
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import (
     FINE_PASS,
     FINEST,
     RADIAL,
     RADII,
-    FloatArray,
     Image,
     Spectra,
     mirrored_spectra,

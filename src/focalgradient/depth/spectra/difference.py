@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.depth.filters import FINEST, FloatArray, Image
+from focalgradient.arrays import FloatArray
+from focalgradient.depth.filters import FINEST, Image
 from focalgradient.depth.spectra.bands import spacing
 from focalgradient.errors import InputError, check_finite
 

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth import numerics
-from focalgradient.depth.filters import RADIAL, RADII, FloatArray, Floats, disc_pass
+from focalgradient.depth.filters import RADIAL, RADII, Floats, disc_pass
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
 from focalgradient.depth.spectra.bands import NOTHING, Bands, Compared, Hypothesis, compare, scene_level

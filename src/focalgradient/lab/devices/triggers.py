@@ -227,15 +227,13 @@ class _Hook:
     name = "mark() of --markers"
 
     def __init__(self, function: Callable[..., object]):
-        self._function = function
+        self._function, self._trial = function, True
         try:
             inspect.signature(function).bind(0, "", 0.0, None)
         except TypeError:
             self._trial = False
-        except ValueError:  # not a Python function
-            self._trial = True
-        else:
-            self._trial = True
+        except ValueError:  # not a Python function: it is given everything
+            pass
 
     def send(self, mark: Mark) -> None:
         given: tuple[Any, ...] = (mark.code, mark.name, mark.seconds)
