@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image, ImageOps, ImageSequence
 from scipy.ndimage import distance_transform_edt
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, warn
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
@@ -245,7 +246,7 @@ def _flattened(
 def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the flat field's fall-off, a polynomial of degree 6 along both axes, without noise and texture."""
 
-    def powers(count: int) -> NDArray[np.float64]:
+    def powers(count: int) -> FloatArray:
         return np.asarray(np.polynomial.chebyshev.chebvander((2 * np.arange(count) + 1) / count - 1, 6), float)
 
     small = cv2.resize(flat, tuple(min(n, 128) for n in flat.shape[::-1]), interpolation=cv2.INTER_AREA)
