@@ -116,7 +116,8 @@ def through_focus_figure(
                 xlabel="vergence of the target (D, infinity at 0)", xlim=(quality.vergences[0], quality.vergences[-1])
             )
         figure.suptitle("\n".join(["Image of a simulated eye through focus", *_lines(stated)]))
-        above.supxlabel("arcmin; square root of the light, each picture with its own maximum", fontsize="small")
+        seen = "arcmin as the person sees the image, y downwards"
+        above.supxlabel(f"{seen}; square root of the light, each picture with its own maximum", fontsize="small")
     return figure
 
 
