@@ -56,7 +56,9 @@ def rooms(folder: Path, count: int) -> None:
         path = Path(temporary, "scenes.toml")
         path.write_text(text)
         known = load_known_scenes(path)
-        scenes = [scene for shots in known.scenes if (scene := known.read(shots, Disc())).depth.valid.mean() > 0.01]
+        scenes = [
+            scene for shots in known.scenes if (scene := known.read(shots, Disc())) and scene.depth.valid.mean() > 0.01
+        ]
     print(f"\nRooms: {len(scenes)} of {len(names)} give depth; focus marked 1.7 m")
     for title, part, rest in (
         ("all", scenes, []),

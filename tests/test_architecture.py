@@ -33,23 +33,23 @@ ROOMS = {
         "progress": "",
         "quantities": "errors",
         "plausibility": "errors",
-        "optics": "errors plausibility quantities",
+        "optics": "arrays errors plausibility quantities",
         "paper": "errors optics",
         "psf": "arrays errors",
-        "view": "errors optics plausibility",
+        "view": "arrays errors optics plausibility",
         "depth": "arrays errors files loops optics parallel plausibility progress psf quantities view",
-        "scenes": "errors loops parallel quantities",
+        "scenes": "arrays errors loops parallel quantities",
         "render": "arrays errors loops optics parallel progress psf quantities scenes view",
         "eye": "arrays depth errors files loops optics parallel plausibility progress psf quantities render scenes "
         "view",
         "retina": "arrays binocular errors eye files progress quantities render view",
-        "binocular": "errors files optics progress render scenes view",
+        "binocular": "arrays errors files optics progress render scenes view",
         "srgb": "",
-        "live": "display errors eye files memory optics progress render srgb",
-        "display": "errors files plausibility quantities srgb",
-        "luminance": "errors files",
-        "stimuli": "design display errors eye files optics parallel photographs plausibility plotting progress psf "
-        "quantities render scenes tables tasks video",
+        "live": "arrays display errors eye files memory optics progress render srgb",
+        "display": "arrays errors files plausibility quantities srgb",
+        "luminance": "arrays errors files",
+        "stimuli": "arrays design display errors eye files optics parallel photographs plausibility plotting progress "
+        "psf quantities render scenes tables tasks video",
         "tables": "errors files",
         "words": "errors files",
         "analyses": "errors",
@@ -63,7 +63,7 @@ ROOMS = {
         "published": "arrays dataset design display errors eye files observers progress scales statistics stimuli "
         "tasks",
         "calibration": "arrays depth errors optics psf quantities view",
-        "photographs": "calibration depth errors files memory optics plausibility progress psf quantities srgb "
+        "photographs": "arrays calibration depth errors files memory optics plausibility progress psf quantities srgb "
         "tables view",
         "video": "depth display errors files optics plausibility progress psf quantities srgb view",
         "examples": "depth design display optics photographs power progress render scenes video view",
@@ -75,7 +75,7 @@ ROOMS = {
         "statistics": "analyses arrays errors files parallel progress quantities user_tables",
         "power": "design errors files observers parallel progress quantities scales statistics tasks user_tables",
         "report": "dataset design errors files observers plotting power progress scales statistics tasks user_tables",
-        "plotting": "depth errors eye luminance optics scenes statistics view",
+        "plotting": "arrays depth errors eye luminance optics scenes statistics view",
         "cli": "__init__ binocular calibration dataset depth design display errors examples eye files lab live "
         "luminance memory observers optics options parallel photographs plausibility plotting power progress "
         "psf quantities render report scenes statistics stimuli tasks termination user_tables video view web",

@@ -11,10 +11,12 @@ from PIL import Image, ImageCms
 from PIL.PngImagePlugin import PngInfo
 
 from focalgradient import FocalGradientWarning, InputError
+from focalgradient.cli.groups import GIVEN
 from focalgradient.depth import DepthMap
 from focalgradient.photographs import from_exif, load_settings, read_photograph, read_photographs, read_views
 from focalgradient.photographs import srgb_to_linear as decode
 from focalgradient.photographs.depths import PhotographedDepth
+from focalgradient.plausibility import given_as
 
 RNG = np.random.default_rng(7)
 RGB16 = RNG.integers(0, 65000, (12, 16, 3), dtype=np.uint16)
@@ -322,7 +324,10 @@ def test_pixel_pitch_follows_from_the_35_mm_equivalent_with_a_warning(tmp_path):
     """A phone: 4.25 mm is 26 mm of a full frame, so that its sensor has a diagonal of 7.07 mm."""
     tags = {FOCAL_LENGTH: 4.25, F_NUMBER: 1.8, DISTANCE: 0.5, 41989: 26}
     files = [with_exif(tmp_path / name, tags) for name in ("a.jpg", "b.jpg")]
-    with pytest.warns(FocalGradientWarning, match="35-mm equivalent"):
+    with (
+        given_as(GIVEN),
+        pytest.warns(FocalGradientWarning, match="35-mm equivalent .* give --pixel-pitch if it is known"),
+    ):
         settings = from_exif(files, focus_distances_m=(0.5, 0.7))
     assert settings.camera.pixel_pitch_um == pytest.approx(1e3 * 43.267 * 4.25 / 26 / 160, rel=1e-4)
     tags |= {PER_UNIT: 5080.0, WIDTH: 500, HEIGHT: 96}

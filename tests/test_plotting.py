@@ -155,7 +155,7 @@ def test_the_title_of_uncertainty_states_that_of_pixels_and_of_the_frame():
         details={"side": "known", "blurred_alike_D": [0.65, 1.15], "searched_vergence_D": [0.1, 0.65]},
     )
     figure = depth_figure(views(16, 5.6), depth)
-    assert written(figure).count("same blur: 0.87 to 1.5 m, nearer than the focus") == 1
+    assert written(figure).count("same blur nearer than the focus: 0.87 to 1.5 m") == 1
     uncertainty = panel(figure, "Uncertainty")
     title = uncertainty.get_title(loc="left")
     assert re.fullmatch(r"Uncertainty: median sd [\d.]+ %\nbetween pixels, [\d.]+ % in common", title)

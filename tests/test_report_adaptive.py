@@ -15,6 +15,7 @@ import pytest
 from focalgradient.cli.power import _notes
 from focalgradient.dataset import Response
 from focalgradient.design import Counterbalanced, Trial, answers_of, weighted_staircase
+from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 from focalgradient.power import Observers, Study
 from focalgradient.power.own_tasks import _people
@@ -23,7 +24,7 @@ from focalgradient.report.parts import Asked
 from focalgradient.report.preregister import preregister_conditions
 from focalgradient.scales import Ways
 from focalgradient.statistics import Rules
-from focalgradient.tasks import Task, register, task_named
+from focalgradient.tasks import Task, check_task, register, task_named
 from focalgradient.tasks.adaptive import guessed
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -88,6 +89,16 @@ class Seen(Finer):
 
     def answered(self, design, trial, value, **times):
         return FinerAnswer(level=trial.level, correct=int(value) == 1, **times)
+
+
+def test_a_level_of_another_name_is_refused_before_the_first_trial(monkeypatch):
+    def adapted(self, design, trial, recorded):
+        return replace(trial, level=STAIRCASE.level(answers_of(recorded, level="period")))
+
+    monkeypatch.setattr(Finer, "adapted", adapted)
+    sentence = r"no field 'period' in trial and answer: give the field's name, answers_of\(recorded, level=\"NAME\"\)"
+    with pytest.raises(InputError, match=sentence):
+        check_task(FinerDesign())
 
 
 @pytest.fixture

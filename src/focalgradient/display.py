@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.files import printable, read_toml
 from focalgradient.plausibility import check_display, check_screen_width, given_as
@@ -155,7 +156,7 @@ class Display:
         """Return the visual angle in minutes of arc of a length in `pixels` at the screen's centre."""
         return 60 * pixels / self.pixels_per_degree
 
-    def decode(self, values: ArrayLike) -> NDArray[np.float64]:
+    def decode(self, values: ArrayLike) -> FloatArray:
         """Return the linear radiance (white = 1) of 8-bit `values`; with one gamma per gun, the last axis is colour.
 
         >>> Display(gamma=2.0).decode([0, 51, 255]).round(6).tolist()

@@ -13,8 +13,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, located
 from focalgradient.files import LARGEST_LIST, printable, read_bytes
 from focalgradient.files.cells import name_and_unit
@@ -78,7 +78,7 @@ class Curve:
     white: float
     deviation: float
 
-    def at(self, shares: NDArray[np.float64]) -> NDArray[np.float64]:
+    def at(self, shares: FloatArray) -> FloatArray:
         """Return the luminance in cd/m2 at levels given as fractions of the maximum level.
 
         >>> Curve(2.0, 0.0, 100.0, 0.0).at(np.array([0.0, 0.5, 1.0])).tolist()
@@ -101,8 +101,8 @@ class Luminance:
         Fitted curve of each measured gun.
     """
 
-    shares: NDArray[np.float64]
-    measured: Mapping[str, NDArray[np.float64]]
+    shares: FloatArray
+    measured: Mapping[str, FloatArray]
     curves: Mapping[str, Curve]
 
     @property
@@ -183,7 +183,7 @@ def _fitted(table: TextTable) -> Luminance:
         return fit_luminance(columns.pop("level"), columns)
 
 
-def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np.float64]]) -> Luminance:
+def fit_luminance(levels: FloatArray, measured: Mapping[str, FloatArray]) -> Luminance:
     """Fit a gamma curve to each measured gun.
 
     Parameters
@@ -223,7 +223,7 @@ def fit_luminance(levels: NDArray[np.float64], measured: Mapping[str, NDArray[np
     return Luminance(shares, dict(measured), curves)
 
 
-def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -> Curve:
+def _curve(gun: str, shares: FloatArray, values: FloatArray) -> Curve:
     if len(np.unique(shares)) < MIN_LEVELS or shares.min() > 0 or shares.max() < 1:
         raise InputError(
             f"{gun} has {len(np.unique(shares))} levels, but must have {MIN_LEVELS} or more, level 0 and the "
@@ -234,7 +234,7 @@ def _curve(gun: str, shares: NDArray[np.float64], values: NDArray[np.float64]) -
         raise InputError(f"{gun} is not brighter at the maximum level than at 0: check the columns.")
     from scipy.optimize import least_squares
 
-    def off(found: NDArray[np.float64]) -> NDArray[np.float64]:
+    def off(found: FloatArray) -> FloatArray:
         return np.asarray((found[0] + (found[1] - found[0]) * shares ** found[2] - values) / (white - black))
 
     start = [black, white, 2.2]

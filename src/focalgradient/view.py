@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number, described
 from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import PIXEL_ANGLE, check_frame, check_pixel_pitch
@@ -171,7 +172,7 @@ def check_shape(shape: Any) -> None:
         raise InputError(f"shape is {described(shape)}, but must be a positive height and width in pixels.")
 
 
-def from_centre(shape: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def from_centre(shape: tuple[int, int]) -> tuple[FloatArray, FloatArray]:
     """Return how far the pixels of a frame lie to the right (1 x W) of its centre and below it (H x 1), in pixels.
 
     >>> right, down = from_centre((2, 3))

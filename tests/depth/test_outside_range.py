@@ -131,6 +131,6 @@ def test_what_is_blurred_alike_on_the_other_side_of_focus_is_stated() -> None:
     depth = recover_depth(wall([lens(16, 1.0), lens(5.6, 1.0)], 0.8, seed=5), near=1.02, far=2.0)
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1 / (2 - 1 / 0.8), rel=0.01)
     assert depth.details["blurred_alike_D"] == pytest.approx([2 - 1 / 1.02, 1.5])
-    assert "same blur: 0.67 to 0.98 m, nearer than the focus" in depth.summary()
+    assert "same blur nearer than the focus: 0.67 to 0.98 m" in depth.summary()
     foci = recover_depth(wall([lens(5.6, 0.8), lens(5.6, 1.3)], 1.0, seed=5), near=NEAR, far=FAR)
     assert "blurred_alike_D" not in foci.details

@@ -79,7 +79,7 @@ for dioptres in (0.8, 1.1, 1.4):
 log = logging.LogFile("beyond.txt", level=logging.WARNING)
 stim.setFocus(1 / 0.7 + 0.1, log=False)
 logging.flush()
-found["focus beyond the planes not logged"] = int("lies beyond the planes" not in Path("beyond.txt").read_text())
+found["focus beyond the planes not logged"] = 2 * int("lies beyond the planes" not in Path("beyond.txt").read_text())
 stim.focus = 1 / 0.7
 stim.draw()
 found["sharp where in focus"] = apart(shown(win)[place][:, :40], values[:, :40])
@@ -113,6 +113,14 @@ picture = shown(win)
 half.draw()
 found["folder"] = apart(picture, shown(win))
 found["pupil of a folder stated"] = 2 * int("pupilMM" in str(again) or "pupilMM" not in str(half))
+log = logging.LogFile("unset.txt", level=logging.WARNING)
+unset = visual.FocalGradientStim(win, "kept", focus=9.0)
+logging.flush()
+found["focus logged before it is drawn"] = 2 * int("lies beyond the planes" in Path("unset.txt").read_text())
+unset.draw()
+win.clearBuffer()
+logging.flush()
+found["focus not logged when drawn"] = 2 * int("lies beyond the planes" not in Path("unset.txt").read_text())
 log = logging.LogFile("angle.txt", level=logging.WARNING)
 visual.FocalGradientStim(win, "kept").prepare()
 logging.flush()
@@ -130,7 +138,7 @@ found["cube"] = apart(seen[150 - height // 2 :][:height, 200 - width // 2 :][:, 
 np.save("cube.npy", seen)
 cube.setPhase(0.2, log=False)
 cube.draw()
-found["cube turns"] = int(apart(shown(win), seen) < 100)
+found["cube turns"] = 2 * int(apart(shown(win), seen) < 100)
 cube.phase = 0.35  # the picture repeats after a quarter turn
 cube.draw()
 found["cube repeats"] = apart(shown(win), seen)
@@ -273,7 +281,7 @@ def ran(screen: Headless, *command: str | Path) -> str:
 def test_coder_shows_the_stimulus_to_the_8_bit_step(plugin: Headless) -> None:
     found, refused = json.loads(ran(plugin, "-c", CODER).splitlines()[-1])
     assert {name: value for name, value in found.items() if value > 1} == {}
-    assert len(found) == 26
+    assert len(found) == 28
     expected = {
         "depth": "depth is missing",
         "shape": "(3, 3)",

@@ -56,6 +56,26 @@ def test_what_a_display_shows_is_in_the_units_of_the_picture() -> None:
 
 
 @pytest.mark.parametrize(
+    ("refraction", "meridians"), [("+1.00 -2.00 x 180", (1.0, -1.0)), ("-1.00 -2.00 x 30", (-1.0, -3.0))]
+)
+def test_the_blur_of_an_astigmat_is_that_of_its_more_blurred_meridian(
+    refraction: str, meridians: tuple[float, float]
+) -> None:
+    """The image of a point is an ellipse: twice the standard deviation is the pupil's radius x defocus."""
+    eye = Eye(refraction=refraction, response=0.0, pupil_diameter=0.006)
+    point = np.zeros((257, 257), np.float32)
+    point[128, 128] = 1.0
+    shown = DepthPicture("point", picture_of(point, "linear"), np.full(point.shape, 4.0), 0.0, ANGLE / 3)
+    seen = Viewing(eye).see(shown)
+    place, light = np.indices(point.shape) - 128, seen.light / seen.light.sum()
+    axes = 2 * np.sqrt(np.linalg.eigvalsh(np.einsum("iyx,jyx,yx->ij", place, place, light)))
+    # Spectacles of S dioptres, 12 mm before the eye, correct a far point at S / (1 - 0.012 S) dioptres behind it.
+    expected = sorted(0.003 * abs(-power / (1 - 0.012 * power) - 1 / 4) / (ANGLE / 3) for power in meridians)
+    assert seen.largest_blur_px == pytest.approx(expected[1], rel=1e-6)
+    assert axes == pytest.approx(expected, rel=0.03)
+
+
+@pytest.mark.parametrize(
     ("optics", "given", "said"),
     [
         (Eye(0.004, 1.0), {"wavelengths": 5}, "wavelengths is the number of wavelength samples of chromatic"),

@@ -124,7 +124,7 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         self.folder = folder or None
         self.depth = drawDepth
         self._view: FocusView | None = None
-        self._warned = False
+        self._warned = self._compared = False
         self.__dict__.update(image=image, distance=depth, pupilMM=pupilMM, focusRange=focusRange, size=size, pos=pos)
         self.__dict__["focus"] = self._checked(focus)
         if image is not None:
@@ -141,7 +141,8 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         self.__dict__["focus"] = self._checked(value)
         if self._view is not None:
             self.win.backend.setCurrent()
-            self._focus_view()
+            self._view.focus = self.__dict__["focus"]
+            self._warn_beyond()
 
     def setFocus(self, value: ArrayLike, operation: str = "", log: bool | None = None) -> None:
         """Set `focus`, without an entry in the log where `log` is False."""
@@ -211,14 +212,14 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
         series = self._series()
         self.win.backend.setCurrent()
         self._view = FocusView(self.win, series, self.display, self._pixels(self.pos))
-        self._focus_view()
+        self._view.focus = self.__dict__["focus"]
+        self._compared = False  # the focus may be set before the stimulus is drawn
         return True
 
-    def _focus_view(self) -> None:
-        """Set the focus that is drawn; log a warning, once for each series, where it lies beyond the planes."""
-        assert self._view is not None
+    def _warn_beyond(self) -> None:
+        """Log a warning, once for each series, where the focus lies beyond the planes."""
+        self._compared = True
         focus = self.__dict__["focus"]
-        self._view.focus = focus
         least, most = self.series.vergences[0], self.series.vergences[-1]
         if not self._warned and (np.min(focus) < least - BEYOND or np.max(focus) > most + BEYOND):
             self._warned = True
@@ -234,6 +235,8 @@ class FocalGradientStim(MinimalStim):  # type: ignore[misc]
             raise InputError(f"{self.name} was made for another window: make a stimulus for each window.")
         self.prepare()
         assert self._view is not None
+        if not self._compared:
+            self._warn_beyond()
         self.win.backend.setCurrent()
         self._view.draw()
 

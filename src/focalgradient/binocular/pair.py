@@ -13,6 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_one_of, checked
 from focalgradient.files import write_whole
 from focalgradient.optics import Optics
@@ -60,14 +61,14 @@ class EyeView:
 
     light: Light
     optics: Optics
-    distance: NDArray[np.float64]
-    disparity: NDArray[np.float64]
-    blur: NDArray[np.float64]
+    distance: FloatArray
+    disparity: FloatArray
+    blur: FloatArray
     is_monocular: NDArray[np.bool_]
     is_invented: NDArray[np.bool_]
 
     @property
-    def vergence(self) -> NDArray[np.float64]:
+    def vergence(self) -> FloatArray:
         """True vergence of each pixel in dioptres (metre angles), H x W."""
         return np.asarray(1 / self.distance)
 

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
 from focalgradient.errors import InputError, check_number, described, warn
@@ -30,7 +31,7 @@ __all__ = ["INTEROCULAR", "stereo"]
 INTEROCULAR = 0.063
 """Mean adult interocular distance in metres (Dodgson, Proc SPIE 5291, 2004)."""
 
-Distances = float | ArrayLike | Callable[[NDArray[np.float64]], ArrayLike]
+Distances = float | ArrayLike | Callable[[FloatArray], ArrayLike]
 """Distances in metres: one value, one per pixel, or a function of the true distances."""
 
 PINHOLE = Lens(0.017, math.inf, 1.0)
@@ -44,9 +45,9 @@ class _Seen(NamedTuple):
     """One eye's radiance, true distance (m), distance for blur (m), vergence for disparity (D), inpainting mask."""
 
     light: NDArray[np.float32]
-    distance: NDArray[np.float64]
-    blurred: NDArray[np.float64]
-    placed: NDArray[np.float64]
+    distance: FloatArray
+    blurred: FloatArray
+    placed: FloatArray
     is_invented: NDArray[np.bool_]
 
 
@@ -62,7 +63,7 @@ class _Eyes:
     blur_distance: Distances | None
     say: Progress
 
-    def disparity(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+    def disparity(self, vergence: FloatArray) -> FloatArray:
         """Return the disparity in radians of a vergence in dioptres."""
         return np.asarray(self.interocular * (vergence - self.vergence))
 
@@ -88,9 +89,7 @@ class _Eyes:
             eyes.append(_Seen(light, seen.distance, shown, 1 / seen.distance, np.zeros(light.shape, bool)))
         return self._pair(eyes)
 
-    def moved(
-        self, light: NDArray[np.float32], far: NDArray[np.float64], given: Distances | None, camera: float
-    ) -> StereoPair:
+    def moved(self, light: NDArray[np.float32], far: FloatArray, given: Distances | None, camera: float) -> StereoPair:
         """Return the pair, with the pixels of a picture shifted by the disparity of the distances `given` or true."""
         shown = _distances(self.blur_distance, far, "blur_distance")
         placed = 1 / _distances(given, far, "disparity_distance")
@@ -248,7 +247,7 @@ def _eyes(eye: object) -> tuple[Optics, Optics]:
     return pair[0], pair[1]
 
 
-def _distances(given: Distances | None, true: NDArray[np.float64], name: str) -> NDArray[np.float64]:
+def _distances(given: Distances | None, true: FloatArray, name: str) -> FloatArray:
     """Return the distances that replace the true ones; raise `InputError` unless all are positive."""
     if given is None:
         return true
@@ -261,7 +260,7 @@ def _distances(given: Distances | None, true: NDArray[np.float64], name: str) ->
     return np.broadcast_to(distances, true.shape).astype(float)
 
 
-def _nearest(values: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
+def _nearest(values: FloatArray, columns: FloatArray) -> FloatArray:
     """Return a map's values at fractional columns by nearest neighbour, which creates no intermediate depth."""
     nearest = np.clip(np.rint(columns).astype(int), 0, values.shape[1] - 1)
     return np.take_along_axis(values, nearest, axis=1)

@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
+
 __all__ = ["Warped", "monocular", "sample", "warp"]
 
 MAX_DISPARITY_STEP = 1.0
@@ -38,7 +40,7 @@ class Warped(NamedTuple):
         True where the picture does not show what this view sees, so that it was inpainted, H x W.
     """
 
-    source: NDArray[np.float64]
+    source: FloatArray
     is_invented: NDArray[np.bool_]
 
 
@@ -70,9 +72,7 @@ def warp(shift: NDArray[np.floating], nearness: NDArray[np.floating]) -> Warped:
     return Warped(source, is_invented)
 
 
-def sample(
-    picture: NDArray[np.floating], shift: NDArray[np.floating], source: NDArray[np.float64]
-) -> NDArray[np.float32]:
+def sample(picture: NDArray[np.floating], shift: NDArray[np.floating], source: FloatArray) -> NDArray[np.float32]:
     """Return the picture, H x W or H x W x C, at the fractional columns `source`, each interpolated on its surface.
 
     Surfaces are segmented by `shift`, as in `warp`.
@@ -101,7 +101,7 @@ def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: floa
     return (columns < 0) | (columns >= width) | (step * (facing - own) > MAX_DISPARITY_MISMATCH)
 
 
-def _joined(shift: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _joined(shift: FloatArray) -> NDArray[np.bool_]:
     """Return whether each pixel and its right neighbour belong to one surface, H x W - 1."""
     slope = np.diff(shift, axis=1)
     padded = np.pad(slope, ((0, 0), (1, 1)))

@@ -7,12 +7,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
+
 __all__ = ["fit_terms"]
 
 Floats = NDArray[np.floating[Any]]
 
 
-def fit_terms(terms: Floats, values: Floats, weight: Floats, rounds: int) -> tuple[NDArray[np.float64], float]:
+def fit_terms(terms: Floats, values: Floats, weight: Floats, rounds: int) -> tuple[FloatArray, float]:
     """Return the coefficients of `terms` that fit `values`, and the standard deviation of the residuals.
 
     Each of the `rounds` weighs observations by their residuals r in the round before, as 1 / sqrt(1 + (r / 2 sd)^2).
@@ -36,7 +38,7 @@ def fit_terms(terms: Floats, values: Floats, weight: Floats, rounds: int) -> tup
     """
     reweighted, used = weight, weight > 0
     for _ in range(rounds):
-        fit: NDArray[np.float64] = np.asarray(
+        fit: FloatArray = np.asarray(
             np.linalg.lstsq(terms * reweighted[:, None], values * reweighted, rcond=None)[0], float
         )
         off = np.abs(values - terms @ fit)

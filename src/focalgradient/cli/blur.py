@@ -13,6 +13,7 @@ import click
 import focalgradient as fg
 from focalgradient.cli.generate import File, Folder, command
 from focalgradient.cli.groups import SCREEN, gamma_of, screen_size
+from focalgradient.cli.person import is_astigmatic
 from focalgradient.cli.program import (
     announce,
     resumable,
@@ -215,13 +216,14 @@ def blur(
         "seconds": time.perf_counter() - start,
     }
     last = {"summary.json": summary_json(summary)}
+    where = " in the more blurred meridian" if any(map(is_astigmatic, states.get("eyes", []))) else ""
     write_set(out, last if several else files | last, "summary.json", names)
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *optics.notes(states),
         *(
-            f"Blur: up to {max(facts['largest_blur_px']):.3g} px in radius, {facts['pixel_arcmin']:.3g} arcmin per "
-            "pixel"
+            f"Blur: up to {round(max(facts['largest_blur_px']), 6):.3g} px in radius{where}, "
+            f"{facts['pixel_arcmin']:.3g} arcmin per pixel"
             for facts in found[:1]
         ),
         f"Written: {len(names) + 1} files in {printable(out)}",

@@ -41,6 +41,7 @@ GIVEN = {
     "f_number": ("--f-number", ""),
     "focus_distance": ("--focus-distance", "m"),
     "pixel_pitch": ("--pixel-pitch", "um"),
+    "pixel_pitch_um": ("--pixel-pitch", ""),
     "pupil_diameter": ("--pupil", "mm"),
     "near": ("--near", "m"),
     "far": ("--far", "m"),

@@ -17,7 +17,7 @@ from focalgradient.errors import FocalGradientWarning
 if TYPE_CHECKING:
     from focalgradient.eye import Eye, EyeDescription
 
-__all__ = ["PERSON", "Person", "eye_notes", "eye_of", "eye_state", "focus_words"]
+__all__ = ["PERSON", "Person", "eye_notes", "eye_of", "eye_state", "focus_words", "is_astigmatic"]
 
 PERSON = Made("focalgradient.eye:EyeDescription")
 """Options that describe a person's eye."""
@@ -55,7 +55,7 @@ def eye_of(person: EyeDescription, eye_file: Path | None, pupil_mm: float | None
         by_default = ", the default --accommodation" if source is click.core.ParameterSource.DEFAULT else ""
         warnings.warn(
             f"this eye cannot focus on {focus_words(vergence)}{by_default}: it is focused at "
-            f"{focus_words(eye.focus_vergence)}, as its refraction, correction and age allow.",
+            f"{_focused_words(eye_state(person, eye, vergence))}, as its refraction, correction and age allow.",
             FocalGradientWarning,
             stacklevel=2,
         )
@@ -69,6 +69,7 @@ def eye_state(person: EyeDescription, eye: Eye, vergence: float) -> dict[str, An
         "looking_at_D": vergence,
         "focus_D": focus,
         "focus_m": 1 / focus if focus > 0 else None,
+        "meridians_D": eye.meridian_vergences,
         "in_reach": abs(focus - vergence) <= OUT_OF_REACH,
         "accommodation_D": person.response(vergence),
         "pupil_mm": 1e3 * eye.pupil_diameter,
@@ -78,10 +79,23 @@ def eye_state(person: EyeDescription, eye: Eye, vergence: float) -> dict[str, An
 def eye_notes(states: Iterable[Mapping[str, Any]]) -> list[str]:
     """Return a line for the terminal about each state of an eye (`eye_state`)."""
     return [
-        f"Eye: looks at {focus_words(state['looking_at_D'])}, focused at {focus_words(state['focus_D'])}, accommodates "
+        f"Eye: looks at {focus_words(state['looking_at_D'])}, focused at {_focused_words(state)}, accommodates "
         f"by {state['accommodation_D']:.2f} D, pupil {state['pupil_mm']:.2f} mm"
         for state in states
     ]
+
+
+def is_astigmatic(state: Mapping[str, Any]) -> bool:
+    """Return whether an eye of this state (`eye_state`) has two foci."""
+    low, high = state["meridians_D"]
+    return bool(high - low > OUT_OF_REACH)
+
+
+def _focused_words(state: Mapping[str, Any]) -> str:
+    """Return the plane of focus of an eye's state, and those of its meridians if it is astigmatic."""
+    low, high = state["meridians_D"]
+    meridians = f" (its meridians at {low:.2f} and {high:.2f} D)" if is_astigmatic(state) else ""
+    return f"{focus_words(state['focus_D'])}{meridians}"
 
 
 def focus_words(vergence: float) -> str:

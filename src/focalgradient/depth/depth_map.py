@@ -192,14 +192,14 @@ class DepthMap:
         >>> one = np.ones((1, 1))
         >>> details = {"blurred_alike_D": [0.625, 1.25], "searched_vergence_D": [0.1, 0.625]}
         >>> DepthMap(one, one, one > 0, one > 0, details).blurred_alike_in_words()
-        'same blur: 0.8 to 1.6 m, nearer than the focus'
+        'same blur nearer than the focus: 0.8 to 1.6 m'
         """
         if not (alike := self.details.get("blurred_alike_D")) or not self.valid.any():
             return ""
         far, near = alike
         side = "nearer" if far >= self.details["searched_vergence_D"][1] else "farther"
         range_m = f"{1 / near:.2g} to {1 / far:.2g} m" if far > 0 else f"{1 / near:.2g} m or more"
-        return f"same blur: {range_m}, {side} than the focus"
+        return f"same blur {side} than the focus: {range_m}"
 
     def outside_in_words(self) -> tuple[str, str]:
         """Return what it means that `beyond` is -1, and that it is 1."""

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.parallel import linear_algebra_on_one_thread, share_rows
 
 Value = TypeVar("Value", bound=np.generic)
@@ -31,7 +32,7 @@ def step_of(window: float) -> int:
     return max(1, round(window / NODES))
 
 
-def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> NDArray[np.float64]:
+def block_products(images: NDArray[np.float32], weight: NDArray[np.float32], step: int) -> FloatArray:
     """Return the weighted sums, over blocks of step x step pixels, of the products of each pair of images.
 
     `images` is r x H x W, `weight` H x W; returns r(r+1)/2 x ceil(H/step) x ceil(W/step), pairs (k, l <= k) in order.
@@ -128,7 +129,7 @@ def half_sums(
     coarse: NDArray[np.complex64],
     weight: NDArray[np.float32],
     step: int,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the weighted sums over blocks of -r r' and r'^2 of an image's coarse part, and of the rest: 4 x h x w.
 
     `value` is r and `slope` r', H x W; `coarse` holds their coarse parts as r + i r'.
@@ -186,7 +187,7 @@ def _gather(blocks, fall, first, last, sums):  # type: ignore[no-untyped-def]
                     sums[k, row, x] += fall[abs(other - row)] * across[other, x]
 
 
-def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
+def block_sum(image: NDArray[np.float32], step: int) -> FloatArray:
     """Return the sums over blocks of step x step pixels; the last blocks may be partial.
 
     >>> block_sum(np.ones((3, 5), np.float32), 2).tolist()
@@ -197,7 +198,7 @@ def block_sum(image: NDArray[np.float32], step: int) -> NDArray[np.float64]:
     return sums
 
 
-def block_mean(image: NDArray[np.generic], step: int) -> NDArray[np.float64]:
+def block_mean(image: NDArray[np.generic], step: int) -> FloatArray:
     """Return the means over blocks of step x step pixels: of a mask, the share of each block that is true.
 
     >>> block_mean(np.array([[True, True, False], [True, False, False]]), 2).tolist()
@@ -301,9 +302,7 @@ def sum_products(images: Sequence[tuple[NDArray[np.float32], NDArray[np.float32]
     return sums
 
 
-def interpolate_nodes(
-    values: NDArray[np.float64], sd: NDArray[np.float64] | None, step: int, shape: tuple[int, int]
-) -> NDArray[np.float64]:
+def interpolate_nodes(values: FloatArray, sd: FloatArray | None, step: int, shape: tuple[int, int]) -> FloatArray:
     """Interpolate values at nodes, the centres of blocks of `step` pixels, to the pixels (H x W) of `shape`.
 
     Linear in between where the nodes around a pixel agree to within their `sd`; across a jump, which they do not, the
@@ -349,7 +348,7 @@ def repeat_blocks(values: NDArray[Value], step: int, shape: tuple[int, int]) -> 
     return values.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
 
 
-def weighted_median(values: NDArray[np.float64], weight: NDArray[np.float64]) -> float:
+def weighted_median(values: FloatArray, weight: FloatArray) -> float:
     """Return the value at which half the weight is reached.
 
     >>> weighted_median(np.array([3.0, 1.0, 2.0]), np.array([1.0, 1.0, 5.0]))

@@ -131,14 +131,14 @@ def fit_jump(sums, steep):  # type: ignore[no-untyped-def]
 
 
 def grow_planes(
-    weight: NDArray[np.float64],
-    weighted: NDArray[np.float64],
-    level: NDArray[np.float64],
-    sd: NDArray[np.float64],
+    weight: FloatArray,
+    weighted: FloatArray,
+    level: FloatArray,
+    sd: FloatArray,
     windows: list[float],
     steep: float,
     separate: float,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Return the planes fitted about each block, in windows that grow over whatever lies on one surface.
 
     Adaptive weights (propagation and separation, after Polzehl and Spokoiny): from one window to the next, a

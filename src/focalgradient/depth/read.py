@@ -30,7 +30,7 @@ __all__ = ["EvenCoordinate", "parabola_minimum", "read_minima", "summed_levels"]
 
 def parabola_minimum(
     cost: NDArray[np.floating],
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return place, value and curvature of the least of a cost, by the parabola through three even candidates.
 
     Along the first axis, L x ...; the place counts candidates from 0, and lies within one of the least inner one.
@@ -48,11 +48,11 @@ def parabola_minimum(
 
 def read_minima(
     energy: NDArray[np.floating],
-    expected: NDArray[np.float64],
-    noise_slope: NDArray[np.float64],
+    expected: FloatArray,
+    noise_slope: FloatArray,
     noise: float,
-    size: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    size: FloatArray,
+) -> tuple[FloatArray, NDArray[np.bool_]]:
     """Find each node's minimum of the cost, its width, the misfit and the texture there, and whether it is unambiguous.
 
     Parameters

@@ -11,6 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.filters import Image, Spectra, mean_in_squares
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
@@ -127,7 +128,7 @@ def _turned(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_
     return np.ascontiguousarray(across.T), covered
 
 
-def _along_lines(lines: Image, scale: float, middle: NDArray[np.float64]) -> Image:
+def _along_lines(lines: Image, scale: float, middle: FloatArray) -> Image:
     """Each of `lines` (N x count) resampled at `scale` times its own pixels, the middle one's at its `middle`."""
     resampled = np.empty_like(lines)
     share_rows(len(lines), lambda first, last: _resample_lines(lines, scale, middle, first, last, resampled))
@@ -212,7 +213,7 @@ def measure_placement(
 
 def _placement_step(
     reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
-) -> tuple[Placement, NDArray[np.float64], float]:
+) -> tuple[Placement, FloatArray, float]:
     """Estimate a placement's remaining error by least squares, and the variances of scale, shifts and rotation.
 
     Also returns the median absolute residual.

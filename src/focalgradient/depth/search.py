@@ -115,8 +115,8 @@ class Search:
     lowest: float
     highest: float
     levels: int
-    focus: NDArray[np.float64]  # each view's focus vergence, D
-    pixels: NDArray[np.float64]  # each view's blur radius in pixels per dioptre of defocus
+    focus: FloatArray  # each view's focus vergence, D
+    pixels: FloatArray  # each view's blur radius in pixels per dioptre of defocus
     optics: tuple[Optics, ...]
     pixel_angle: float  # of the first view, in whose pixels all is counted
     side_known: bool
@@ -178,7 +178,7 @@ class Search:
         return cls(lowest, highest, levels, focus, pixels, tuple(optics), pixel_angle, side_known, side_text)
 
     @property
-    def vergences(self) -> NDArray[np.float64]:
+    def vergences(self) -> FloatArray:
         """Vergence of each level, D."""
         return np.linspace(self.lowest, self.highest, self.levels)
 
@@ -197,7 +197,7 @@ class Search:
         """Number of levels per pixel of blur radius in the widest view."""
         return 1 / (self.slope * self.spacing)
 
-    def radius(self, vergence: NDArray[np.float64]) -> NDArray[np.float64]:
+    def radius(self, vergence: FloatArray) -> FloatArray:
         """Blur radius in pixels in the most blurred view, at `vergence`."""
         return np.max([p * np.abs(f - vergence) for p, f in zip(self.pixels, self.focus, strict=True)], axis=0)
 
@@ -330,7 +330,7 @@ def _tells_side(stated: Sequence[Capabilities], psf: BlurSource | None) -> bool:
     return not psf.symmetric if isinstance(psf, Psf) else any(one.tells_side for one in stated)
 
 
-def one_focus(focus: NDArray[np.float64]) -> bool:
+def one_focus(focus: FloatArray) -> bool:
     """Return whether views of these focus vergences share one plane of focus."""
     return bool(np.ptp(focus) <= ONE_FOCUS * max(1.0, np.abs(focus).max()))
 

@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, is_number
 from focalgradient.optics import DualPixel, Optics, capabilities, own_blur
 from focalgradient.progress import Progress
@@ -176,7 +176,7 @@ class RecoverySettings:
             "method 'equalise', or give psf 'disc' to take the blur for a disc."
         )
 
-    def given_noise(self, count: int) -> NDArray[np.float64] | None:
+    def given_noise(self, count: int) -> FloatArray | None:
         """Standard deviation of the noise of each of `count` views, as given; None where it is to be estimated."""
         return None if self.noise is None else noise_of_each(self.noise, count)
 
@@ -222,7 +222,7 @@ def _check_positive(name: str, value: Any, unit: str) -> None:
         raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")
 
 
-def noise_of_each(noise: float | Sequence[float], count: int, of: str = "views") -> NDArray[np.float64]:
+def noise_of_each(noise: float | Sequence[float], count: int, of: str = "views") -> FloatArray:
     """Return the standard deviation of the noise of each of `count` views; raise `InputError` unless positive.
 
     >>> noise_of_each(0.1, 2).tolist()

@@ -36,18 +36,28 @@ def answers_of(
     condition
         Values that other fields must have, such as ``staircase="near"`` for interleaved staircases.
 
+    Raises
+    ------
+    InputError
+        If trials and answers have no field `level` or `right`.
+
     Examples
     --------
     >>> shown = {"phase": "main", "catch": False, "level": 0.5, "correct": True}
     >>> answers_of([shown | {"side": "left"}, shown | {"side": "right"}], side="left")
     [(0.5, True)]
     """
+    trials = [trial for trial in recorded if trial["phase"] == "main" and not trial["catch"]]
+    for parameter, name in (("level", level), ("right", right)):
+        if trials and name not in trials[0]:
+            raise InputError(
+                f"answers_of finds no field {name!r} in trial and answer: give the field's name, "
+                f'answers_of(recorded, {parameter}="NAME").'
+            )
     return [
-        (float(one[level]), bool(one[right]))
-        for one in recorded
-        if one["phase"] == "main"
-        and not one["catch"]
-        and all(one[name] == wanted for name, wanted in condition.items())
+        (float(trial[level]), bool(trial[right]))
+        for trial in trials
+        if all(trial[name] == wanted for name, wanted in condition.items())
     ]
 
 

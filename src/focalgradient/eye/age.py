@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.ranges import AGE, AGES, wavelengths
@@ -37,7 +38,7 @@ def natural_pupil(
     age: MeasuredAge = REFERENCE_AGE,
     field_deg: Annotated[float, Range("degrees", positive=True)] = 20.0,
     eyes: Literal[1, 2] = 2,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the diameter in metres of the light-adapted pupil, by Watson & Yellott's unified formula.
 
     D = S + (age - 28.58) (0.02132 - 0.009562 S), S the formula of Stanley & Davies (1995), of the product of luminance,
@@ -73,7 +74,7 @@ def natural_pupil(
     return np.asarray(1e-3 * (mm + (age - REFERENCE_AGE) * (0.02132 - 0.009562 * mm)))
 
 
-def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
+def accommodation_amplitude(age: ArrayLike) -> FloatArray:
     """Return the objective amplitude of accommodation in dioptres: 7.083 / (1 + exp(0.2031 (age - 36.2) - 0.6109)).
 
     Fitted to people of 3 to 70 years (Anderson, Hentz, Glasser, Stuebing & Manny 2008, Invest. Ophthalmol. Vis. Sci.
@@ -85,7 +86,7 @@ def accommodation_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(7.083 / (1 + np.exp(0.2031 * (AGES.of("age", age) - 36.2) - 0.6109)))
 
 
-def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
+def push_up_amplitude(age: ArrayLike) -> FloatArray:
     """Return the mean push-up amplitude of accommodation in dioptres: 18.5 - 0.30 age (Hofstetter 1950).
 
     Not below 0. It includes the depth of focus: compare `accommodation_amplitude`.
@@ -96,7 +97,7 @@ def push_up_amplitude(age: ArrayLike) -> NDArray[np.float64]:
     return np.maximum(18.5 - 0.30 * AGES.of("age", age), 0.0)
 
 
-def lens_density(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
+def lens_density(wavelength_nm: ArrayLike, age: float) -> FloatArray:
     """Return the optical density (log10) of the ocular media at each wavelength (nm, any shape), for one `age` (years).
 
     van de Kraats & van Norren (2007, J. Opt. Soc. Am. A 24, 1842), in the form of CIE 203:2012 with its erratum:
@@ -130,7 +131,7 @@ def aged_light(light: Light, age: float) -> Light:
     return Light(nm, np.asarray(light.weight) * lens_passes(nm, age))
 
 
-def lens_passes(wavelength_nm: ArrayLike, age: float) -> NDArray[np.float64]:
+def lens_passes(wavelength_nm: ArrayLike, age: float) -> FloatArray:
     """Return the transmittance of a lens of this `age` (years) over that at 32 years, by wavelength (nm, any shape).
 
     >>> lens_passes([420, 560], 70).round(2).tolist()

@@ -8,8 +8,9 @@ higher by as much as the refraction is lower, so that **a nearer object is sharp
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, described
 from focalgradient.eye.ranges import wavelengths
 
@@ -24,7 +25,7 @@ PRIMARIES_NM = (611.0, 549.0, 464.0)
 _LEVEL, _STRENGTH, _POLE = 1.68524, 633.46, 214.102  # Thibos et al. 1992: D, D nm, nm
 
 
-def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
+def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> FloatArray:
     """Return the chromatic difference of refraction R(wavelength) - R(reference) in dioptres; broadcasts.
 
     R(l) = 1.68524 - 633.46 / (l - 214.102) of the reduced chromatic eye (Thibos et al. 1992): negative for light
@@ -44,7 +45,7 @@ def chromatic_difference(wavelength_nm: ArrayLike, reference_nm: ArrayLike = REF
     return _STRENGTH / (reference - _POLE) - _STRENGTH / (light - _POLE)
 
 
-def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> NDArray[np.float64]:
+def chromatic_wavelength(difference: ArrayLike, reference_nm: ArrayLike = REFERENCE_NM) -> FloatArray:
     """Return the wavelength in nm whose chromatic difference is `difference` (D): inverts `chromatic_difference`.
 
     It gives the single wavelength with the mean focus of a band.

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, checked
 from focalgradient.eye.colours import PRIMARIES
 from focalgradient.eye.cones import Cones
@@ -138,7 +139,7 @@ def chromatic_stimulus(
     plain = np.linalg.inv(by_primary / white)  # from cone catches to light of the display without blur
     free, shown = _solved(through, target, target @ plain, size)
 
-    def residual(light: NDArray[np.float64]) -> tuple[float, float, float]:
+    def residual(light: FloatArray) -> tuple[float, float, float]:
         seen = _filtered(through, fft.rfft2(light, axes=(0, 1)), size)
         inside = tuple(slice(reach, reach + n) for n in shape)
         off = np.sqrt(np.mean((seen[inside] - wanted) ** 2, axis=(0, 1)))
@@ -167,9 +168,7 @@ def _through_display(
     return total
 
 
-def _filtered(
-    through: NDArray[np.complex128], light: NDArray[np.complex128], size: tuple[int, ...]
-) -> NDArray[np.float64]:
+def _filtered(through: NDArray[np.complex128], light: NDArray[np.complex128], size: tuple[int, ...]) -> FloatArray:
     """Return the cone catches of an image with the spectrum `light`."""
     return np.asarray(fft.irfft2((light[..., None, :] @ through)[..., 0, :], size, axes=(0, 1)))
 
@@ -179,7 +178,7 @@ def _solved(
     target: NDArray[np.complex128],
     first: NDArray[np.complex128],
     size: tuple[int, ...],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Return the least-squares light, unconstrained and constrained to 0 to 1.
 
     The latter by the alternating direction method of multipliers (Boyd et al. 2011): least squares at each frequency,

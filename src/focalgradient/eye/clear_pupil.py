@@ -5,9 +5,9 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
+from focalgradient.arrays import FloatArray
 from focalgradient.eye.diffraction import cutoff_cpd
 from focalgradient.eye.quadrature import panels
 
@@ -21,8 +21,8 @@ PHASE_STEP = 0.05
 
 
 def wave_transfer(
-    frequency: NDArray[np.float64], defocus: NDArray[np.float64], pupil_diameter: float, wavelength_nm: float
-) -> NDArray[np.float64]:
+    frequency: FloatArray, defocus: FloatArray, pupil_diameter: float, wavelength_nm: float
+) -> FloatArray:
     """Return the transfer of a clear pupil by frequency (cycles per radian) and defocus (D, 0 or more); broadcasts.
 
     Interpolated from a table, right to about 1e-4 of `optical_transfer`.
@@ -38,15 +38,15 @@ def wave_transfer(
     return np.asarray(read.reshape(places.shape[1:]) * _in_focus(s))
 
 
-def _in_focus(s: NDArray[np.float64]) -> NDArray[np.float64]:
+def _in_focus(s: FloatArray) -> FloatArray:
     """Return the transfer of a pupil in focus at the share `s` of its cut-off."""
     s = np.minimum(s, 1)
-    focused: NDArray[np.float64] = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
+    focused: FloatArray = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
     return focused
 
 
 @lru_cache(maxsize=4)
-def _table(largest: float) -> NDArray[np.float64]:
+def _table(largest: float) -> FloatArray:
     """Return the transfer over that in focus, by frequency (SHIFTS) and phase at the pupil's rim (to `largest`)."""
     nodes, weights = panels(largest)
     span = np.arccos(SHIFTS)[:, None]

@@ -7,6 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_one_of
 from focalgradient.eye.light import cone_fundamentals, illuminant, spectra
 from focalgradient.eye.ranges import wavelengths
@@ -17,9 +18,7 @@ PRIMARIES = "Typical CRT Brainard 1997"
 """Default display, whose primaries red, green and blue refer to."""
 
 
-def cone_images(
-    image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: ArrayLike | None = None
-) -> NDArray[np.float64]:
+def cone_images(image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: ArrayLike | None = None) -> FloatArray:
     """Return the catches of the L, M and S cones at every pixel, scaled to 1 where all channels are 1.
 
     A class that catches none of the wavelengths, as S cones of red light only, is 0 everywhere.
@@ -61,11 +60,11 @@ def cone_images(
             f"image has shape {image.shape}, but must be H x W x {len(caught)}: one channel for each of {kinds}."
         )
     whole = caught.sum(axis=0)
-    seen: NDArray[np.float64] = image @ (caught / np.where(whole > 0, whole, 1.0))
+    seen: FloatArray = image @ (caught / np.where(whole > 0, whole, 1.0))
     return seen
 
 
-def band_image(cones: NDArray[np.floating], band: str) -> NDArray[np.float64]:
+def band_image(cones: NDArray[np.floating], band: str) -> FloatArray:
     """Return a band's image from `cone_images`: "S" alone, or "L+M" weighted by each class's catch of daylight.
 
     >>> band_image(np.array([[[1.0, 0.5, 0.2]]]), "S").tolist()
@@ -80,26 +79,26 @@ def band_image(cones: NDArray[np.floating], band: str) -> NDArray[np.float64]:
 
 
 @lru_cache(maxsize=1)
-def _white() -> NDArray[np.float64]:
+def _white() -> FloatArray:
     nm = np.arange(390.0, 781.0, 5.0)
     return np.asarray(illuminant(nm, "D65") @ cone_fundamentals(nm))
 
 
 @lru_cache(maxsize=8)
-def _of_display(name: str) -> NDArray[np.float64]:
+def _of_display(name: str) -> FloatArray:
     """Return the catch of each cone class of each primary: 3 x 3."""
     nm, light = display_primaries(name)
     return np.asarray(light.T @ cone_fundamentals(nm))
 
 
-def display_primaries(name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def display_primaries(name: str) -> tuple[FloatArray, FloatArray]:
     """Return the wavelengths (nm) and measured spectra (x 3) of a display's red, green and blue primaries."""
     known = spectra().MSDS_DISPLAY_PRIMARIES
     check_one_of("primaries", name, known)
     return np.asarray(known[name].wavelengths, float), np.asarray(known[name].values, float)
 
 
-def _of_wavelengths(nm: NDArray[np.float64]) -> NDArray[np.float64]:
+def _of_wavelengths(nm: FloatArray) -> FloatArray:
     """Return the catch of each cone class at each wavelength, weighted by the channel's width: channels x 3."""
     wavelengths(nm)
     if nm.ndim != 1 or nm.size < 2 or np.any(np.diff(nm) <= 0):

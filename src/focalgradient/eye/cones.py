@@ -12,8 +12,9 @@ from functools import lru_cache
 from typing import Any, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, check_number, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
@@ -151,7 +152,7 @@ class Cones:
         return float(self.shares @ self.eye.focus_in(self.wavelengths_nm))
 
     @property
-    def shares(self) -> NDArray[np.float64]:
+    def shares(self) -> FloatArray:
         """Weights of the wavelengths, with a sum of 1."""
         weights = np.asarray(self.weights or np.ones(len(self.wavelengths_nm)), float)
         return weights / weights.sum()
@@ -190,7 +191,7 @@ class Cones:
         """Whether blur is rotationally symmetric: of a clear pupil, or with aberrations of m = 0 only."""
         return self._shape is not None or blur_of(self.eye).isotropic
 
-    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         """Return the transfer for points at `vergence` (D) at `frequency` (cycles per radian); broadcasts.
 
         The mean over the wavelengths, each in its own focus, times the cones' resolution; the sign of the frequency is
@@ -245,9 +246,7 @@ class Cones:
         """Return the eye in each wavelength, and the wavelength's share."""
         return zip(self.eyes(), self.shares.tolist(), strict=True)
 
-    def _blurred(
-        self, eye: Any, down: NDArray[np.float64], right: NDArray[np.float64], levels: NDArray[np.float64]
-    ) -> Transfer:
+    def _blurred(self, eye: Any, down: FloatArray, right: FloatArray, levels: FloatArray) -> Transfer:
         """Return the OTF of the eye in one wavelength: L x frequencies."""
         if self._shape is not None:
             eye = Geometric(self._shape, eye.aperture_diameter, eye.focus_vergence)
@@ -262,7 +261,7 @@ class Cones:
     def _shape(self) -> Psf | None:
         return geometric_shape(self.model)
 
-    def _seen(self, frequency: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _seen(self, frequency: FloatArray) -> FloatArray:
         """Return the contrast left by scatter and by cone sampling at `frequency` (cycles per radian)."""
         resolved = sampling(frequency, self.finest_cpd)
         return resolved if self.scatter is None else resolved * self.scatter.transfer(frequency)
@@ -284,7 +283,7 @@ def primary_differences(band: Band) -> tuple[float, float]:
     return white - red, white - blue
 
 
-def sampling(frequency: ArrayLike, finest_cpd: float) -> NDArray[np.float64]:
+def sampling(frequency: ArrayLike, finest_cpd: float) -> FloatArray:
     """Return cones' contrast at `frequency` (cycles per radian) if they resolve `finest_cpd`: exp(-(f / finest)^16).
 
     >>> sampling(np.degrees([5, 10, 12]), 10).round(2).tolist()
@@ -307,7 +306,7 @@ def wavelengths_needed(light: Light, pupil_diameter: float, scale: float, finest
     frequency = np.degrees(np.linspace(0.5, min(1.25 * finest_cpd, HIGHEST_CPD), FREQUENCIES))
     focus = light.difference()
 
-    def made(count: int) -> NDArray[np.float64]:
+    def made(count: int) -> FloatArray:
         total = np.zeros((len(DEFOCI), FREQUENCIES))
         for nm, share in zip(*parts_of_band(light, count), strict=True):
             own = scale * (float(chromatic_difference(nm)) - focus)
@@ -320,5 +319,5 @@ def wavelengths_needed(light: Light, pupil_diameter: float, scale: float, finest
 HIGHEST_CPD, FREQUENCIES = 60.0, 60
 """Highest frequency (cycles per degree) that people resolve, and the number of frequencies compared."""
 
-DEFOCI: NDArray[np.float64] = np.array([[-0.5], [-0.2], [0.0], [0.2], [0.5]])
+DEFOCI: FloatArray = np.array([[-0.5], [-0.2], [0.0], [0.2], [0.5]])
 """Defoci (D) at which numbers of wavelengths are compared."""

@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import check_finite, checked, warn
 from focalgradient.eye.quadrature import RADIANS, panels
 from focalgradient.eye.ranges import Pupil, Wavelength
@@ -39,7 +40,7 @@ def optical_transfer(
     pupil_diameter: Pupil,
     wavelength_nm: Wavelength,
     defocus: Annotated[float, Range("dioptres")],
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the OTF of a clear round pupil with diffraction and defocus: real, negative where contrast reverses.
 
     With s the frequency over the cut-off and a = pi D d^2 s / wavelength,
@@ -78,9 +79,7 @@ def optical_transfer(
     return clear_transfer(np.degrees(frequency), pupil_diameter, wavelength_nm, defocus)
 
 
-def clear_transfer(
-    frequency: NDArray[np.float64], diameter: float, wavelength_nm: float, defocus: float
-) -> NDArray[np.float64]:
+def clear_transfer(frequency: FloatArray, diameter: float, wavelength_nm: float, defocus: float) -> FloatArray:
     """Return `optical_transfer` of an aperture of any diameter (m), at `frequency` (cycles per radian, any shape)."""
     distinct, where = np.unique(np.abs(frequency), return_inverse=True)  # grids hold each radius up to eight times
     s = distinct * (1e-9 * wavelength_nm / diameter)
@@ -104,7 +103,7 @@ def clear_transfer(
 
 
 @checked
-def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: Pupil) -> NDArray[np.float64]:
+def mean_eye_mtf(frequency_cpd: ArrayLike, *, pupil_diameter: Pupil) -> FloatArray:
     """Return the mean radial MTF of best-corrected eyes in white light (Watson 2013).
 
     (1 + (u / u1)^2)^-0.62 sqrt(D(u)), with u1 = 21.95 - 5.512 d + 0.3922 d^2 (d in mm) and D the transfer of

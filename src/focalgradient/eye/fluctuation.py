@@ -14,9 +14,10 @@ from functools import lru_cache
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.special import boxcox, inv_boxcox
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite, checked
 from focalgradient.eye.quadrature import panels
 from focalgradient.eye.ranges import Pupil, ordered_times
@@ -50,7 +51,7 @@ RESPONSE = 2.0
 """Accommodative response in dioptres at which `Microfluctuations.of` gives the default RMS of 0.2 D."""
 
 
-def growth(response: ArrayLike) -> NDArray[np.float64]:
+def growth(response: ArrayLike) -> FloatArray:
     """Return the RMS of fluctuations at an accommodative `response` (D) relative to 2 D, by the law of `of`.
 
     >>> growth([0.0, 2.0, 6.0]).tolist()
@@ -93,11 +94,11 @@ class Oscillation:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+    def at(self, times: ArrayLike) -> FloatArray:
         """Return the change of accommodation in dioptres at `times` (s, in order)."""
         return self.amplitude * np.sin(2 * np.pi * self.frequency * ordered_times(times) + self.phase)
 
-    def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
+    def change_rms(self, delay: ArrayLike) -> FloatArray:
         """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all phases.
 
         >>> round(float(Oscillation().change_rms(0.25)), 4)  # 0.5 D x (root mean square of a sine)
@@ -197,7 +198,7 @@ class Microfluctuations:
         high = HIGH_SHARE * power
         return cls(math.sqrt(low + high), high / (low + high), drift=drift, seed=seed)
 
-    def spectrum(self, frequency: ArrayLike) -> NDArray[np.float64]:
+    def spectrum(self, frequency: ArrayLike) -> FloatArray:
         """Return the one-sided power spectral density (D^2/Hz) at `frequency` (Hz, any shape).
 
         That is rms^2 + drift^2.
@@ -218,7 +219,7 @@ class Microfluctuations:
         ]
         return [*bands, (SLOWEST, self.lowest, 2.0, self.drift**2)] if self.drift else bands
 
-    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+    def at(self, times: ArrayLike) -> FloatArray:
         """Return the change of accommodation in dioptres at `times` (s, in order)."""
         moments = ordered_times(times)
         frequency, cosine, sine = self._waves()
@@ -228,7 +229,7 @@ class Microfluctuations:
             course[some] = np.cos(phase) @ cosine + np.sin(phase) @ sine
         return course.reshape(moments.shape)
 
-    def change_rms(self, delay: ArrayLike) -> NDArray[np.float64]:
+    def change_rms(self, delay: ArrayLike) -> FloatArray:
         """Return the RMS change of focus over a `delay` (s, any shape) in dioptres, over all courses."""
         delay = check_finite("delay", delay, "seconds")
         longest = float(np.abs(delay).max(initial=0))
@@ -240,14 +241,14 @@ class Microfluctuations:
             changed += 4 * np.sin(np.pi * delay[..., None] * f) ** 2 @ (power * f * math.log(end / start) * weights)
         return np.asarray(np.sqrt(changed))
 
-    def _waves(self) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    def _waves(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         return _waves(tuple(self._bands()), self.seed)
 
 
 @lru_cache(maxsize=64)
 def _waves(
     bands: tuple[tuple[float, float, float, float], ...], seed: int
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return the sinusoids' frequencies, and the amplitudes of their cosines and sines."""
     made = []
     for number in (slice(0, 2), slice(2, 3)):  # drift comes last, for the others to be the same without it

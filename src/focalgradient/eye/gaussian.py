@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.quadrature import panels
@@ -127,7 +127,7 @@ def best_gaussian(
     )
 
 
-def _first_zero(frequency: NDArray[np.float64], transfer: NDArray[np.float64]) -> float:
+def _first_zero(frequency: FloatArray, transfer: FloatArray) -> float:
     """Return the frequency at which the transfer first falls below zero by more than rounding."""
     below = transfer < -1e-6
     if not below.any():

@@ -13,6 +13,7 @@ from typing import Annotated, Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_installed, check_one_of, checked
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference, chromatic_wavelength
 from focalgradient.eye.ranges import wavelengths
@@ -77,7 +78,7 @@ class Light:
         )
 
     @property
-    def share(self) -> NDArray[np.float64]:
+    def share(self) -> FloatArray:
         """Weights, normalised to a sum of 1."""
         weight = np.asarray(self.weight, dtype=float)
         return weight / weight.sum()
@@ -92,7 +93,7 @@ class Light:
         return float(chromatic_wavelength(self.difference()))
 
 
-def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def cone_fundamentals(wavelength_nm: ArrayLike) -> FloatArray:
     """Return energy sensitivities of the L, M and S cones, each with a peak of 1 (Stockman & Sharpe 2000, 2 degrees).
 
     Parameters
@@ -118,7 +119,7 @@ def cone_fundamentals(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     return _read(spectra().MSDS_CMFS["Stockman & Sharpe 2 Degree Cone Fundamentals"], wavelength_nm)
 
 
-def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def luminosity(wavelength_nm: ArrayLike) -> FloatArray:
     """Return photopic luminosity V(lambda) of the CIE 2008 (2 degrees), with a peak of 1; as for `cone_fundamentals`.
 
     >>> round(float(luminosity(550)), 3)
@@ -127,7 +128,7 @@ def luminosity(wavelength_nm: ArrayLike) -> NDArray[np.float64]:
     return _read(spectra().SDS_LEFS["CIE 2008 2 Degree Physiologically Relevant LEF"], wavelength_nm)
 
 
-def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> NDArray[np.float64]:
+def illuminant(wavelength_nm: ArrayLike, name: str = "D65") -> FloatArray:
     """Return a light's energy spectrum: "D65", "E" (equal energy), "A", "LED-B1" or another of the CIE; or "3000 K".
 
     The last is a black body of 1000 to 25,000 K, by Planck's law. All but a few of the CIE's lights are 100 at 560 nm.
@@ -185,7 +186,7 @@ def band_light(
     return Light(nm, band_sensitivity(band, nm) * illuminant(nm, light))
 
 
-def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def band_sensitivity(band: str, wavelength_nm: ArrayLike) -> FloatArray:
     """Return the sensitivity of a `band` at each wavelength (nm, any shape); of L+M the sum, each with a peak of 1.
 
     >>> band_sensitivity("L+M", [450, 550]).round(3).tolist()
@@ -216,7 +217,7 @@ def spectra() -> Any:
     return colour
 
 
-def _read(spectrum: Any, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+def _read(spectrum: Any, wavelength_nm: ArrayLike) -> FloatArray:
     """Interpolate a spectrum of the library linearly at these wavelengths; 0 outside its range."""
     nm, values = wavelengths(wavelength_nm), np.nan_to_num(spectrum.values).reshape(len(spectrum.wavelengths), -1)
     read = np.stack([np.interp(nm, spectrum.wavelengths, column, left=0, right=0) for column in values.T], axis=-1)

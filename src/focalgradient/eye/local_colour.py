@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.eye.cones import Cones
@@ -68,7 +69,7 @@ FREQUENCIES = np.linspace(0.004, 0.25, 40)
 class Spectrum(Protocol):
     """The spectrum of a texture, which may be the likelier one at each candidate depth."""
 
-    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+    def amounts(self, basis: SpectralBasis, vergences: FloatArray) -> FloatArray:
         """Return the amounts of the basis components if the texture lies at each vergence (D): L x K."""
 
 
@@ -78,7 +79,7 @@ class KnownSpectrum:
 
     amount: tuple[float, ...]
 
-    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+    def amounts(self, basis: SpectralBasis, vergences: FloatArray) -> FloatArray:
         """Return the same amounts at every vergence (D)."""
         return np.broadcast_to(np.asarray(self.amount, float), (len(vergences), basis.components))
 
@@ -101,11 +102,11 @@ class SeenContrast:
     eye: Any
     pixel_angle: float
 
-    def amounts(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+    def amounts(self, basis: SpectralBasis, vergences: FloatArray) -> FloatArray:
         """Return the amounts of the primaries whose blurred contrasts have these ratios, at each vergence (D)."""
         return _seen_amounts(self, basis, tuple(vergences.tolist()))
 
-    def _solve(self, basis: SpectralBasis, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _solve(self, basis: SpectralBasis, vergences: FloatArray) -> FloatArray:
         classes, both = _blurs(basis, self.eye, self.pixel_angle, tuple(vergences.tolist()))
         catch, whole = np.stack([basis.catch(band) for band in CLASSES]), basis.catch("L+M")
         weight = np.stack([_passed(*scale) for scale in SCALES])  # class x F
@@ -121,7 +122,7 @@ class SeenContrast:
 
 
 @lru_cache(maxsize=32)
-def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple[float, ...]) -> NDArray[np.float64]:
+def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple[float, ...]) -> FloatArray:
     """Return the amounts of a spectrum at each vergence; kept, as every view asks for them."""
     return spectrum._solve(basis, np.asarray(vergences))
 
@@ -129,11 +130,11 @@ def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple
 @lru_cache(maxsize=8)
 def _blurs(
     basis: SpectralBasis, eye: EyeModel, pixel_angle: float, vergences: tuple[float, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Transfer at FREQUENCIES of what each class catches of each component (3 x K x L x F), and L+M (K x L x F)."""
     levels = np.asarray(vergences)
 
-    def of(band: str) -> NDArray[np.float64]:
+    def of(band: str) -> FloatArray:
         parts = [Cones.in_light(eye, band, basis.light(band, one)) for one in range(basis.components)]
         at = FREQUENCIES / pixel_angle
         return np.stack([part.through_focus(np.zeros_like(at), at, levels).real for part in parts])
@@ -141,20 +142,20 @@ def _blurs(
     return np.stack([of(band) for band in CLASSES]), of("L+M")
 
 
-def _passed(fine: float, coarse: float) -> NDArray[np.float64]:
+def _passed(fine: float, coarse: float) -> FloatArray:
     """Power of natural texture between two scales, at FREQUENCIES."""
     passed = np.exp(-2 * (np.pi * FREQUENCIES * fine) ** 2) - np.exp(-2 * (np.pi * FREQUENCIES * coarse) ** 2)
     power = passed**2 / FREQUENCIES ** (SCENE_SLOPE - 1)  # over rings of area f
     return np.asarray(power / power.sum())
 
 
-def _amounts(basis: SpectralBasis, slopes: NDArray[np.float64]) -> NDArray[np.float64]:
+def _amounts(basis: SpectralBasis, slopes: FloatArray) -> FloatArray:
     """Return the amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
     catch = np.stack([basis.catch(band) for band in CLASSES])
     return _normed(slopes @ np.linalg.pinv(catch).T, basis.catch("L+M"))
 
 
-def _normed(amounts: NDArray[np.float64], whole: NDArray[np.float64]) -> NDArray[np.float64]:
+def _normed(amounts: FloatArray, whole: FloatArray) -> FloatArray:
     """Clip the amounts at 0 and scale them to a total catch of 1 by L and M cones."""
     positive = np.clip(amounts, 0, None)
     return positive / np.maximum(positive @ whole, 1e-9)[..., None]
@@ -194,14 +195,14 @@ class LitCones:
         """Whether blur is alike in all directions."""
         return self.whole.isotropic
 
-    def contrast(self, vergences: NDArray[np.float64]) -> NDArray[np.float64]:
+    def contrast(self, vergences: FloatArray) -> FloatArray:
         """Return the contrast of the texture at each vergence (D), relative to that of the field's mean spectrum."""
         caught = self.spectrum.amounts(self.basis, np.asarray(vergences, float)) @ self.basis.catch(self.light)
         return np.asarray(np.maximum(caught, LEAST_CONTRAST) / self.usual)
 
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    ) -> FloatArray | NDArray[np.complex128]:
         """Return the transfer at frequencies (cycles per radian) for L vergences (D): L x the frequencies' shape."""
         levels = np.atleast_1d(np.asarray(vergences, float))
         amounts = self.spectrum.amounts(self.basis, levels)
@@ -234,7 +235,7 @@ class LitCones:
         return seen + (shown * cross - seen * more) / (np.abs(shown) ** 2 + more + LEAST_POWER)
 
 
-def _mix(shares: NDArray[np.float64], parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
+def _mix(shares: FloatArray, parts: Sequence[NDArray[Any]]) -> NDArray[Any]:
     """Sum of `parts` (K of L x the frequencies' shape) by their `shares` at each level (L x K)."""
     shape = -1, *(1,) * (parts[0].ndim - 1)
     return np.sum([share.reshape(shape) * part for share, part in zip(shares.T, parts, strict=True)], axis=0)
@@ -254,7 +255,7 @@ def _component_transfer(
     right: bytes,
     right_shape: tuple[int, ...],
     vergences: tuple[float, ...],
-) -> NDArray[np.float64] | NDArray[np.complex128]:
+) -> FloatArray | NDArray[np.complex128]:
     """Transfer of cones in the light of one component; kept, as all spectra of a mixture are mixes of the same."""
     y, x = np.frombuffer(down).reshape(down_shape), np.frombuffer(right).reshape(right_shape)
     return cones.through_focus(y, x, np.asarray(vergences))
@@ -287,10 +288,10 @@ class LocalColours:
 
     basis: SpectralBasis
     spectra: tuple[Spectrum, ...]
-    mean: NDArray[np.float64]
-    shares: NDArray[np.float64]
-    focus_sd: NDArray[np.float64]
-    light: NDArray[np.float64]
+    mean: FloatArray
+    shares: FloatArray
+    focus_sd: FloatArray
+    light: FloatArray
     gain_sd: float = np.inf
     rest: tuple[tuple[float, ...], ...] = ()
 
@@ -434,7 +435,7 @@ def estimate_colours(
     return LocalColours(basis, spectra, mean, shares, focus_sd, light, gain_sd, _rest(cones, mix))
 
 
-def _rest(cones: NDArray[np.floating], mix: NDArray[np.float64]) -> tuple[tuple[float, ...], ...]:
+def _rest(cones: NDArray[np.floating], mix: FloatArray) -> tuple[tuple[float, ...], ...]:
     """Return the covariance of what the cones catch that the spectrum at each place leaves (`LocalColours.rest`)."""
     fine, coarse = SCALES[2]
     images = [_between(cones[..., number], fine, coarse) for number in range(3)]
@@ -449,7 +450,7 @@ def _rest(cones: NDArray[np.floating], mix: NDArray[np.float64]) -> tuple[tuple[
     return tuple(tuple(row) for row in covariance.tolist())
 
 
-def _share_left(own: NDArray[np.float64], whole: NDArray[np.float64], fine: float) -> float:
+def _share_left(own: FloatArray, whole: FloatArray, fine: float) -> float:
     """Standard error of the slope of `own` by `whole` (H x W) over the slope, of detail coarser than `fine` pixels."""
     product, square = float(np.mean(own * whole)), float(np.mean(whole**2))
     left = max(float(np.mean(own**2)) * square - product**2, 0.0)
@@ -457,7 +458,7 @@ def _share_left(own: NDArray[np.float64], whole: NDArray[np.float64], fine: floa
     return float(np.sqrt(left / max(product**2, 1e-30) / samples))
 
 
-def _parted(focus: NDArray[np.float64], power: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _parted(focus: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Power and share (C x H x W) at each pixel of a few colours that lie evenly along the `focus` (D, H x W)."""
     order = np.argsort(focus, axis=None)
     reached = np.cumsum(power.ravel()[order])
@@ -472,10 +473,10 @@ def _parted(focus: NDArray[np.float64], power: NDArray[np.float64]) -> tuple[NDA
     return weights[some], shares
 
 
-def _between(image: NDArray[np.floating], fine: float, coarse: float) -> NDArray[np.float64]:
+def _between(image: NDArray[np.floating], fine: float, coarse: float) -> FloatArray:
     """Return the detail between two scales (sd of Gaussians, in pixels)."""
     return np.asarray(ndimage.gaussian_filter(image, fine) - ndimage.gaussian_filter(image, coarse), float)
 
 
-def _local(image: NDArray[np.float64]) -> NDArray[np.float64]:
+def _local(image: FloatArray) -> FloatArray:
     return np.asarray(ndimage.gaussian_filter(image, WINDOW), float)

@@ -13,8 +13,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.ranges import Pupil, Wavelength
@@ -356,7 +357,7 @@ class ZernikePopulation:
         table = np.array(rows, dtype=float)
         return cls(read_zernike(mean), table, measured_diameter, measured_nm)
 
-    def _root(self) -> NDArray[np.float64]:
+    def _root(self) -> FloatArray:
         """Return a square root of the covariance; eigenvalues made slightly negative by rounding become 0."""
         table, count = np.asarray(self.covariance_um2, dtype=float), np.size(self.mean_um)
         if table.shape != (count, count) or not np.isfinite(table).all() or not np.allclose(table, table.T, atol=1e-6):
@@ -368,9 +369,9 @@ class ZernikePopulation:
             raise InputError("covariance_um2 is not a covariance: a sum of coefficients has negative variance.")
         return vectors * np.sqrt(np.clip(values, 0, None))
 
-    def drawn(self, random: np.random.Generator) -> NDArray[np.float64]:
+    def drawn(self, random: np.random.Generator) -> FloatArray:
         """Draw the coefficients of one eye, in micrometres."""
-        found: NDArray[np.float64] = np.asarray(self.mean_um, dtype=float) + self._root() @ random.standard_normal(
+        found: FloatArray = np.asarray(self.mean_um, dtype=float) + self._root() @ random.standard_normal(
             np.size(self.mean_um)
         )
         return found

@@ -7,6 +7,7 @@ for any lens: a disc of angular radius (pupil / 2) x |defocus|. An eye at two mo
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, fields, replace
 from typing import Annotated, Protocol
@@ -14,6 +15,7 @@ from typing import Annotated, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite, check_number
 from focalgradient.eye.chromatic import REFERENCE_NM, chromatic_difference
 from focalgradient.eye.clear_pupil import wave_transfer
@@ -23,7 +25,7 @@ from focalgradient.eye.ranges import Pupil as PupilDiameter
 from focalgradient.eye.ranges import Vergence, Wavelength, check_pupil, ordered_times
 from focalgradient.eye.refraction import Correction, Refraction
 from focalgradient.eye.through_focus import through_focus
-from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations
+from focalgradient.eye.wavefront import Aberrations, Pupil, added_terms, check_aberrations, defocus_term
 from focalgradient.eye.zones import ZonedLens
 from focalgradient.optics import Side, defocus_at, distance_of_blur
 from focalgradient.quantities import Range
@@ -37,7 +39,7 @@ LARGEST_OFFSET = 2e-3
 class TimeCourse(Protocol):
     """Deviation of accommodation from its mean over time, in dioptres: an `Oscillation`, or `Microfluctuations`."""
 
-    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+    def at(self, times: ArrayLike) -> FloatArray:
         """Return the change of accommodation in dioptres at `times` (s)."""
 
 
@@ -236,7 +238,22 @@ class Eye:
         """Vergence in dioptres of the plane in focus: higher in blue light; negative if focus lies beyond infinity."""
         return float(self.focus_in(self.wavelength_nm))
 
-    def focus_in(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    @property
+    def meridian_vergences(self) -> tuple[float, float]:
+        """Vergences in dioptres in focus in the two principal meridians, the lower first; equal without astigmatism.
+
+        They include the Zernike terms of second order: a prescribed eye's mean is `focus_vergence`.
+
+        >>> [round(vergence, 2) for vergence in Eye(0.004, 1.0, aberrations=((2, 2, 0.289),)).meridian_vergences]
+        [0.65, 1.35]
+        """
+        terms = {(n, m): um for n, m, um in added_terms(*self.aberrations)}
+        dioptres = 1 / defocus_term(1.0, self.pupil_diameter)  # per micrometre of c(2, 0)
+        middle = self.focus_vergence + dioptres * terms.get((2, 0), 0.0)
+        half = dioptres * math.hypot(terms.get((2, -2), 0.0), terms.get((2, 2), 0.0)) / math.sqrt(2)
+        return middle - half, middle + half
+
+    def focus_in(self, wavelength_nm: ArrayLike) -> FloatArray:
         """Return the vergence in dioptres of the plane in focus in light of each wavelength (nm, any shape).
 
         >>> Eye(0.004, 1.0).focus_in([450, 580, 650]).round(3).tolist()
@@ -311,7 +328,7 @@ class Eye:
         tilts = [(1, m, c) for m, c in zip((1, -1), um, strict=True) if c]
         return (*self.aberrations, *tilts) if tilts else self.aberrations
 
-    def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
+    def defocus(self, distance: ArrayLike) -> FloatArray:
         """Return the defocus in dioptres of points at `distance` (m, any shape): positive beyond the plane of focus.
 
         >>> Eye(0.004, 2.0).defocus([0.25, 0.5, np.inf]).tolist()
@@ -319,8 +336,10 @@ class Eye:
         """
         return defocus_at(distance, self.focus_vergence)
 
-    def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
+    def blur_radius(self, distance: ArrayLike) -> FloatArray:
         """Return the angular radius in radians of the blur disc of points at `distance` (m, any shape).
+
+        Of an astigmatic eye, the disc of its spherical equivalent; `meridian_vergences` give the blur's two half-axes.
 
         >>> round(float(Eye(0.004, 2.0).blur_radius(1.0)), 9)  # 2 mm x 1 D
         0.002
@@ -344,7 +363,7 @@ class Eye:
 
     def optical_transfer(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergence: float
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    ) -> FloatArray | NDArray[np.complex128]:
         """Return the OTF for points at `vergence` (D), at frequencies in cycles per radian; broadcasts.
 
         >>> round(float(Eye(0.004, 1.0).optical_transfer(0.0, 5 * 180 / np.pi, 0.5)), 3)
@@ -357,7 +376,7 @@ class Eye:
 
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    ) -> FloatArray | NDArray[np.complex128]:
         """Return the OTF for points at each of `vergences` (D): L x the frequencies' shape.
 
         Right to 1e-3; of a clear pupil from a table, right to about 1e-4.
@@ -377,7 +396,7 @@ class Eye:
         defocus = self.focus_vergence - vergence
         return Pupil(self.pupil_diameter, self.wavelength_nm, defocus, self.wavefront, self.stiles_crawford, self.lens)
 
-    def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
+    def distance_from_blur(self, radius: ArrayLike, side: Side) -> FloatArray:
         """Return the distance in metres at which the blur disc has this angular `radius` (rad), on one `side` of focus.
 
         ``inf`` where infinity just blurs so much, ``nan`` where no point in front of the eye does.

@@ -14,6 +14,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import checked
 from focalgradient.eye.chromatic import chromatic_difference, chromatic_wavelength
 from focalgradient.eye.light import Light
@@ -35,7 +36,7 @@ TAIL = 0.005
 parts reaches an error of 0.008."""
 
 
-def parts_of_focus(focus: NDArray[np.float64], ends: tuple[float, float], count: int) -> NDArray[np.intp]:
+def parts_of_focus(focus: FloatArray, ends: tuple[float, float], count: int) -> NDArray[np.intp]:
     """Return the part, 0 to `count` - 1, of each `focus` (D): equal widths between `ends`, the outer ones open.
 
     >>> parts_of_focus(np.array([-3.0, -0.9, 0.0, 0.9]), (-1.0, 1.0), 4).tolist()
@@ -44,7 +45,7 @@ def parts_of_focus(focus: NDArray[np.float64], ends: tuple[float, float], count:
     return np.clip(np.searchsorted(np.linspace(*ends, count + 1), focus) - 1, 0, count - 1)
 
 
-def fewest(made: Callable[[int], NDArray[np.float64]]) -> int:
+def fewest(made: Callable[[int], FloatArray]) -> int:
     """Return the smallest count for which `made` agrees with that of `FINEST` to `ERROR`, or `FINEST`.
 
     >>> fewest(lambda count: np.array([1 / count**2]))

@@ -13,8 +13,9 @@ import math
 from typing import Annotated, Literal, get_args
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import check_one_of
 from focalgradient.quantities import Range, Values
 
@@ -53,14 +54,14 @@ def check_meridian(meridian: object) -> None:
     check_one_of("meridian", meridian, get_args(Meridian))
 
 
-def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> NDArray[np.float64]:
+def checked_eccentricity(eccentricity_deg: ArrayLike, meridian: object) -> FloatArray:
     """Return eccentricities (degrees) as an array after validation of range and meridian."""
     check_meridian(meridian)
     side = "give degrees from the fovea, and the side of it by meridian"
     return Values("degrees", 0, FARTHEST, remedy=side).of("eccentricity_deg", eccentricity_deg)
 
 
-def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
+def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> FloatArray:
     """Return the density of midget receptive fields, on and off, per square degree (Watson's equation 8).
 
     Parameters
@@ -91,7 +92,7 @@ def midget_density(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal")
     return np.asarray(PEAK * SHARE * fall / (1 + far / SHARE_FALLS))
 
 
-def resolved_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> NDArray[np.float64]:
+def resolved_cpd(eccentricity_deg: ArrayLike, meridian: Meridian = "temporal") -> FloatArray:
     """Return the Nyquist frequency (cycles per degree) of midget cells of one class, on or off.
 
     The Nyquist frequency of a hexagonal mosaic of half the `midget_density` (Watson's equations 9 and 10). Give it to

@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.depth_map import DepthMap
 from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError, check_fields, check_list, described
@@ -203,8 +203,8 @@ def learn_chromatic_scale(
 
 
 def _likelihood(
-    bands: list[View], moments: list[View], prior: EyePrior, scales: NDArray[np.float64], settings: dict[str, Any]
-) -> NDArray[np.float64]:
+    bands: list[View], moments: list[View], prior: EyePrior, scales: FloatArray, settings: dict[str, Any]
+) -> FloatArray:
     """Return the log likelihood of `scales` from how depth by bands and by moments differ in one fixation."""
     places, off, sds = [], [], []
     for place in TRIED:
@@ -224,7 +224,7 @@ def _likelihood(
     difference = np.polynomial.Polynomial.fit(places, off, min(2, len(places) - 1))(scales)
     sd = np.hypot(np.interp(scales, places, sds), MODEL_SD)
     # A fixation on which the model fails must not decide: heavy tails (Student's t of 3 degrees of freedom).
-    found: NDArray[np.float64] = -2 * np.log1p((difference / sd) ** 2 / 3) - np.log(sd)
+    found: FloatArray = -2 * np.log1p((difference / sd) ** 2 / 3) - np.log(sd)
     return found
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, described
 from focalgradient.eye.chromatic import chromatic_difference
 from focalgradient.optics import Optics
@@ -29,7 +30,7 @@ class EyeModel(Optics, Protocol):
     `off_axis`, ``aberrations``, ``stiles_crawford`` and ``lens``.
     """
 
-    def focus_in(self, wavelength_nm: ArrayLike) -> NDArray[np.float64]:
+    def focus_in(self, wavelength_nm: ArrayLike) -> FloatArray:
         """Return the vergence (D) of the plane in focus in light of each wavelength (nm, any shape)."""
 
     def in_light(self, wavelength_nm: float) -> EyeModel:

@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import check_fields
 from focalgradient.eye.plant import Plant
 from focalgradient.quantities import Range
@@ -90,7 +90,7 @@ class PulsedPlant:
     plant: Plant
     pulse: Pulse | None
     demand: float
-    _state: NDArray[np.float64] = field(init=False)  # controller and lens
+    _state: FloatArray = field(init=False)  # controller and lens
     _speed: float | None = field(init=False, default=None)  # of the lens to farther (D/s), within a pulse
     _start: float = field(init=False, default=0.0)  # of the pulse
     _landing: bool = field(init=False, default=False)

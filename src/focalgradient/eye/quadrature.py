@@ -5,7 +5,8 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
+
+from focalgradient.arrays import FloatArray
 
 __all__ = ["gauss", "panels"]
 
@@ -16,7 +17,7 @@ RADIANS = 50.0
 
 
 @lru_cache(maxsize=64)
-def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def gauss(order: int) -> tuple[FloatArray, FloatArray]:
     """Return nodes and weights of the Gauss-Legendre rule of this order on 0 to 1.
 
     >>> nodes, weights = gauss(8)
@@ -28,7 +29,7 @@ def gauss(order: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
 
 
 @lru_cache(maxsize=64)
-def panels(radians: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def panels(radians: float) -> tuple[FloatArray, FloatArray]:
     """Return nodes and weights on 0 to 1 for an integrand whose phase varies by at most `radians`.
 
     >>> import math

@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, described, is_number, warn
 from focalgradient.optics import Optics, check_optics
 from focalgradient.plausibility import likely, stated, unit_of
@@ -92,12 +93,12 @@ def warn_if_artificial(pupil_diameter: float) -> None:
         warn(text)
 
 
-def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> NDArray[np.float64]:
+def wavelengths(wavelength_nm: ArrayLike, name: str = "wavelength_nm") -> FloatArray:
     """Return wavelengths as an array; raise `InputError` unless all are visible (380 to 780 nm)."""
     return WAVELENGTHS.of(name, wavelength_nm)
 
 
-def ordered_times(times: ArrayLike) -> NDArray[np.float64]:
+def ordered_times(times: ArrayLike) -> FloatArray:
     """Return times in seconds as an array; raise `InputError` unless they increase."""
     array = check_finite("times", times, "seconds")
     if array.ndim > 1 or not np.all(np.diff(np.atleast_1d(array)) > 0):

@@ -8,6 +8,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.colours import PRIMARIES
@@ -101,7 +102,7 @@ def caught_by_cones(
     pixel_angle: float,
     wavelengths: Annotated[int | None, Whole(1, 81)],
     progress: Progress | None = None,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Return L, M and S catches of the `retinal_image` (H x W x 3) and of each primary (primaries x cones)."""
     image = np.asarray(picture, dtype=float)
     if image.ndim != 3 or image.shape[2] != 3:
@@ -145,7 +146,7 @@ def _basis(basis: SpectralBasis | None, primaries: str) -> SpectralBasis:
     return SpectralBasis.of_display(primaries) if basis is None else basis
 
 
-def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> NDArray[np.float64]:
+def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> FloatArray:
     """Return the retinal image of a step from black to white at each vergence: levels x 3 x pixels."""
     caught = np.stack([basis.catch(band) for band in CLASSES])  # class x primary
     # Two dioptres more than the widest are what light of other wavelengths is out of focus by.

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, described
 from focalgradient.eye.age import lens_passes
 from focalgradient.eye.colours import PRIMARIES, display_primaries
@@ -54,9 +55,9 @@ class SpectralBasis:
     ((79, 3), True)
     """
 
-    wavelength_nm: NDArray[np.float64]
-    radiance: NDArray[np.float64]
-    white: NDArray[np.float64]
+    wavelength_nm: FloatArray
+    radiance: FloatArray
+    white: FloatArray
 
     def __post_init__(self) -> None:
         visible(self.wavelength_nm)
@@ -130,7 +131,7 @@ class SpectralBasis:
         """Number of spectra."""
         return int(np.shape(self.radiance)[1])
 
-    def catch(self, band: str) -> NDArray[np.float64]:
+    def catch(self, band: str) -> FloatArray:
         """Return what a band's cones catch of each component (K), over what they catch of white."""
         seen = band_sensitivity(band, self.wavelength_nm)
         return np.asarray(seen @ self.radiance / (seen @ self.white))
@@ -183,7 +184,7 @@ class SpectralPicture:
     [[0.11, 0.72]]
     """
 
-    amounts: NDArray[np.float64]
+    amounts: FloatArray
     basis: SpectralBasis
 
     def __post_init__(self) -> None:
@@ -219,7 +220,7 @@ class SpectralPicture:
         height, width = self.shape
         return f"SpectralPicture({height} x {width} pixels of {self.basis.components} spectra)"
 
-    def catch(self, band: str) -> NDArray[np.float64]:
+    def catch(self, band: str) -> FloatArray:
         """Return what a band's cones catch of the sharp picture (H x W), of white 1."""
         return np.asarray(self.amounts @ self.basis.catch(band))
 
@@ -234,7 +235,7 @@ def band_picture(
     wavelengths: int | None = None,
     finest_cpd: float = np.inf,
     model: BlurName = "wave",
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return what the cones of a band catch of a picture through an eye, of white 1 (H x W).
 
     Each component of the picture is blurred in its own light: every wavelength in its own focus.

@@ -14,6 +14,7 @@ from typing import Annotated, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.eye.chromatic import PRIMARIES_NM
 from focalgradient.eye.cones import Cones
@@ -34,7 +35,7 @@ class BandOptics(Optics, Protocol):
     def light(self) -> str:
         """Name of the waveband: see `focalgradient.optics.Optics`."""
 
-    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         """Return the transfer of isotropic blur: see `focalgradient.optics.own_blur`."""
 
 
@@ -88,7 +89,7 @@ class Target:
         texture: int = 0,
         contrast: float = 1.0,
         seen_as: Sequence[BandOptics] | None = None,
-        shown: Sequence[NDArray[np.float64]] | None = None,
+        shown: Sequence[FloatArray] | None = None,
     ) -> list[View]:
         """Return the view of each of the `cones` of the target at `vergence` (D), with a mean of 1.
 
@@ -170,19 +171,19 @@ class Target:
         return frames
 
     @property
-    def frequency(self) -> NDArray[np.float64]:
+    def frequency(self) -> FloatArray:
         """Frequencies in cycles per radian of the patch's half spectrum."""
         radii, place = _radii(self.shape)
         return np.asarray(radii[place] / self.pixel_angle)
 
-    def _filter(self) -> NDArray[np.float64]:
+    def _filter(self) -> FloatArray:
         down, right = np.fft.fftfreq(self.shape[0])[:, None], np.fft.rfftfreq(self.shape[1])
         cpd = np.radians(self.frequency)
         return np.asarray(pixel_transfer(down, right) * (cpd <= self.finest_cpd))
 
 
 @lru_cache(maxsize=8)
-def _radii(shape: tuple[int, int]) -> tuple[NDArray[np.float64], NDArray[np.intp]]:
+def _radii(shape: tuple[int, int]) -> tuple[FloatArray, NDArray[np.intp]]:
     """Return the distinct frequencies (cycles per pixel) of a half spectrum, and which of them each place has."""
     radial = np.hypot(np.fft.fftfreq(shape[0])[:, None], np.fft.rfftfreq(shape[1]))
     # Equal frequencies differ by rounding where their parts are exchanged.

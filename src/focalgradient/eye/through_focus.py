@@ -12,6 +12,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.eye.quadrature import gauss
 from focalgradient.eye.wavefront import Pupil
 from focalgradient.loops import reordered
@@ -23,9 +24,7 @@ TABLE, KINKED_TABLE = 256, 768
 for lenses with zones, whose wavefront has kinks."""
 
 
-def through_focus(
-    down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil, defocus: NDArray[np.float64]
-) -> NDArray[np.complex128]:
+def through_focus(down: FloatArray, right: FloatArray, pupil: Pupil, defocus: FloatArray) -> NDArray[np.complex128]:
     """Return the transfer at frequencies in cycles per radian (one shape), for each added `defocus` (D).
 
     Returns an array of len(defocus) x the frequencies' shape; right to 1e-3 of `pupil_transfer_of` for natural eyes,
@@ -70,7 +69,7 @@ def _order(least: float) -> int:
     return 4 * math.ceil(least / 4)
 
 
-def _wavefront_table(pupil: Pupil) -> NDArray[np.float64]:
+def _wavefront_table(pupil: Pupil) -> FloatArray:
     """Return the phase in radians on a lattice over the unit disc."""
     size = TABLE if pupil.lens is None else KINKED_TABLE
     place = np.arange(-size - 1, size + 3) / size

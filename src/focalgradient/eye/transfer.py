@@ -13,6 +13,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, check_number, checked
 from focalgradient.eye.light import Light
 from focalgradient.eye.protocol import is_eye
@@ -46,7 +47,7 @@ def blur_transfer(
     k: float | None = None,
     wavelength_nm: float | None = None,
     light: Light | None = None,
-) -> NDArray[np.float64] | NDArray[np.complex128]:
+) -> FloatArray | NDArray[np.complex128]:
     """Return the transfer function of an eye or a lens for points at `vergence` (D).
 
     Parameters
@@ -120,7 +121,7 @@ def point_spread(
     *,
     wavelength_nm: float | None = None,
     light: Light | None = None,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the point spread of an eye or a lens for a point at `vergence` (D), with diffraction and aberrations.
 
     For a clear pupil it is what the paper's appendix computes by Lommel's series.

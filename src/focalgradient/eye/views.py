@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_list, check_number, described, is_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.cones import S_FINEST_CPD, Cones, sampling
@@ -253,7 +254,7 @@ def cone_catches(
     *,
     noise: float | Photons = 0.0,
     seed: int = 0,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the catches of L, M and S cones of a picture of known depth (H x W x 3, relative to white).
 
     Parameters are those of `band_views`. It is what `estimate_colours` needs.
@@ -287,7 +288,7 @@ def _colours(
     return estimate_colours(catches, basis, eye, pixel_angle)
 
 
-Seen = tuple[NDArray[np.float64], NDArray[np.float64]]
+Seen = tuple[FloatArray, FloatArray]
 """Image without noise, and the distance of each pixel in metres: H x W each."""
 
 
@@ -383,7 +384,7 @@ def _parts(scene: Scene, mix: tuple[float, float]) -> list[tuple[float, Scene]]:
     return [(weight, painted) for weight, painted in parts if abs(weight) > 1e-9]
 
 
-def _check_depth(distance: NDArray[np.float64]) -> None:
+def _check_depth(distance: FloatArray) -> None:
     if not np.isfinite(distance).any():
         raise InputError("the scene has nothing in the frame, and so no depth to see: put objects before the eye.")
 
@@ -422,7 +423,7 @@ def _texture_stream(seed: int, part: int) -> np.random.Generator:
 
 def _whole_transfer(
     cones: Cones, side: int, pixel_angle: float, vergence: float
-) -> NDArray[np.float64] | NDArray[np.complex128]:
+) -> FloatArray | NDArray[np.complex128]:
     """Return the transfer for points at `vergence` (D), at the frequencies of a real `side` x `side` image.
 
     For an aberrated pupil it is that of its point spread over as many pixels as needed, or the whole frame.
@@ -439,25 +440,23 @@ def _whole_transfer(
     return np.fft.rfft2(np.roll(spread, (-few // 2, -few // 2), (0, 1)))
 
 
-def _filtered(
-    image: NDArray[np.float64], pixel_angle: float, transfer: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-) -> NDArray[np.float64]:
+def _filtered(image: FloatArray, pixel_angle: float, transfer: Callable[[FloatArray], FloatArray]) -> FloatArray:
     """Filter the image by a `transfer` of cycles per radian, mirrored at its borders."""
     around = min(64, *image.shape)
     wide = np.pad(image, around, mode="symmetric")
     radial = np.hypot(np.fft.fftfreq(wide.shape[0])[:, None], np.fft.rfftfreq(wide.shape[1]))
     through = np.fft.irfft2(np.fft.rfft2(wide) * transfer(radial / pixel_angle), wide.shape)
-    inside: NDArray[np.float64] = through[around:-around, around:-around]
+    inside: FloatArray = through[around:-around, around:-around]
     return inside
 
 
 def _noisy(
-    image: NDArray[np.float64],
+    image: FloatArray,
     cones: Cones,
     pixel_angle: float,
     noise: float | Photons,
     random: np.random.Generator,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     if not isinstance(noise, Photons):
         check_number("noise", noise, "shares of the mean", least=0)
         return image + noise * image.mean() * random.standard_normal(image.shape)

@@ -18,6 +18,7 @@ from numpy.polynomial import Polynomial
 from numpy.typing import ArrayLike, NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, check_list, check_number, checked, described
 from focalgradient.eye.diffraction import clear_transfer
 from focalgradient.eye.quadrature import gauss
@@ -70,7 +71,7 @@ def defocus_term(defocus: float, diameter: float) -> float:
     return defocus * (1e3 * diameter) ** 2 / (16 * math.sqrt(3))
 
 
-def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
+def zernike(n: int, m: int, x: ArrayLike, y: ArrayLike) -> FloatArray:
     """Return the Zernike polynomial of orders `n` (radial) and `m` (meridional) at (x, y) in the unit disc; broadcasts.
 
     Its mean square over the disc is 1. Negative `m` goes with the sine of the angle, counted from x towards y.
@@ -97,7 +98,7 @@ def radial_over_power(n: int, k: int, square: Any) -> Any:
 
 
 @cache
-def _radial_coefficients(n: int, k: int) -> NDArray[np.float64]:
+def _radial_coefficients(n: int, k: int) -> FloatArray:
     """Return the coefficients of `radial_over_power` by power of the squared radius, constant first."""
     return np.asarray(radial_over_power(n, k, Polynomial([0.0, 1.0])).coef, float)
 
@@ -150,7 +151,7 @@ def pupil_transfer(
     return pupil_transfer_of(np.degrees(down), np.degrees(right), pupil)
 
 
-def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pupil: Pupil) -> NDArray[np.complex128]:
+def pupil_transfer_of(down: FloatArray, right: FloatArray, pupil: Pupil) -> NDArray[np.complex128]:
     """Return `pupil_transfer` at frequencies in cycles per radian, which broadcast against each other.
 
     On the grid of a picture's frequencies (a column and a row, all of them multiples of one step) it is by FFT of the
@@ -182,7 +183,7 @@ def pupil_transfer_of(down: NDArray[np.float64], right: NDArray[np.float64], pup
     return transfer.reshape(down.shape)
 
 
-def _lattice_step(down: NDArray[np.float64], right: NDArray[np.float64]) -> float:
+def _lattice_step(down: FloatArray, right: FloatArray) -> float:
     """Return the common step of a column and a row of frequencies (sixteen values at least); 0 if there is none."""
     if not (down.ndim == right.ndim == 2 and down.shape[1] == right.shape[0] == 1 and down.size + right.size >= 16):
         return 0.0
@@ -201,9 +202,7 @@ def _sampling(step: float, pupil: Pupil) -> tuple[int, float]:
     return parts, apart / parts
 
 
-def _transfer_by_fft(
-    rows: NDArray[np.float64], columns: NDArray[np.float64], step: float, pupil: Pupil
-) -> NDArray[np.complex128]:
+def _transfer_by_fft(rows: FloatArray, columns: FloatArray, step: float, pupil: Pupil) -> NDArray[np.complex128]:
     """Return the OTF at `rows` x `columns` multiples of a frequency (cycles per radian), by FFT of the pupil.
 
     Samples on the rim count by the share of them that lies within.
@@ -229,7 +228,7 @@ def _transfer_by_fft(
     return np.where(far, 0, overlap / light)
 
 
-def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> NDArray[np.float64]:
+def pupil_spread(angle_y: ArrayLike, angle_x: ArrayLike, pupil: Pupil) -> FloatArray:
     """Return the point spread of a pupil on a grid of angles (rad): the squared diffraction integral.
 
     M x N for M rows `angle_y` and N columns `angle_x`: light per steradian, as a share of all the light.
@@ -321,9 +320,7 @@ class Pupil:
         self.steepness = self._steepest()
         """Maximum slope of the phase, in radians per radius."""
 
-    def transfer(
-        self, down: NDArray[np.float64], right: NDArray[np.float64]
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    def transfer(self, down: FloatArray, right: FloatArray) -> FloatArray | NDArray[np.complex128]:
         """Return the transfer at frequencies in cycles per radian, which broadcast; real for a clear pupil."""
         if self.clear:
             return clear_transfer(np.hypot(down, right), self.diameter, self.wavelength_nm, self.defocus)
@@ -353,7 +350,7 @@ class Pupil:
         slopes = [(self.phase(ring + step) - self.phase(ring - step)) / 2e-4 for step in (1e-4, 1e-4j)]
         return float(np.hypot(*slopes).max())
 
-    def phase(self, place: NDArray[np.complex128]) -> NDArray[np.float64]:
+    def phase(self, place: NDArray[np.complex128]) -> FloatArray:
         """Return the phase in radians."""
         total = np.empty(place.size)
         _sum_of_terms(np.ascontiguousarray(place, np.complex128).ravel(), self._polynomials(), total)
@@ -362,7 +359,7 @@ class Pupil:
             total += waves * self.lens.wavefront(np.abs(place).ravel() * self.diameter / 2)
         return total.reshape(place.shape)
 
-    def _polynomials(self) -> NDArray[np.float64]:
+    def _polynomials(self) -> FloatArray:
         """Return radial polynomials by meridional frequency, of cosine and sine, constant first."""
         highest = max((n for n, _, _ in self.terms), default=0)
         polynomials = np.zeros((1 + highest, 2, 1 + highest // 2))
@@ -400,6 +397,6 @@ def _sum_of_terms(place, polynomials, total):  # type: ignore[no-untyped-def]
         total[number] = found
 
 
-def _rule(order: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _rule(order: float) -> tuple[FloatArray, FloatArray]:
     """Return the Gauss-Legendre rule of this order or slightly more."""
     return gauss(8 * math.ceil(order / 8))

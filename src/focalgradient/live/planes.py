@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.srgb import linear_to_srgb
 
 __all__ = ["Bound", "Chosen", "choose", "mix", "steps_between"]
@@ -51,7 +52,7 @@ class Chosen(NamedTuple):
     """Planes of focus (D, increasing), and the median and largest error between neighbours, N - 1 x 2."""
 
     vergences: tuple[float, ...]
-    errors: NDArray[np.float64]
+    errors: FloatArray
 
 
 def mix(far: Picture, near: Picture, share: float | NDArray[np.floating]) -> NDArray[np.float32]:

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number, warn
 from focalgradient.files import printable, read_array, read_json, write_whole
@@ -76,7 +77,7 @@ class FocusSeries:
     vergences: tuple[float, ...]
     planes: tuple[NDArray[np.float16], ...]
     distance: NDArray[np.floating]
-    errors: NDArray[np.float64]
+    errors: FloatArray
     pixel_angle: float | None = None
 
     @classmethod
@@ -327,7 +328,7 @@ class FocusSeries:
         """Memory in bytes of the planes as textures: 4 bytes per pixel (sRGB), or 8 if radiance exceeds white."""
         return len(self.planes) * self.distance.size * (4 if self.within_white else 8)
 
-    def place_of(self, focus: ArrayLike) -> NDArray[np.float64]:
+    def place_of(self, focus: ArrayLike) -> FloatArray:
         """Return the fractional plane index of each focus (D, any shape): 1.25 is a quarter from plane 1 to plane 2.
 
         Foci beyond the ends are clipped.
@@ -387,7 +388,7 @@ class FocusSeries:
         return int(np.argmin(np.abs(np.asarray(self.vergences) - vergence)))
 
 
-def _ends(far: NDArray[np.float64], focus: tuple[float, float] | None) -> tuple[float, float]:
+def _ends(far: FloatArray, focus: tuple[float, float] | None) -> tuple[float, float]:
     low, high = (float(1 / far.max()), float(1 / far.min())) if focus is None else focus
     if not (math.isfinite(low) and math.isfinite(high) and low <= high):
         raise InputError(
@@ -404,7 +405,7 @@ class _Source:
     """What a series is made of: a picture with its depth (m), seen through optics."""
 
     light: NDArray[np.float32]
-    far: NDArray[np.float64]
+    far: FloatArray
     optics: Optics
     pixel_angle: float
     wavelengths: int | None

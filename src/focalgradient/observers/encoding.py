@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.observers.front_end import block_means, blur_of, continued, fixated_blur, seen_by
 from focalgradient.observers.retinal_blur import VAGUE
@@ -52,10 +53,10 @@ class EncodedStimulus:
         Standard deviation of the log of `blur`.
     """
 
-    blur: NDArray[np.float64]
+    blur: FloatArray
     fixated_blur: float
-    depth: NDArray[np.float64]
-    blur_log_sd: NDArray[np.float64] | float = 0.0
+    depth: FloatArray
+    blur_log_sd: FloatArray | float = 0.0
 
 
 def encode(
@@ -97,12 +98,12 @@ def encode(
 
 
 def encode_light(
-    light: NDArray[np.float64],
+    light: FloatArray,
     display: Display,
     fixations: Sequence[tuple[float, float] | None],
     distance: NDArray[np.floating] | None,
     pupil: float = PUPIL,
-    beside: Sequence[NDArray[np.float64]] = (),
+    beside: Sequence[FloatArray] = (),
 ) -> list[EncodedStimulus]:
     """Encode linear luminance (H x W, relative to white) like `encode`; without distances the layout is flat.
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import check_one_of
 
@@ -140,7 +140,7 @@ class Observer:
     scatter: float = 0.15
     categories: int = 0
 
-    def look(self, light: NDArray[np.float64], display: Display, question: Question[Answered]) -> Answered:
+    def look(self, light: FloatArray, display: Display, question: Question[Answered]) -> Answered:
         """Answer a question about a picture, from its pixels and the display alone.
 
         Parameters

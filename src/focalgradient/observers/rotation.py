@@ -9,8 +9,8 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.design import Direction, Gradient, NeckerDesign, NeckerTrial
 from focalgradient.observers.encoding import PUPIL, SHARP, EncodedStimulus
 from focalgradient.observers.observer import Observer
@@ -101,7 +101,7 @@ def encode_cube(cube: NeckerCube, gradient: Gradient, strength: float) -> Encode
     return EncodedStimulus(blur, float(np.percentile(blur, SHARP)), np.concatenate(depths))
 
 
-def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, int]) -> NDArray[np.float64]:
+def _line_depth(cube: NeckerCube, turn: float, pixel: float, shape: tuple[int, int]) -> FloatArray:
     """Return the mean depth of the true cube's lines at each place, in D beyond its centre; NaN without lines."""
     ends = cube.vertices(turn)[EDGES]
     share = np.linspace(0, 1, 200)[:, None, None]

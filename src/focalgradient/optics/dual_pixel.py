@@ -19,6 +19,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.optics.lens import Lens
 from focalgradient.quantities import Range
@@ -127,7 +128,7 @@ class DualPixel:
         """Relative standard deviation of aperture times asymmetry."""
         return self.lens.aperture_tolerance
 
-    def over(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+    def over(self, shape: tuple[int, int]) -> FloatArray:
         """Return the relative asymmetry at each pixel of a frame of `shape`, H x W; 1 in the middle.
 
         >>> DualPixel(Lens(0.05, 4, 1.0), 0.3, (0, 0, -0.3, 0, 0)).over((2, 4)).round(3).tolist()[0]
@@ -155,7 +156,7 @@ class DualPixel:
 
 def half_transfer(
     frequency_y: NDArray[np.floating], frequency_x: NDArray[np.floating], radius: ArrayLike
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Return 2 J1(z)/z and (f_x/f) 2 J2(z)/z for a disc of `radius` (negative beyond focus); broadcasts.
 
     Frequencies are in cycles per unit of the radius.

@@ -13,8 +13,9 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 from focalgradient.quantities import Range
@@ -136,7 +137,7 @@ class Lens:
             raise InputError(f"vergence is {vergence!r} D, but must be 0 D (infinity) or more: give dioptres.")
         return replace(self, focus_distance=1 / vergence if vergence > 0 else float("inf"))
 
-    def defocus(self, distance: ArrayLike) -> NDArray[np.float64]:
+    def defocus(self, distance: ArrayLike) -> FloatArray:
         """Return the defocus in dioptres of points at `distance` (m, any shape); positive beyond the plane of focus.
 
         >>> Lens(0.025, 4, 0.5).defocus([0.25, 0.5, np.inf]).tolist()
@@ -144,7 +145,7 @@ class Lens:
         """
         return defocus_at(distance, self.focus_vergence)
 
-    def blur_radius(self, distance: ArrayLike) -> NDArray[np.float64]:
+    def blur_radius(self, distance: ArrayLike) -> FloatArray:
         """Return the angular radius in radians of the blur disc of points at `distance` (m, any shape).
 
         The counterpart in vergence of Eq. 15, which follows from similar triangles: r / v = sigma / (v0 - v), with lens
@@ -156,7 +157,7 @@ class Lens:
         """
         return np.abs(self.defocus(distance)) * (self.aperture_diameter / 2)
 
-    def distance_from_blur(self, radius: ArrayLike, side: Side) -> NDArray[np.float64]:
+    def distance_from_blur(self, radius: ArrayLike, side: Side) -> FloatArray:
         """Return the distance in metres whose blur disc has the angular `radius` (rad, any shape) on one `side`.
 
         The inverse of `blur_radius`; a single blur radius does not determine the side. The blur radius of infinity
@@ -171,7 +172,7 @@ class Lens:
         return distance_of_blur(radius, side, self.aperture_diameter, self.focus_vergence)
 
 
-def defocus_at(distance: ArrayLike, focus_vergence: float) -> NDArray[np.float64]:
+def defocus_at(distance: ArrayLike, focus_vergence: float) -> FloatArray:
     """Return the defocus (D) of points at `distance` (m); raise `InputError` unless all are positive or infinite."""
     values = np.asarray(distance, dtype=float)
     if not np.all(values > 0):
@@ -182,7 +183,7 @@ def defocus_at(distance: ArrayLike, focus_vergence: float) -> NDArray[np.float64
     return focus_vergence - 1.0 / values
 
 
-def distance_of_blur(radius: ArrayLike, side: Side, aperture: float, focus_vergence: float) -> NDArray[np.float64]:
+def distance_of_blur(radius: ArrayLike, side: Side, aperture: float, focus_vergence: float) -> FloatArray:
     """Return the distance (m) on one `side` of focus whose blur has angular `radius` (rad) for an `aperture` (m)."""
     if side not in ("beyond", "nearer"):
         raise InputError(f"side is {side!r}, but must be 'beyond' or 'nearer' (than the plane of focus).")

@@ -10,11 +10,12 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number, check_tolerance, described
 
 __all__ = ["Capabilities", "Mixture", "Optics", "OwnBlur", "capabilities", "check_optics", "own_blur", "refocused"]
 
-Transfer = NDArray[np.float64] | NDArray[np.complex128]
+Transfer = FloatArray | NDArray[np.complex128]
 """Optical transfer function: real for isotropic blur, complex in general."""
 
 FORMS = ("through_focus", "optical_transfer", "transfer")
@@ -35,7 +36,7 @@ class OwnBlur:
     isotropic: bool
     """Whether blur is rotationally symmetric, so that its transfer is a real function of radial frequency."""
 
-    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         """Return the transfer of isotropic blur for points at `vergence` (D) at `frequency` (cycles/rad); broadcasts.
 
         Raises
@@ -112,7 +113,7 @@ class OwnBlur:
                     "must give the same blur: correct one of them."
                 )
 
-    def check_sides(self, vergences: NDArray[np.float64], frequency: float) -> None:
+    def check_sides(self, vergences: FloatArray, frequency: float) -> None:
         """Raise `InputError` unless blur differs between the two sides of focus, as declared by `tells_side`."""
         line = np.linspace(-frequency / 2, frequency / 2, 9)
         y, x = np.meshgrid(line, line, indexing="ij")
@@ -124,13 +125,13 @@ class OwnBlur:
                 "same on both sides: leave tells_side out."
             )
 
-    def _by_transfer(self, y: NDArray[np.float64], x: NDArray[np.float64], vergence: float) -> Transfer:
+    def _by_transfer(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
         return self._checked(self.optics.transfer(np.hypot(y, x), np.full(y.shape, vergence)), y.shape)
 
-    def _by_optical_transfer(self, y: NDArray[np.float64], x: NDArray[np.float64], vergence: float) -> Transfer:
+    def _by_optical_transfer(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
         return self.optical_transfer(y, x, vergence)
 
-    def _by_through_focus(self, y: NDArray[np.float64], x: NDArray[np.float64], vergence: float) -> Transfer:
+    def _by_through_focus(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
         return self.through_focus(y, x, [vergence])[0]
 
     @property
@@ -157,7 +158,7 @@ class OwnBlur:
         return values
 
 
-def radial_transfer(blur: Any, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+def radial_transfer(blur: Any, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
     """Return the transfer of isotropic blur, by ``through_focus`` of `blur` at each radial frequency; broadcasts."""
     radial, level = np.abs(np.asarray(frequency, float)), np.asarray(vergence, float)
     radii, place = np.unique(radial, return_inverse=True)
@@ -312,7 +313,7 @@ class Capabilities:
     field_sd: float = 0.0
     mixture: Mixture | None = None
     """Field-dependent blur; None: blur is constant over the field."""
-    contrast: Callable[[NDArray[np.float64]], NDArray[np.float64]] | None = None
+    contrast: Callable[[FloatArray], FloatArray] | None = None
     """Of a component of a mixture: texture contrast at each vergence (D), relative to the mixture's; None: 1."""
     assumption: str = ""
 

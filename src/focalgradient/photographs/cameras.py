@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from numpy.typing import NDArray
 from pydantic import Field, InstanceOf
 
+from focalgradient.arrays import FloatArray
 from focalgradient.calibration import Calibration
 from focalgradient.calibration import Field as FocusField
 from focalgradient.errors import InputError, located
@@ -140,7 +140,7 @@ def load_camera(path: str | os.PathLike[str]) -> Calibrated:
     return Calibrated(sensor=body.only, calibration=calibration)
 
 
-def _check_covariance(path: Path, covariance: NDArray[np.float64]) -> None:
+def _check_covariance(path: Path, covariance: FloatArray) -> None:
     """Raise `InputError` unless `covariance` is symmetric and positive semidefinite."""
     with np.errstate(all="ignore"):
         sd = np.sqrt(np.diag(covariance))

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, warn
 from focalgradient.files import printable
 from focalgradient.optics import Optics
@@ -52,7 +53,7 @@ class DepthPicture:
 
     name: str
     picture: Picture
-    metres: NDArray[np.float64]
+    metres: FloatArray
     filled: float
     pixel_angle: float
 

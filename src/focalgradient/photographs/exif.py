@@ -20,6 +20,7 @@ from focalgradient.photographs.planes import Plane
 from focalgradient.photographs.raw import is_raw
 from focalgradient.photographs.settings import Settings
 from focalgradient.photographs.tables import Sensor
+from focalgradient.plausibility import named
 from focalgradient.quantities import APERTURE_RATIO, BODY, FOCUS, MICROMETRES, MILLIMETRES
 from focalgradient.tables import check_table
 
@@ -159,8 +160,8 @@ def from_exif(
     if pixel_pitch_um is None and camera["pixel_pitch_um"] is None and any(one.by_equivalent for one in recorded):
         warn(
             f"EXIF gives no pixel size: {recorded[0].pixel_pitch_um:.3g} um is derived from the 35-mm equivalent of "
-            "the focal length, accurate to a few per cent if the picture was not cropped; give pixel_pitch_um if it "
-            "is known."
+            "the focal length, accurate to a few per cent if the picture was not cropped; give "
+            f"{named('pixel_pitch_um')} if it is known."
         )
     camera, views = _completed_by_exif(files, recorded, camera, f_numbers, focus_distances_m)
     if once and least > 1 and len({(view["f_number"], view["focus_distance_m"]) for view in views}) == 1:

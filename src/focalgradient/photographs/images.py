@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from PIL import ExifTags, Image, ImageOps, ImageSequence
 from scipy.ndimage import distance_transform_edt
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, warn
 from focalgradient.files import opened, printable, read_array, read_bytes
 from focalgradient.memory import require
@@ -114,8 +115,7 @@ def read_photograph(
     """
     path = Path(path)
     pixels, encoding, assumed = read_pixels(path, encoding)
-    mask = _valid_pixels(path, pixels)
-    saturated = _check(path, pixels, mask)
+    mask, saturated = _valid_pixels(path, pixels)
     _warn_of_low_quality(path)
     mask &= _opaque(path, mask.shape)
     if not mask.all() and np.issubdtype(pixels.dtype, np.floating):
@@ -246,7 +246,7 @@ def _flattened(
 def _smooth(flat: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the flat field's fall-off, a polynomial of degree 6 along both axes, without noise and texture."""
 
-    def powers(count: int) -> NDArray[np.float64]:
+    def powers(count: int) -> FloatArray:
         return np.asarray(np.polynomial.chebyshev.chebvander((2 * np.arange(count) + 1) / count - 1, 6), float)
 
     small = cv2.resize(flat, tuple(min(n, 128) for n in flat.shape[::-1]), interpolation=cv2.INTER_AREA)
@@ -395,47 +395,26 @@ def _not_an_image(path: Path, expected: str = "an intact PNG, TIFF, JPEG or .npy
     return InputError(f"{printable(path)} cannot be read as an image: expected {expected}.")
 
 
-def _valid_pixels(path: Path, pixels: NDArray[Any]) -> NDArray[np.bool_]:
-    """Return H x W, True where every channel is finite and below the maximum of an integer type."""
+def _valid_pixels(path: Path, pixels: NDArray[Any]) -> tuple[NDArray[np.bool_], float]:
+    """Return where pixels are valid, and the fraction of saturated pixels.
+
+    A pixel is valid if every channel is finite and below the maximum of an integer type.
+
+    Raises
+    ------
+    InputError
+        If the pixels cannot show blur.
+    """
     if pixels.dtype not in (np.uint8, np.uint16) and not np.issubdtype(pixels.dtype, np.floating):
         raise InputError(
             f"{path} contains pixels of type {pixels.dtype}, but must contain 8- or 16-bit unsigned integers or "
             "floating-point numbers: convert it first."
         )
     integer = np.issubdtype(pixels.dtype, np.integer)
-    usable = pixels < _ceiling(pixels) if integer else np.isfinite(pixels)
-    return np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
-
-
-def _ceiling(pixels: NDArray[Any]) -> int:
-    """Return the value from which integer pixels are saturated: their type's maximum, or a lower one in 16 bits.
-
-    Sensors of 10 to 15 bits saturate below it. There far more pixels share the highest value than any of those below.
-
-    >>> ramp = np.minimum(np.arange(8000), 4095).astype(np.uint16)
-    >>> _ceiling(ramp), _ceiling(np.arange(8000).astype(np.uint16))
-    (4095, 65535)
-    """
-    most = int(np.iinfo(pixels.dtype).max)
-    if pixels.dtype != np.uint16 or (top := int(pixels.max())) == most:
-        return most
-    count = np.bincount(pixels.ravel(), minlength=most + 1)
-    below = count[:top][count[:top] > 0][-_VALUES_BELOW:]
-    is_shared = count[top] > _PILED_UP * max(_LEAST_SATURATED * pixels.size, below.max(initial=0))
-    return top if is_shared and count[top] <= _MAX_INVALID_FRACTION * pixels.size else most
-
-
-def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
-    """Return `pixels` with each pixel outside the mask replaced by the nearest one inside."""
-    row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
-    return pixels[row, column]
-
-
-def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
-    """Return the fraction of saturated pixels; raise `InputError` if the pixels cannot show blur."""
-    bad = 1 - float(mask.mean())
-    integer = np.issubdtype(pixels.dtype, np.integer)
     top = _ceiling(pixels) if integer else 0
+    usable = pixels < top if integer else np.isfinite(pixels)
+    mask = np.asarray(usable.all(axis=2) if usable.ndim == 3 else usable, np.bool_)
+    bad = 1 - float(mask.mean())
     if bad > _MAX_INVALID_FRACTION:
         trouble = (
             f"is saturated: {bad:.0%} of its pixels lie at the maximum, {top}, where at most half may: expose it less."
@@ -460,9 +439,32 @@ def _check(path: Path, pixels: NDArray[Any], mask: NDArray[np.bool_]) -> float:
     elif not integer and bad:
         count = int(np.sum(~mask))
         pixels_are, are = ("1 pixel is", "is") if count == 1 else (f"{count} pixels are", "are")
-        excluded = f"{path}: {pixels_are} NaN or infinite and {are} excluded."
-        warn(excluded)
-    return bad if integer else 0.0
+        warn(f"{path}: {pixels_are} NaN or infinite and {are} excluded.")
+    return mask, bad if integer else 0.0
+
+
+def _ceiling(pixels: NDArray[Any]) -> int:
+    """Return the value from which integer pixels are saturated: their type's maximum, or a lower one in 16 bits.
+
+    Sensors of 10 to 15 bits saturate below it. There far more pixels share the highest value than any of those below.
+
+    >>> ramp = np.minimum(np.arange(8000), 4095).astype(np.uint16)
+    >>> _ceiling(ramp), _ceiling(np.arange(8000).astype(np.uint16))
+    (4095, 65535)
+    """
+    most = int(np.iinfo(pixels.dtype).max)
+    if pixels.dtype != np.uint16 or (top := int(pixels.max())) == most:
+        return most
+    count = np.bincount(pixels.ravel(), minlength=most + 1)
+    below = count[:top][count[:top] > 0][-_VALUES_BELOW:]
+    is_shared = count[top] > _PILED_UP * max(_LEAST_SATURATED * pixels.size, below.max(initial=0))
+    return top if is_shared and count[top] <= _MAX_INVALID_FRACTION * pixels.size else most
+
+
+def filled(pixels: NDArray[Any], mask: NDArray[np.bool_]) -> NDArray[Any]:
+    """Return `pixels` with each pixel outside the mask replaced by the nearest one inside."""
+    row, column = distance_transform_edt(~mask, return_distances=False, return_indices=True)
+    return pixels[row, column]
 
 
 def decoded(pixels: NDArray[Any], encoding: Encoding) -> NDArray[np.float32]:

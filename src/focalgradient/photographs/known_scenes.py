@@ -41,7 +41,6 @@ from focalgradient.tables import load_table
 __all__ = [
     "KnownScenes",
     "SceneCalibration",
-    "UnusableSceneError",
     "calibrate_scenes",
     "load_known_scenes",
     "names_depth",
@@ -49,10 +48,6 @@ __all__ = [
 
 LEAST_HELD_OUT = 4
 """Minimum number of scenes for testing a fit to one half of them on the other half."""
-
-
-class UnusableSceneError(InputError):
-    """The views of one scene cannot be compared; the scene is skipped."""
 
 
 class SceneCamera(TargetCamera):
@@ -110,8 +105,8 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
         """Priors of the camera."""
         return camera_priors(self.camera, [shot.focus_distance_m for shot in self.shots])
 
-    def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene:
-        """Read one scene, and estimate its depth with the lens's marks."""
+    def read(self, shots: list[SceneShot], psf: Psf) -> KnownScene | None:
+        """Read one scene, and estimate its depth with the lens's marks; None if its views cannot be compared."""
         camera = self.camera
         lenses = [camera.lens(shot.f_number, shot.focus_distance_m) for shot in shots]
         views, focus = list(map(camera.view, self.read_shots(shots, crop=True), lenses)), lenses[0].focus_distance
@@ -126,8 +121,8 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
         near, far = (focus, None) if beyond else (None, focus)
         try:
             depth = recover_depth(even_out(views), near=near, far=far, psf=psf, align=True)
-        except InputError as error:
-            raise UnusableSceneError(f"{printable(shots[0].depth)}: {error}") from error
+        except InputError:
+            return None
         step = camera.depth_step * 1e-3 if camera.depth_unit == "mm" else 0.0
         return KnownScene(depth, views, distance, step)
 
@@ -240,7 +235,9 @@ def calibrate_scenes(known: KnownScenes, psf: Psf, progress: Progress) -> SceneC
     for number, group in enumerate(known.scenes):
         name = printable(group[0].depth.parent.name + "/" + group[0].depth.name)
         progress(number / (count + 1), name)
-        scene = _quietly_read(known, group, psf)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", FocalGradientWarning)
+            scene = known.read(group, psf)
         if scene is not None and scene.depth.valid.mean() >= LEAST_SCENE_SHARE:
             scenes.append(scene)
             names.append(name)
@@ -260,16 +257,6 @@ def calibrate_scenes(known: KnownScenes, psf: Psf, progress: Progress) -> SceneC
     return SceneCalibration(
         Calibrated(sensor=known.camera.only, calibration=fit.calibration), fit, names, scores, count
     )
-
-
-def _quietly_read(known: KnownScenes, group: list[SceneShot], psf: Psf) -> KnownScene | None:
-    """Return the depth of a scene, without warnings; None if its views cannot be compared."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FocalGradientWarning)
-        try:
-            return known.read(group, psf)
-        except UnusableSceneError:
-            return None
 
 
 def _held_out(known: KnownScenes, scenes: list[KnownScene], psf: Psf) -> list[SceneScore | None]:

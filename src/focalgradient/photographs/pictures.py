@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_installed, warn
 from focalgradient.files import printable, read_bytes
 from focalgradient.photographs.encodings import Encoding, of_header, profile_name
@@ -51,7 +52,7 @@ class Picture:
 class Distances:
     """Distance of every pixel in metres, H x W, and the fraction of pixels that were filled, 0 to 1."""
 
-    metres: NDArray[np.float64]
+    metres: FloatArray
     filled: float
 
 
@@ -418,7 +419,7 @@ def _last(layer: str) -> str:
     return layer.rpartition(".")[2].strip().lower()
 
 
-def _without_holes(metres: NDArray[np.float64]) -> NDArray[np.float64]:
+def _without_holes(metres: FloatArray) -> FloatArray:
     """Fill each row's holes from the farther of both sides; rows without any depth, from the nearest pixel."""
     is_valid = ~np.isnan(metres)
     place = np.arange(metres.shape[1])

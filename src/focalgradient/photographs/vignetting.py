@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.calibration.robust import fit_terms
 from focalgradient.depth.registration import at_ceiling
 from focalgradient.view import View
@@ -97,7 +98,7 @@ def _magnified(image: NDArray[np.float32], scale: float, outside: float) -> NDAr
     return np.asarray(cv2.warpAffine(image, matrix, (width, height), flags=flags, borderValue=outside), np.float32)
 
 
-def _terms(height: int, width: int) -> list[NDArray[np.float64]]:
+def _terms(height: int, width: int) -> list[FloatArray]:
     """Return the terms of the vignetting model, each broadcast to H x W: constant, linear, quadratic, radial fourth."""
     reach = max(height, width)
     down = ((2 * np.arange(height) + 1 - height) / reach)[:, None]

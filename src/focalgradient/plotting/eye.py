@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, REFERENCE, laid_out
 from focalgradient.plotting.maps import depth_figure
 
@@ -36,9 +37,7 @@ def eye_depth_figure(views: Mapping[str, View], depth: DepthMap, truth: NDArray[
     return figure
 
 
-def focus_figure(
-    times: NDArray[np.float64], focus: Mapping[str, NDArray[np.float64]], moments: Sequence[float] = ()
-) -> Figure:
+def focus_figure(times: FloatArray, focus: Mapping[str, FloatArray], moments: Sequence[float] = ()) -> Figure:
     """Draw the vergence in focus (D) of each band over `times` (s), and the `moments` (s) of views."""
     with laid_out(120, 62) as figure:
         ax = figure.subplots()
@@ -77,7 +76,7 @@ def accommodation_figure(course: Course, target: Callable[[float], float], title
 
 def through_focus_figure(
     quality: ThroughFocus,
-    images: Mapping[float, NDArray[np.float64]],
+    images: Mapping[float, FloatArray],
     pixel_angle: float,
     stated: Sequence[str] = (),
 ) -> Figure:
@@ -117,7 +116,8 @@ def through_focus_figure(
                 xlabel="vergence of the target (D, infinity at 0)", xlim=(quality.vergences[0], quality.vergences[-1])
             )
         figure.suptitle("\n".join(["Image of a simulated eye through focus", *_lines(stated)]))
-        above.supxlabel("arcmin; square root of the light, each picture with its own maximum", fontsize="small")
+        seen = "arcmin as the person sees the image, y downwards"
+        above.supxlabel(f"{seen}; square root of the light, each picture with its own maximum", fontsize="small")
     return figure
 
 

@@ -20,6 +20,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import DualPixel, Lens, Optics
 from focalgradient.plotting.figures import MM, add_axes_mm, new_figure, shortened, style
@@ -245,7 +246,7 @@ def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axe
     return _picture(ax, _uncertainty_title(depth) if title is None else title)
 
 
-def _relative_sd(depth: DepthMap) -> NDArray[np.float64]:
+def _relative_sd(depth: DepthMap) -> FloatArray:
     """Return the standard deviation of distance in per cent of distance; inf at infinity."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)

@@ -7,9 +7,9 @@ import math
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.ratio_axis import ratio_ticks
 from focalgradient.statistics.posteriors import BayesResult, Posterior
@@ -81,7 +81,7 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     return ax
 
 
-def _above_zero(draws: NDArray[np.float64], at: NDArray[np.float64]) -> NDArray[np.float64]:
+def _above_zero(draws: FloatArray, at: FloatArray) -> FloatArray:
     """Return the kernel density of a non-negative variable, reflected at zero."""
     law = stats.gaussian_kde(draws)
     return np.asarray(law(at) + law(-at))

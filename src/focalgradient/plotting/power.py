@@ -71,7 +71,10 @@ def power_figure(
         right.set(ylabel=_folded(width_label, 30))
         least = 1 if logs else 0
         right.set_ylim(least, least + 1.05 * (right.get_ylim()[1] - least))
-        if right.get_legend_handles_labels()[1]:
+        named = right.get_legend_handles_labels()[1]
+        if len(named) == 1:  # a second legend would explain the colour of the tests otherwise
+            right.set_title(*named, fontsize=8)
+        elif named:
             right.legend(loc="lower left", bbox_to_anchor=(0, 1), borderaxespad=0.2, fontsize=7)
         for ax in (left, right):
             ax.set(xlabel="subjects", xticks=subjects)

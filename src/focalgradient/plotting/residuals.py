@@ -8,9 +8,9 @@ from collections.abc import Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.plotting.figures import GREY, REFERENCE, laid_out
 from focalgradient.plotting.subjects import fixation_looks
 from focalgradient.statistics.residuals import Residuals
@@ -40,7 +40,7 @@ def residual_figure(fixations: Sequence[Residuals], *, simulated: bool) -> Figur
     return figure
 
 
-def draw_quantiles(ax: Axes, values: NDArray[np.float64], colour: str) -> Axes:
+def draw_quantiles(ax: Axes, values: FloatArray, colour: str) -> Axes:
     """Draw a normal Q-Q plot with its line and the band that contains 95 % of normal samples of that size."""
     count = len(values)
     at = stats.norm.ppf((np.arange(1, count + 1) - 0.375) / (count + 0.25))  # Blom's plotting positions

@@ -7,8 +7,9 @@ unit gain at frequency 0. See `Psf` for how to define a new shape, and `check_ps
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite
 from focalgradient.psf.registry import GROUP, check_psf, check_transfer, names, psf_from, psf_of, shape_class
 from focalgradient.psf.shape import Capability, Geometric, Parameter, Psf, parameter
@@ -56,9 +57,7 @@ PsfName = str
 """Name of a blur shape (see `names`)."""
 
 
-def transfer(
-    frequency: ArrayLike, radius: ArrayLike, psf: Psf | PsfName, k: float | None = None
-) -> NDArray[np.float64]:
+def transfer(frequency: ArrayLike, radius: ArrayLike, psf: Psf | PsfName, k: float | None = None) -> FloatArray:
     """Return the transfer at `frequency` of isotropic blur of shape `psf` and disc radius `radius`; broadcasts.
 
     Parameters

@@ -6,8 +6,8 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.psf.shape import Psf
 
 __all__ = ["edge_profile", "steepest_slope"]
@@ -21,7 +21,7 @@ DIRECTION_COUNT = 24
 within 4 degrees of its side's direction, less than the uncertainty of edges in pictures."""
 
 
-def edge_profile(psf: Psf, direction: float = 0.0) -> Callable[[NDArray[np.float64]], NDArray[np.float64]]:
+def edge_profile(psf: Psf, direction: float = 0.0) -> Callable[[FloatArray], FloatArray]:
     """Return the edge profile: a function of position (blur radii beyond the edge) that rises from 0 to 1.
 
     Parameters
@@ -60,7 +60,7 @@ def steepest_slope(psf: Psf) -> float:
     return max(float(_line(psf, math.pi * turn / DIRECTION_COUNT).max()) for turn in range(DIRECTION_COUNT))
 
 
-def _line(psf: Psf, direction: float) -> NDArray[np.float64]:
+def _line(psf: Psf, direction: float) -> FloatArray:
     """Return the line response along a direction, averaged over each sample from -PERIOD / 2 to PERIOD / 2."""
     frequency = np.fft.rfftfreq(EXTENT_RADII * SAMPLES_PER_RADIUS, 1 / SAMPLES_PER_RADIUS)
     otf = psf.optical_transfer(frequency * math.sin(direction), frequency * math.cos(direction), 1.0)

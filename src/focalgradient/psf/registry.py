@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, described
 from focalgradient.psf.shape import Psf
 from focalgradient.psf.shapes import Annulus, Blend, Disc, Gaussian, Polygon
@@ -148,10 +149,10 @@ RADII = (0.3, 1.0, 4.0)
 LARGE_RADIUS, MAX_REMAINDER = 1000.0, 0.05
 """A large blur radius, and the maximum transfer allowed there at 0.25 to 0.5 cycles per unit of the radius."""
 
-DIRECTIONS: NDArray[np.float64] = np.pi * np.arange(12) / 12
+DIRECTIONS: FloatArray = np.pi * np.arange(12) / 12
 """Directions in radians in which transfers are compared."""
 
-DIRECTION_FREQUENCIES: NDArray[np.float64] = np.linspace(0.02, 1.5, 80)
+DIRECTION_FREQUENCIES: FloatArray = np.linspace(0.02, 1.5, 80)
 """Radial frequencies (cycles per radius) at which directions are compared."""
 
 EDGE_BLUR, EDGE_EXTENT, EDGE_FREQUENCY_STEP = 0.1, 4.0, 1 / 64
@@ -221,7 +222,7 @@ def check_transfer(psf: Psf) -> None:
         raise InputError(f"{psf} fails: {'; '.join(failures)}: see focalgradient.psf.check_psf.")
 
 
-def _on_circle(shape: Psf, radial: NDArray[np.float64], radius: float) -> NDArray[np.complex128]:
+def _on_circle(shape: Psf, radial: FloatArray, radius: float) -> NDArray[np.complex128]:
     """Return the transfer at radial frequencies in all `DIRECTIONS`, shape directions x frequencies."""
     y, x = np.sin(DIRECTIONS)[:, None] * radial, np.cos(DIRECTIONS)[:, None] * radial
     return np.asarray(shape.optical_transfer(y, x, radius), np.complex128)

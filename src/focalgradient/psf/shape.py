@@ -421,13 +421,13 @@ class Geometric:
         """Whether the shape is seen turned nearer than focus."""
         return not self.psf.symmetric
 
-    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, vergence: ArrayLike) -> FloatArray:
         """Return the transfer of isotropic blur of points at `vergence` (D); broadcasts."""
         return self.psf.transfer(frequency, self._radius(vergence))
 
     def through_focus(
         self, frequency_y: ArrayLike, frequency_x: ArrayLike, vergences: ArrayLike
-    ) -> NDArray[np.float64] | NDArray[np.complex128]:
+    ) -> FloatArray | NDArray[np.complex128]:
         """Return the OTF at each of the L `vergences` (D): L x the frequencies' shape (cycles per radian)."""
         levels = np.atleast_1d(np.asarray(vergences, float))
         if self.isotropic:
@@ -437,5 +437,5 @@ class Geometric:
         nearer = levels > self.focus_vergence
         return np.stack([np.conj(otf) if turned else otf for otf, turned in zip(upright, nearer, strict=True)])
 
-    def _radius(self, vergence: ArrayLike) -> NDArray[np.float64]:
+    def _radius(self, vergence: ArrayLike) -> FloatArray:
         return np.asarray(np.abs(self.focus_vergence - np.asarray(vergence, float)) * self.aperture_diameter / 2)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.psf.shape import Psf, parameter
 
 __all__ = [
@@ -34,7 +35,7 @@ DISC_K = 0.5
 """sigma / radius of the Gaussian with the second moment (per axis) of a uniform disc."""
 
 
-def disc_transfer(frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
+def disc_transfer(frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
     """Return the transfer of a uniform disc, 2 J1(x) / x with x = 2 pi `radius` `frequency`; broadcasts.
 
     Negative (contrast reversal) beyond the first zero at 0.61 cycles per radius.
@@ -51,7 +52,7 @@ def disc_transfer(frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64
     return np.where(small, 1 - x**2 / 8, 2 * j1(safe) / safe)
 
 
-def disc_edge(u: ArrayLike) -> NDArray[np.float64]:
+def disc_edge(u: ArrayLike) -> FloatArray:
     """Return the edge response of a disc of radius 1: the fraction of its area left of `u`.
 
     >>> disc_edge([-1.0, 0.0, 0.5]).round(4).tolist()
@@ -69,20 +70,20 @@ class Disc(Psf):
     sd_per_radius = DISC_K
     edge_reach = 1.0
 
-    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
         """Return `disc_transfer`."""
         return disc_transfer(frequency, radius)
 
-    def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def edge_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return `disc_edge` at `position` / `radius`."""
         return disc_edge(np.asarray(position, float) / radius)
 
-    def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def line_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the length of the disc's chord at `position`, divided by the disc's area."""
         u = np.clip(np.asarray(position, float) / radius, -1, 1)
         return np.asarray(2 * np.sqrt(1 - u**2) / np.pi / radius)
 
-    def picture(self, radius: float) -> NDArray[np.float64]:
+    def picture(self, radius: float) -> FloatArray:
         """Return the disc weighted by the pyramid of linear interpolation at each pixel, sampled along its rim."""
         reach, inner = math.ceil(radius) + 1, self.narrowed(radius)
         i, j = np.indices((reach + 1, reach + 1))
@@ -94,10 +95,10 @@ class Disc(Psf):
         inside = np.hypot(i[rim][:, None, None] + at[:, None], j[rim][:, None, None] + at) <= inner
         light[rim] = inside @ weight @ weight
         side = np.abs(np.arange(-reach, reach + 1))
-        picture: NDArray[np.float64] = np.where(i <= j, light, light.T)[side[:, None], side]
+        picture: FloatArray = np.where(i <= j, light, light.T)[side[:, None], side]
         return picture / picture.sum()
 
-    def points(self, square: NDArray[np.float64]) -> NDArray[np.float64]:
+    def points(self, square: FloatArray) -> FloatArray:
         """Return points of the unit disc by an equal-area map of the square (Shirley and Chiu 1997)."""
         a, b = 2 * square[..., 0], 2 * square[..., 1]
         wide = np.abs(a) > np.abs(b)
@@ -113,7 +114,7 @@ EXTENT_SD = 6.0
 """Number of standard deviations beyond which an edge response is taken as 1 (error 1e-9)."""
 
 
-def gaussian_transfer(frequency: ArrayLike, radius: ArrayLike, k: float = DISC_K) -> NDArray[np.float64]:
+def gaussian_transfer(frequency: ArrayLike, radius: ArrayLike, k: float = DISC_K) -> FloatArray:
     """Return the transfer of a Gaussian of sigma = `k` x `radius`, exp(-2 (pi sigma f)^2); broadcasts.
 
     >>> round(float(gaussian_transfer(0.1, 4.0, k=0.5)), 3)
@@ -144,17 +145,17 @@ class Gaussian(Psf):
         """Six standard deviations, in blur radii."""
         return EXTENT_SD * self.k
 
-    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
         """Return `gaussian_transfer` with `k`."""
         return gaussian_transfer(frequency, radius, self.k)
 
-    def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def edge_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the normal distribution function of `position` / sigma."""
         from scipy.special import ndtr
 
         return np.asarray(ndtr(np.asarray(position, float) / (self.k * radius)), float)
 
-    def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def line_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the normal density with standard deviation sigma."""
         sigma = self.k * radius
         return np.exp(-((np.asarray(position, float) / sigma) ** 2) / 2) / (math.sqrt(2 * math.pi) * sigma)
@@ -168,7 +169,7 @@ DISC_BELOW = 1e-3
 """Value of k below which the edge response is a disc's: the difference is at most 1e-5."""
 
 
-def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> NDArray[np.float64]:
+def blend_transfer(frequency: ArrayLike, radius: ArrayLike, k: float) -> FloatArray:
     """Return the transfer of a Gaussian-edged disc, a disc convolved with a Gaussian; broadcasts.
 
     The Gaussian has standard deviation `k` x `radius`, the disc radius `radius` sqrt(1 - (k / 0.5)^2), so that the
@@ -207,23 +208,23 @@ class Blend(Psf):
         """Disc radius plus six standard deviations of the Gaussian, in blur radii."""
         return _rest(self.k) + EXTENT_SD * self.k
 
-    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
         """Return `blend_transfer` with `k`."""
         return blend_transfer(frequency, radius, self.k)
 
-    def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def edge_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the mean of normal distribution functions centred on the disc's chords (Gauss-Chebyshev)."""
         if self.k < DISC_BELOW:
             return Disc().edge_response(position, radius)
         return self._over_chords(position, radius, line=False)
 
-    def line_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def line_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the mean of normal densities centred on the disc's chords (Gauss-Chebyshev)."""
         if self.k < DISC_BELOW:
             return Disc().line_response(position, radius)
         return self._over_chords(position, radius, line=True)
 
-    def _over_chords(self, position: ArrayLike, radius: float, line: bool) -> NDArray[np.float64]:
+    def _over_chords(self, position: ArrayLike, radius: float, line: bool) -> FloatArray:
         from scipy.special import ndtr
 
         u, rest = np.asarray(position, float) / radius, _rest(self.k)
@@ -255,13 +256,13 @@ class Annulus(Psf):
         """Radius of the rim, 1."""
         return 1.0
 
-    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> NDArray[np.float64]:
+    def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
         """Return the area-weighted difference between the transfers of the full disc and of the obstruction."""
         hole = self.obstruction
         inner, outer = (disc_transfer(frequency, scale * np.asarray(radius, float)) for scale in (hole, 1.0))
         return (outer - hole**2 * inner) / (1 - hole**2)
 
-    def edge_response(self, position: ArrayLike, radius: float) -> NDArray[np.float64]:
+    def edge_response(self, position: ArrayLike, radius: float) -> FloatArray:
         """Return the area-weighted difference between the edge responses of the full disc and of the obstruction."""
         u, hole = np.asarray(position, float) / radius, self.obstruction
         inner = disc_edge(u / hole) if hole else 0.0
@@ -310,7 +311,7 @@ class Polygon(Psf):
         """Standard deviation per blur radius: the variance is R^2 (2 + cos(2 pi / n)) / 12 along every axis."""
         return self.circumradius * math.sqrt((2 + math.cos(2 * math.pi / self.blades)) / 12)
 
-    def corners(self) -> NDArray[np.float64]:
+    def corners(self) -> FloatArray:
         """Return the corners (y, x) in blur radii, shape n x 2.
 
         >>> Polygon(4).corners().round(3).tolist()
@@ -349,7 +350,7 @@ PIXEL_VARIANCE = 1 / 12
 """Variance of the square pixel aperture along an axis (px^2)."""
 
 
-def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> NDArray[np.float64]:
+def pixel_transfer(frequency_y: ArrayLike, frequency_x: ArrayLike) -> FloatArray:
     """Return the transfer of a square pixel aperture; frequencies in cycles per pixel; broadcasts.
 
     The sinc function that the paper's appendix multiplies by the transfer of the blur.

@@ -7,9 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.observers import DistanceOfFixated, Observer, RelativeLayout
 from focalgradient.published.record import Prediction, ratio_of
@@ -34,7 +32,7 @@ def displayed(drawn: Stimulus) -> Display:
     return replace(usual, distance=usual.distance / (math.degrees(drawn.pixel_angle) * usual.pixels_per_degree))
 
 
-def distance_question(depth: NDArray[np.float64], expected_m: float) -> DistanceOfFixated:
+def distance_question(depth: FloatArray, expected_m: float) -> DistanceOfFixated:
     """Return the question for the distance of a picture's centre, given a relative layout and an expected distance."""
     height, width = depth.shape
     return DistanceOfFixated(RelativeLayout(depth, expected_m=expected_m), (width / 2, height / 2))

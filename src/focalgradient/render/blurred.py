@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import map_coordinates
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
@@ -176,7 +177,7 @@ def blur_scene(
     *,
     samples: int = 16,
     seed: int = 0,
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+) -> tuple[NDArray[np.float32], FloatArray]:
     """Blur a scene as `blur` does, but with the true surfaces behind occlusion boundaries and beyond the frame.
 
     Parameters
@@ -218,7 +219,7 @@ def blur_scene(
     scale = optics.aperture_diameter / 2 / pixel_angle
     focus = scale * optics.focus_vergence
 
-    def pinhole(skipped: int | None, pad: int, rays: int) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+    def pinhole(skipped: int | None, pad: int, rays: int) -> tuple[NDArray[np.float32], FloatArray]:
         wide = (shape[0] + 2 * pad, shape[1] + 2 * pad)
         seen = [cast_without(one, skipped, 0.0, 0.0, wide, pixel_angle, rays, seed) for _, one in scenes]
         light = sum(weight * image for (weight, _), (image, _) in zip(scenes, seen, strict=True))
@@ -280,11 +281,11 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
     margin = _margin(own, pixel_angle)
 
     @cache
-    def computed(blur: float) -> NDArray[np.float64]:
+    def computed(blur: float) -> FloatArray:
         vergence = (blur / scale if scale else 0.0) + own.optics.focus_vergence
         return _point(own, vergence, math.ceil(1.5 * abs(blur)) + margin, pixel_angle)
 
-    def interpolated(part: int) -> NDArray[np.float64]:
+    def interpolated(part: int) -> FloatArray:
         low, weight = part // PARTS, part % PARTS / PARTS
         ends = [computed(COMPUTED_STEP_PX * n) for n in (low, low + (weight > 0))]
         widest = max(map(len, ends))
@@ -307,7 +308,7 @@ def _own_kernels(own: OwnBlur, blurs: NDArray[np.float32], scale: float, pixel_a
     return kernels_of(steps, pictures, lens)
 
 
-def _point(own: OwnBlur, vergence: float, reach: int, pixel_angle: float) -> NDArray[np.float64]:
+def _point(own: OwnBlur, vergence: float, reach: int, pixel_angle: float) -> FloatArray:
     """Return the image of a point at a vergence (D), up to `reach` pixels from its centre."""
     # Padded, so that energy leaving the frame on one side does not wrap around to the other.
     edge = reach // 2
@@ -359,7 +360,7 @@ def _margin(own: OwnBlur, pixel_angle: float) -> int:
 
 def checked_picture(
     picture: ArrayLike, distance: ArrayLike, names: tuple[str, str] = ("picture", "distance"), *, channels: int = 0
-) -> tuple[NDArray[np.floating], NDArray[np.float64]]:
+) -> tuple[NDArray[np.floating], FloatArray]:
     """Return the validated linear radiance, H x W or H x W x channels, and the distance of each pixel (m).
 
     Parameters

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.render.pathtrace import has_mirrors, trace
 from focalgradient.scenes.objects import Scene
 
@@ -19,7 +20,7 @@ __all__ = ["ground_truth"]
 
 def ground_truth(
     scene: Scene, shape: tuple[int, int], pixel_angle: float, variant: str
-) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
+) -> tuple[FloatArray, FloatArray | None]:
     """Return true distance in metres along the axis, H x W, and, if there are mirrors, vergence, H x W x 2 x 2.
 
     Both are defined as in `Rendered`, for rays through the pixel centres and the centre of the lens.
@@ -35,14 +36,14 @@ def ground_truth(
 
 
 def _ends(
-    scene: Scene, lens: NDArray[np.float64], tangents: NDArray[np.float64], *, follow: bool, variant: str
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    scene: Scene, lens: FloatArray, tangents: FloatArray, *, follow: bool, variant: str
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
     origins = np.concatenate([lens, np.zeros((len(lens), 1))], axis=1)
     directions = np.concatenate([tangents, np.ones((len(lens), 1))], axis=1)
     return trace(scene, origins, directions, follow=follow, variant=variant)
 
 
-def _vergence(scene: Scene, tangents: NDArray[np.float64], step: float, variant: str) -> NDArray[np.float64]:
+def _vergence(scene: Scene, tangents: FloatArray, step: float, variant: str) -> FloatArray:
     """Return the vergence, n x 2 x 2, in each direction; rays are perturbed by `step` (tangent, and metres)."""
     centre = np.zeros_like(tangents)
     point, normal, met = _ends(scene, centre, tangents, follow=True, variant=variant)
@@ -53,7 +54,7 @@ def _vergence(scene: Scene, tangents: NDArray[np.float64], step: float, variant:
     plane = np.stack([first, np.cross(normal, first)], axis=1)
     smooth = np.ones(len(tangents), bool)
 
-    def derivative(lens: NDArray[np.float64], turn: NDArray[np.float64]) -> NDArray[np.float64]:
+    def derivative(lens: FloatArray, turn: FloatArray) -> FloatArray:
         """Return the change of the position h, n x 2, for a shift on the lens (m) or a `turn` (tangent), per step."""
         ends = []
         for sign in (1, -1):

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import FloatImage
+from focalgradient.arrays import FloatArray, FloatImage
 
 __all__ = ["LANES", "Kernels", "few_blurs", "kernels_of", "lens_radius"]
 
@@ -51,13 +51,13 @@ class Kernels:
     lens: float
 
 
-def few_blurs(blurs: NDArray[np.floating]) -> NDArray[np.float64] | None:
+def few_blurs(blurs: NDArray[np.floating]) -> FloatArray | None:
     """Return the distinct blurs (px), rounded to `FINE_STEP_PX`; None if there are more than `MAX_FINE_COUNT`."""
-    steps: NDArray[np.float64] = FINE_STEP_PX * np.unique(np.rint(blurs / FINE_STEP_PX))
+    steps: FloatArray = FINE_STEP_PX * np.unique(np.rint(blurs / FINE_STEP_PX))
     return steps if len(steps) <= MAX_FINE_COUNT else None
 
 
-def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]], lens: float) -> Kernels:
+def kernels_of(at: NDArray[np.floating], pictures: Sequence[FloatArray], lens: float) -> Kernels:
     """Pack square, odd-sized point spread functions, one for each blur in `at`, into `Kernels`."""
     reach = np.array([len(picture) // 2 for picture in pictures])
     side = 2 * reach + 1
@@ -71,7 +71,7 @@ def kernels_of(at: NDArray[np.floating], pictures: Sequence[NDArray[np.float64]]
     return Kernels(at, values, np.concatenate([[0], ends[:-1]]), reach, extent, lens)
 
 
-def lens_radius(picture: NDArray[np.float64], radius: float) -> float:
+def lens_radius(picture: FloatArray, radius: float) -> float:
     """Return the radius (disc radii, 1 to `MAX_LENS_RADIUS`) that contains `LENS_ENERGY` of the energy of a PSF."""
     away = np.hypot(*(np.indices(picture.shape) - len(picture) // 2)).ravel()
     order = np.argsort(away, kind="stable")

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.optics import Optics
 from focalgradient.progress import Progress
 from focalgradient.render.mitsuba_backend import SCALAR
@@ -94,8 +95,8 @@ def _averaged(
 
 
 def trace(
-    scene: Scene, origins: NDArray[np.float64], directions: NDArray[np.float64], *, follow: bool, variant: str
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int64]]:
+    scene: Scene, origins: FloatArray, directions: FloatArray, *, follow: bool, variant: str
+) -> tuple[FloatArray, FloatArray, NDArray[np.int64]]:
     """Trace rays (n x 3 each) to the first surface, or, if they `follow` mirrors, to the first that is not a mirror.
 
     Returns the end points, n x 3, or the last direction of rays that hit nothing; the surface normal there, or that

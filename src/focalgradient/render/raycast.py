@@ -18,6 +18,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number, check_seed
 from focalgradient.loops import compiled, inlined
 from focalgradient.optics import Optics, check_optics
@@ -124,7 +125,7 @@ def cast_without(
     progress: Progress | None = None,
     aside: tuple[float, float] = (0.0, 0.0),
     psf: Psf = Disc(),  # noqa: B008  it is frozen
-) -> tuple[NDArray[np.float32], NDArray[np.float64]]:
+) -> tuple[NDArray[np.float32], FloatArray]:
     """Return image and distance as in `cast`; rays pass through the `skipped` object, which still casts its shadow.
 
     `aside` holds `place` and `ahead` of `cast`.
@@ -189,13 +190,13 @@ def _textures(scene: Scene) -> NDArray[np.float32]:
     )
 
 
-def _unit(vector: object) -> NDArray[np.float64]:
+def _unit(vector: object) -> FloatArray:
     array = np.asarray(vector, dtype=float)
     return array / (np.linalg.norm(array) or 1.0)
 
 
 @lru_cache(maxsize=4)
-def _patterns(samples: int, seed: int, psf: Psf) -> NDArray[np.float64]:
+def _patterns(samples: int, seed: int, psf: Psf) -> FloatArray:
     """Return ray sets, PATTERNS x samples x 4: aperture position (x, y; blur radii) and pixel position (-1/2 to 1/2).
 
     All are one Owen-scrambled four-dimensional Sobol net, each under its own digital shift, which preserves the net

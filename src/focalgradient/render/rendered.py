@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.view import LUMINANCE, View
 
 __all__ = ["LUMINANCE", "Rendered"]
@@ -37,10 +38,10 @@ class Rendered:
     """
 
     view: View
-    distance: NDArray[np.float64]
+    distance: FloatArray
     colour: NDArray[np.float32] | None = None
     residual: NDArray[np.float32] | None = None
-    vergence: NDArray[np.float64] | None = None
+    vergence: FloatArray | None = None
 
     def __repr__(self) -> str:
         """Return the view, and the range of distances in the scene."""

@@ -10,6 +10,7 @@ from functools import lru_cache, partial
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.parallel import cores
 from focalgradient.psf import Psf
 from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
@@ -64,14 +65,14 @@ def shape_kernels(psf: Psf, blurs: NDArray[np.float32]) -> Kernels:
     return kernels_of(steps, turned, lens)
 
 
-def _radii(largest: float) -> NDArray[np.float64]:
+def _radii(largest: float) -> FloatArray:
     """Return blur radii from 0 to at least `largest` pixels, `RADIUS_STEP_PX` or `RADIUS_GROWTH` apart."""
     even = RADIUS_STEP_PX * np.arange(1 + round(1 / RADIUS_GROWTH))
     count = max(0, math.ceil(math.log(max(largest, even[-1]) / even[-1]) / math.log1p(RADIUS_GROWTH)))
     return np.concatenate([even, even[-1] * (1 + RADIUS_GROWTH) ** np.arange(1, count + 1)])
 
 
-def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
+def shape_picture(psf: Psf, radius: float) -> FloatArray:
     """Return a shape of `radius` pixels, as seen beyond focus, as a square picture of odd size, non-negative, sum 1."""
     if radius < 0.01:
         return np.ones((1, 1))
@@ -80,7 +81,7 @@ def shape_picture(psf: Psf, radius: float) -> NDArray[np.float64]:
     return _fitted_once(psf, radius) if isinstance(psf, Hashable) else _fitted(psf, radius)
 
 
-def _fitted(psf: Psf, radius: float) -> NDArray[np.float64]:
+def _fitted(psf: Psf, radius: float) -> FloatArray:
     """Return non-negative weights that fit the shape's transfer by least squares, close to uniform.
 
     Exact interpolation at the fine detail that small shapes leave would need negative weights, which produce dark

@@ -24,6 +24,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number, check_one_of
 from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
@@ -112,7 +113,7 @@ def wireframe(
 
 def blur_at(
     necker: NeckerCube, depth: ArrayLike, *, aperture: float, focus: Focus | float = "near", k: float = DISC_K
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return the signed blur of the cube's points at `depth` z (m, any shape): sd in radians, positive beyond focus.
 
     sigma = `k` x magnification x (aperture / 2) (V_f - 1/z): the blur disc of a thin lens, magnified with the picture.
@@ -222,9 +223,9 @@ def necker_frame(
 
 def draw_edges(
     necker: NeckerCube,
-    vertices: NDArray[np.float64],
+    vertices: FloatArray,
     edges: NDArray[np.int_],
-    blur: NDArray[np.float64],
+    blur: FloatArray,
     shape: tuple[int, int],
     pixel_angle: float,
 ) -> NDArray[np.float32]:

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.ndimage import shift
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite, check_number
 from focalgradient.eye.ranges import ordered_times
 from focalgradient.quantities import Range, Seed
@@ -71,7 +72,7 @@ class FixationalMovements:
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def at(self, times: ArrayLike) -> NDArray[np.float64]:
+    def at(self, times: ArrayLike) -> FloatArray:
         """Return the direction of gaze in radians, x to the right and y down, at `times` (s, 0 or more): n x 2."""
         moments = np.atleast_1d(ordered_times(times))
         check_number("the first time", float(moments[0]), "seconds", least=0)
@@ -96,7 +97,7 @@ class FixationalMovements:
         path = np.column_stack([np.interp(moments, grid, column) for column in place.T])
         return np.radians(path / 60)
 
-    def moved(self, image: ArrayLike, times: ArrayLike, *, pixel_angle: float) -> NDArray[np.float64]:
+    def moved(self, image: ArrayLike, times: ArrayLike, *, pixel_angle: float) -> FloatArray:
         """Return an image as it lies on the retina at `times` (s), in coordinates fixed to the retina.
 
         Gaze to the right moves it to the left. Interpolated by cubic splines; beyond its rim the rim is repeated.

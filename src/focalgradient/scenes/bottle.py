@@ -6,8 +6,8 @@ import math
 from typing import Annotated
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import checked
 from focalgradient.quantities import Range, Seed
 from focalgradient.scenes.landscape import clouded_sky
@@ -83,7 +83,7 @@ def bottle(
     )
 
 
-def _profile() -> NDArray[np.float64]:
+def _profile() -> FloatArray:
     """Return radius and height (m) of the bottle's profile, from the centre of its top to that of its foot."""
     share = np.linspace(0, 1, 60)[1:-1]
     neck, shoulder, body = 0.0135, 0.205, 0.14

@@ -11,17 +11,16 @@ import math
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 
 __all__ = ["fractal"]
 
 
-def fractal(
-    points: ArrayLike, seed: int, *, coarsest: float, finest: ArrayLike, roughness: float = 0.5
-) -> NDArray[np.float64]:
+def fractal(points: ArrayLike, seed: int, *, coarsest: float, finest: ArrayLike, roughness: float = 0.5) -> FloatArray:
     """Return fractal noise at points in space, with mean 0, mostly between -1 and 1.
 
     Parameters

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import checked
 from focalgradient.quantities import Seed
 from focalgradient.scenes.fractal import fractal
@@ -60,7 +61,7 @@ class Land:
     mountains: float = 0.08
     ground: str = "meadow"
 
-    def height(self, x: ArrayLike, z: ArrayLike, finest: ArrayLike = 1e-3) -> NDArray[np.float64]:
+    def height(self, x: ArrayLike, z: ArrayLike, finest: ArrayLike = 1e-3) -> FloatArray:
         """Return the height in metres at x (right) and z (away) in metres, with detail down to wavelength `finest`."""
         x, z = np.broadcast_arrays(np.asarray(x, float), np.asarray(z, float))
         noise = self._noise(x, z, finest)
@@ -76,9 +77,7 @@ class Land:
             - 0.1 * np.maximum(z - 260, 0)
         )
 
-    def _noise(
-        self, x: NDArray[np.float64], z: NDArray[np.float64], finest: ArrayLike
-    ) -> Callable[[int, float, float], NDArray[np.float64]]:
+    def _noise(self, x: FloatArray, z: FloatArray, finest: ArrayLike) -> Callable[[int, float, float], FloatArray]:
         """Return the noise of a key, coarsest wavelength (m) and roughness at points of the ground."""
         place = np.stack([x, np.zeros_like(x), z], axis=-1)
         return lambda key, coarsest, roughness: fractal(
@@ -88,7 +87,7 @@ class Land:
     def mesh(self, field: float, *, texels: int = 1200) -> Mesh:
         """Return the ground visible in a frame `field` wide (a tangent), with a margin on both sides."""
 
-        def places(rows: int, columns: int) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        def places(rows: int, columns: int) -> tuple[FloatArray, FloatArray, FloatArray]:
             # Evenly spaced in the picture: by 1/z on flat ground, by log z on the mountains.
             near = 1 / np.linspace(0.55 * field / (0.8 * self.eye), 1 / PLAIN, 2 * rows // 3)
             far = np.geomspace(PLAIN, FARTHEST, rows - len(near) + 1)[1:]
@@ -103,9 +102,7 @@ class Land:
         x, z, finest = places(texels, texels)
         return sheet(points, self._paint(x, z, finest), smooth=False)
 
-    def _paint(
-        self, x: NDArray[np.float64], z: NDArray[np.float64], finest: NDArray[np.float64]
-    ) -> NDArray[np.float32]:
+    def _paint(self, x: FloatArray, z: FloatArray, finest: FloatArray) -> NDArray[np.float32]:
         noise = self._noise(x, z, finest)
         # Patches of all sizes, blades and grains; far away, folds of the land.
         tone = 0.45 * noise(10, 1.6, 0.8) + 0.9 * noise(11, 0.04, 0.95) + 0.4 * noise(12, 40.0, 0.8)
@@ -154,7 +151,7 @@ def clouded_sky(seed: int, *, cover: float, brightness: float, warmth: float = 0
     return Sky(radiance)
 
 
-def _ease(share: NDArray[np.float64]) -> NDArray[np.float64]:
+def _ease(share: FloatArray) -> FloatArray:
     """Return a smooth step from 0 at 0 to 1 at 1, constant outside."""
     share = np.clip(share, 0, 1)
     return share * share * (3 - 2 * share)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.shapes import Paint
 
@@ -23,7 +24,7 @@ NATURAL: dict[str, tuple[tuple[float, float, float], ...]] = {
 }
 
 
-def ramp(value: ArrayLike, colours: ArrayLike) -> NDArray[np.float64]:
+def ramp(value: ArrayLike, colours: ArrayLike) -> FloatArray:
     """Return colours, ... x 3, interpolated on a scale from -1 (first of `colours`, k x 3) to 1 (last).
 
     >>> ramp([-1.0, 0.0], [[0.1, 0.1, 0.1], [0.3, 0.2, 0.1]]).round(2).tolist()
@@ -50,7 +51,7 @@ def grained(
     (5, 4, 3)
     """
 
-    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+    def paint(points: FloatArray, detail: float) -> FloatArray:
         tone = fractal(points * np.asarray(stretch), seed, coarsest=size, finest=2 * detail, roughness=roughness)
         return ramp(1.3 * contrast * tone, colours)
 
@@ -65,8 +66,8 @@ def material(name: str, seed: int, size: float) -> Paint:
     """
     colours = NATURAL[name]
 
-    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
-        def noise(key: int, coarsest: float, roughness: float = 0.75) -> NDArray[np.float64]:
+    def paint(points: FloatArray, detail: float) -> FloatArray:
+        def noise(key: int, coarsest: float, roughness: float = 0.75) -> FloatArray:
             return fractal(points, seed + 31 * key, coarsest=coarsest * size, finest=2 * detail, roughness=roughness)
 
         tone = noise(0, 0.8)

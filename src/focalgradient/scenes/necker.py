@@ -15,8 +15,9 @@ from dataclasses import dataclass
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, check_finite, check_number, checked
 from focalgradient.quantities import ARCMIN, DEGREES, METRES, POSITIVE, Range
 
@@ -141,7 +142,7 @@ class NeckerCube:
         height = max(abs(y * cos - z * sin) / (1 + y * sin + z * cos) for y in (-half, half) for z in (-radius, radius))
         return self.magnification * width, self.magnification * height
 
-    def vertices(self, turn: ArrayLike) -> NDArray[np.float64]:
+    def vertices(self, turn: ArrayLike) -> FloatArray:
         """Return the vertices of the true cube after `turn` turns (any shape) in its direction, ... x 8 x 3, in metres.
 
         >>> cube = NeckerCube(perspective=0.5, distance=1.0, tilt=0.0)
@@ -150,7 +151,7 @@ class NeckerCube:
         """
         return self.turned(self.edge * CORNERS.T, np.asarray(turn, dtype=float)[..., None])
 
-    def turned(self, points: ArrayLike, turn: ArrayLike) -> NDArray[np.float64]:
+    def turned(self, points: ArrayLike, turn: ArrayLike) -> FloatArray:
         """Return points x, y, z (m, about the cube's centre) after `turn` turns about its tilted axis, ... x 3."""
         angle = 2 * np.pi * np.asarray(turn, dtype=float) * (1 if self.direction == "right" else -1)
         x, y, z = np.asarray(points, dtype=float)
@@ -158,7 +159,7 @@ class NeckerCube:
         y, z = y * math.cos(self.tilt) - z * math.sin(self.tilt), y * math.sin(self.tilt) + z * math.cos(self.tilt)
         return np.stack([x, y, self.distance + z], axis=-1)
 
-    def reversed(self, turn: ArrayLike) -> NDArray[np.float64]:
+    def reversed(self, turn: ArrayLike) -> FloatArray:
         """Return the vertices of the depth-reversed shape (nonrigid interpretation), ... x 8 x 3, in metres.
 
         Each true vertex moves along its line of sight to the depth mirrored about the cube's centre, z' = 2 `distance`
@@ -173,7 +174,7 @@ class NeckerCube:
         return true * (2 * self.distance - depth) / depth
 
     @checked
-    def seen(self, turn: ArrayLike, reading: Reading) -> NDArray[np.float64]:
+    def seen(self, turn: ArrayLike, reading: Reading) -> FloatArray:
         """Return the vertices of the shape under an interpretation (`reading`), ... x 8 x 3, in metres."""
         return self.vertices(turn) if reading == "rigid" else self.reversed(turn)
 
@@ -187,7 +188,7 @@ class NeckerCube:
             return self.direction
         return "left" if self.direction == "right" else "right"
 
-    def project(self, points: ArrayLike) -> NDArray[np.float64]:
+    def project(self, points: ArrayLike) -> FloatArray:
         """Return the picture coordinates, ... x 2 (right, down) in radians, of `points` (... x 3, in metres).
 
         >>> NeckerCube(size=0.2, perspective=0.4).project([0.1, 0.0, 0.5]).round(3).tolist()
@@ -236,10 +237,10 @@ class Departure:
     """
 
     whole: float
-    by_frame: NDArray[np.float64]
+    by_frame: FloatArray
 
 
-def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
+def edge_lengths(shape: FloatArray) -> FloatArray:
     """Return the lengths of the 12 edges, ... x 12, from vertices ... x 8 x 3.
 
     >>> edge_lengths(NeckerCube(perspective=0.5, distance=1.0).vertices(0.1)).round(6).tolist() == [0.5] * 12
@@ -249,7 +250,7 @@ def edge_lengths(shape: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.linalg.norm(ends[..., 1, :] - ends[..., 0, :], axis=-1)
 
 
-def departure_from_rigid(shape: NDArray[np.float64]) -> Departure:
+def departure_from_rigid(shape: FloatArray) -> Departure:
     """Return the deformation of a shape during a rotation.
 
     For an upright cube in weak perspective p, the reversed shape has a deformation of p / sqrt(2): a vertical edge is

@@ -9,6 +9,7 @@ from typing import Annotated
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields, described
 from focalgradient.quantities import Range
 from focalgradient.scenes.texture import Texture
@@ -62,7 +63,7 @@ class Plane:
         if not (len(self.size) == 2 and all(side > 0 for side in self.size)):
             raise InputError(f"size is {self.size!r}, but must be a positive width and height in metres.")
 
-    def frame(self) -> NDArray[np.float64]:
+    def frame(self) -> FloatArray:
         """Return unit vectors along the plane's horizontal, perpendicular to it, and its normal: 3 x 3, one per row.
 
         >>> Plane((0, 0, 2.0), (0, 0, -3.0)).frame()[2].tolist()
@@ -139,9 +140,9 @@ class Mesh:
     2
     """
 
-    vertices: NDArray[np.float64]
+    vertices: FloatArray
     faces: NDArray[np.int64]
-    uv: NDArray[np.float64]
+    uv: FloatArray
     paint: NDArray[np.floating]
     smooth: bool = False
     mirror: bool = False

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import checked
 from focalgradient.quantities import Seed
 from focalgradient.scenes.fractal import fractal
@@ -79,7 +79,7 @@ def _planks(seed: int, width: float, axis: int) -> Paint:
     """Return a paint of boards running across (axis 0) or away (1), with grain along them and gaps between."""
     colours = ((0.10, 0.05, 0.025), (0.26, 0.15, 0.08), (0.38, 0.24, 0.13), (0.50, 0.35, 0.21))
 
-    def paint(points: NDArray[np.float64], detail: float) -> NDArray[np.float64]:
+    def paint(points: FloatArray, detail: float) -> FloatArray:
         across, along = (points[..., 2], points[..., 0]) if axis == 0 else (points[..., 0], points[..., 2])
         board = np.floor(across / width)
         stretched = np.stack([across * 6, points[..., 1], along * 0.5 + 7.3 * board], axis=-1)

@@ -8,12 +8,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.scenes.fractal import fractal
 from focalgradient.scenes.objects import Mesh
 
 __all__ = ["Paint", "ball", "box", "grid_faces", "lathe", "sheet", "strewn"]
 
-Paint = Callable[[NDArray[np.float64], float], NDArray[np.float64]]
+Paint = Callable[[FloatArray, float], FloatArray]
 """Function that returns reflectance (... x 3) at points (... x 3, m from the body's centre) with given detail (m)."""
 
 
@@ -28,9 +29,7 @@ def grid_faces(rows: int, columns: int) -> NDArray[np.int64]:
     return np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)], axis=-1).reshape(-1, 3)
 
 
-def sheet(
-    points: NDArray[np.float64], paint: NDArray[np.floating], *, smooth: bool = True, mirror: bool = False
-) -> Mesh:
+def sheet(points: FloatArray, paint: NDArray[np.floating], *, smooth: bool = True, mirror: bool = False) -> Mesh:
     """Return a surface through a grid of points, r x c x 3, with the paint stretched over it.
 
     >>> y, x = np.mgrid[0:1:3j, 0:1:4j]
@@ -51,7 +50,7 @@ def sheet(
 
 def lathe(
     centre: ArrayLike,
-    profile: NDArray[np.float64],
+    profile: FloatArray,
     paint: Paint,
     *,
     texels: int = 512,
@@ -71,7 +70,7 @@ def lathe(
     widest = float(profile[:, 0].max())
     height = max(2, math.ceil(texels * length[-1] / (2 * math.pi * widest)))
 
-    def turned(along: NDArray[np.float64], steps: int) -> NDArray[np.float64]:
+    def turned(along: FloatArray, steps: int) -> FloatArray:
         radius, up = (np.interp(along, length, part) for part in profile.T)
         angle = np.linspace(-np.pi, np.pi, steps)  # the seam is at the back
         return np.stack(
@@ -109,7 +108,7 @@ def ball(
     True
     """
 
-    def surface(rows: int, columns: int) -> NDArray[np.float64]:
+    def surface(rows: int, columns: int) -> FloatArray:
         down, angle = np.meshgrid(np.linspace(0, np.pi, rows), np.linspace(-np.pi, np.pi, columns), indexing="ij")
         way = np.stack([np.sin(down) * np.sin(angle), -np.cos(down), -np.sin(down) * np.cos(angle)], axis=-1)
         if lumpy:
@@ -124,7 +123,7 @@ def ball(
     return sheet(surface(mesh // 2 + 1, mesh + 1) + np.asarray(centre, float), _clipped(paint_here))
 
 
-def strewn(kind: Mesh, places: NDArray[np.float64], sizes: ArrayLike, seed: int) -> Mesh:
+def strewn(kind: Mesh, places: FloatArray, sizes: ArrayLike, seed: int) -> Mesh:
     """Return n randomly rotated copies of a body at the origin, at `places` (n x 3, m), as one mesh.
 
     >>> stone = ball((0, 0, 0), 1.0, lambda points, detail: np.full(points.shape, 0.5), texels=16)
@@ -152,7 +151,7 @@ def box(low: ArrayLike, high: ArrayLike, paint: Paint, *, texel: float = 1e-3) -
     middle, half = (low + high) / 2, (high - low) / 2
     fine = np.clip(np.ceil(2 * half / texel), 2, 1024).astype(int)
     corners, places = [], []
-    paints: list[NDArray[np.float64]] = []
+    paints: list[FloatArray] = []
     width = int(fine.max())
     for axis in range(3):
         u, v = [other for other in range(3) if other != axis]

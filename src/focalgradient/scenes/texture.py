@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range, Seed
 
@@ -107,7 +108,7 @@ def random_field(
     slope: float = NATURAL_SLOPE,
     coarsest: float = 0.0,
     finest: float = math.inf,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return a periodic Gaussian field with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
 
     Parameters
@@ -132,5 +133,5 @@ def random_field(
     frequency = np.maximum(np.hypot(fft.fftfreq(shape[0])[:, None], fft.rfftfreq(shape[1])), coarsest)
     frequency[0, 0] = np.inf
     white = fft.rfft2(np.random.default_rng(seed).standard_normal(shape))
-    field: NDArray[np.float64] = fft.irfft2(np.where(frequency > finest, 0, white / frequency**slope), s=shape)
+    field: FloatArray = fft.irfft2(np.where(frequency > finest, 0, white / frequency**slope), s=shape)
     return field / field.std()

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.records import ALPHA, NotComputed
 
 __all__ = ["FEWEST_SUBJECTS", "BootstrapT", "bootstrap_t"]
@@ -24,7 +25,7 @@ FEWEST_SUBJECTS = 5
 
 
 @lru_cache(maxsize=64)
-def _counts(subjects: int, draws: int) -> NDArray[np.float64]:
+def _counts(subjects: int, draws: int) -> FloatArray:
     """Return how often each subject is in each resample (draws x subjects); resamples of one subject are left out."""
     rng = np.random.default_rng([SEED, subjects])
     counts = rng.multinomial(subjects, np.full(subjects, 1 / subjects), draws).astype(float)

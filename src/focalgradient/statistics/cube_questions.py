@@ -7,8 +7,9 @@ from functools import partial
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.criteria import OF_CUBE, Rules
 from focalgradient.statistics.exclusions import quality
@@ -255,7 +256,7 @@ def half_report(durations: pd.Series[float]) -> float:
     return 0.5 * float(durations.mean()) if len(durations) else 0.5
 
 
-def log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> NDArray[np.float64]:
+def log_odds(part: ArrayLike, other: ArrayLike, weight: float) -> FloatArray:
     """Return log odds of two times (s) after adding half a report to each (Haldane 1956; Anscombe 1956).
 
     Finite if one is zero. As for counts, it removes the first-order bias of log odds: a report of mean duration takes

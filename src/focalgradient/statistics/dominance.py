@@ -67,11 +67,11 @@ class PerceptDurations:
         If the arrays differ in length, or a duration is not positive.
     """
 
-    seconds: NDArray[np.float64]
+    seconds: FloatArray
     censored: NDArray[np.bool_]
     participant: NDArray[Any]
-    reading: NDArray[np.float64]
-    trial: NDArray[np.float64]
+    reading: FloatArray
+    trial: FloatArray
     first: NDArray[np.bool_]
 
     def __post_init__(self) -> None:

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
 
 __all__ = [
@@ -28,7 +29,7 @@ __all__ = [
 ]
 
 
-def within_half_widths(cells: ArrayLike) -> NDArray[np.float64]:
+def within_half_widths(cells: ArrayLike) -> FloatArray:
     """Return half widths of the 95 % within-subject intervals of condition means.
 
     Subject means are removed (Cousineau 2005), and the resulting bias is corrected by the factor sqrt(C / (C - 1)) for
@@ -211,7 +212,7 @@ def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:
     return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df)
 
 
-def holm(probabilities: ArrayLike) -> NDArray[np.float64]:
+def holm(probabilities: ArrayLike) -> FloatArray:
     """Correct the p values of one family by Holm's (1979) step-down method, along the last axis.
 
     NaN (a test that was not done) stays NaN and is not counted. It equals `multipletests` of statsmodels, which takes

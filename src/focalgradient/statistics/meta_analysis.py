@@ -6,9 +6,10 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, random_scenes
 from focalgradient.statistics.records import CONFIDENCE, Effect
@@ -129,7 +130,7 @@ def random_effects(estimates: ArrayLike, standard_errors: ArrayLike, by_scene: A
     return result if by_scene is None else _over_scenes(result, np.asarray(by_scene, float))
 
 
-def _over_scenes(found: Pooled, by_scene: NDArray[np.float64]) -> Pooled:
+def _over_scenes(found: Pooled, by_scene: FloatArray) -> Pooled:
     """Replace the mean and its test by those over data sets and scenes, if there are enough scenes."""
     scenes = int(np.isfinite(by_scene).any(axis=0).sum())
     crossed = crossed_effect(by_scene) if scenes >= FEWEST_SCENES else None
@@ -139,7 +140,7 @@ def _over_scenes(found: Pooled, by_scene: NDArray[np.float64]) -> Pooled:
     return replace(found, **test, p=crossed.p, scenes=scenes)
 
 
-def _pooled(y: NDArray[np.float64], se: NDArray[np.float64], tau2: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+def _pooled(y: FloatArray, se: FloatArray, tau2: ArrayLike) -> tuple[FloatArray, ...]:
     """Return weighted mean, sum of the weights and generalised Q at each variance between sets (shape of `tau2`)."""
     weights = 1 / (se**2 + np.asarray(tau2, float)[..., None])
     total = weights.sum(axis=-1)
@@ -147,7 +148,7 @@ def _pooled(y: NDArray[np.float64], se: NDArray[np.float64], tau2: ArrayLike) ->
     return mean, total, (weights * (y - mean[..., None]) ** 2).sum(axis=-1)
 
 
-def _prediction(y: NDArray[np.float64], se: NDArray[np.float64]) -> tuple[float, float]:
+def _prediction(y: FloatArray, se: FloatArray) -> tuple[float, float]:
     """Return the 95 % prediction interval of a new effect, which includes the uncertainty of the variance between sets.
 
     At the true variance the generalised Q is chi-square, and it falls with the variance: the variance at which Q equals

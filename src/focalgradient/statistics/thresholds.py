@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_installed
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.records import Interval, NotComputed
@@ -118,7 +119,7 @@ class ThresholdFit:
         """Probability of a correct answer at the threshold, without lapses."""
         return self.guess + (1 - self.guess) / 2
 
-    def correct(self, level: ArrayLike) -> NDArray[np.float64]:
+    def correct(self, level: ArrayLike) -> FloatArray:
         """Return the probability of a correct answer at levels.
 
         >>> fit = ThresholdFit(0.2, 0.1, 0.3, 3.5, 0.0, (0.2,), (8,), (10,))
@@ -293,7 +294,7 @@ def fit_threshold(
     shown = np.bincount(place)
     hits = np.bincount(place, weights=answered).astype(int)
 
-    def width_prior(width: ArrayLike) -> NDArray[np.float64]:
+    def width_prior(width: ArrayLike) -> FloatArray:
         wide = np.maximum(np.asarray(width, float), 1e-6)  # psignifit may evaluate widths outside the bounds
         about = 0.0 if slope is None else np.log(WIDTH / wide / slope) / SLOPES
         return np.asarray(np.exp(-0.5 * about**2) / wide)

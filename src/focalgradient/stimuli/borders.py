@@ -7,9 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter, minimum_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
@@ -190,13 +190,13 @@ def texture_border(
 
 
 def _texture(
-    texture: NDArray[np.float64],
+    texture: FloatArray,
     sd: float,
     most: float,
     shape: tuple[Psf, Side],
     equalise: tuple[str, ...],
     own: Region,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return a blurred texture in standard deviations of the sharp one, equalised over its own side as requested."""
     light = blurred(texture, sd, *shape)
     if "spectrum" in equalise:
@@ -214,7 +214,7 @@ def _texture(
     return light
 
 
-def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, phase: float) -> NDArray[np.float64]:
+def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, phase: float) -> FloatArray:
     """Return the coverage left of the border, on a grid finer than the pixels by `factor`, exact along rows."""
     rows, columns = canvas
     y = (np.arange(rows * factor)[:, None] + 0.5 + NODES / 2) / factor - rows / 2
@@ -226,9 +226,7 @@ def _left_of(canvas: tuple[int, int], factor: int, bend: float, angle: float, ph
     return covered
 
 
-def _ending(
-    texture: NDArray[np.float64], light: NDArray[np.float64], mask: NDArray[np.float64], sd: float, psf: Psf
-) -> NDArray[np.float64]:
+def _ending(texture: FloatArray, light: FloatArray, mask: FloatArray, sd: float, psf: Psf) -> FloatArray:
     """Return the near surface's radiance divided by its blurred coverage, as the surface ends at the border."""
     share = blurred(mask, sd, psf, "nearer")
     own = blurred(texture * mask, sd, psf, "nearer") / np.maximum(share, MIN_COVERAGE)
@@ -328,11 +326,11 @@ def blurred_edge(
 
 
 def _edge(
-    place: NDArray[np.float64],
+    place: FloatArray,
     normal: tuple[float, float],
     radius: float,
-    profile: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> NDArray[np.float64]:
+    profile: Callable[[FloatArray], FloatArray],
+) -> FloatArray:
     """Return the bright fraction of each pixel, centred `place` px beyond an edge with unit `normal` (y, x)."""
     share = np.zeros(place.shape)
     for dy, wy in zip(NODES / 2, WEIGHTS / 2, strict=True):

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Optics
 from focalgradient.psf import disc_transfer
@@ -124,7 +125,7 @@ def _measurable(part: NDArray[np.floating]) -> bool:
     return min(part.shape) >= 4 * MIN_CYCLES
 
 
-def spectrum(image: NDArray[np.floating]) -> NDArray[np.float64]:
+def spectrum(image: NDArray[np.floating]) -> FloatArray:
     """Return the power of an image, H x W, per octave of radial spatial frequency, from the Nyquist limit downwards.
 
     Octaves end where fewer than 4 cycles fit into the picture. A Hann window is applied.
@@ -199,11 +200,11 @@ def _shift(seen: NDArray[np.floating], expected: NDArray[np.floating], usable: N
     """Return the shift of a picture from the expected one, right and down, in pixels, by its `usable` pixels."""
     slopes = np.stack(np.gradient(expected)[::-1])[:, usable]
     # A picture displaced by s equals the original minus s times its gradient.
-    shift: NDArray[np.float64] = -np.linalg.lstsq(slopes.T, (seen - expected)[usable], rcond=None)[0]
+    shift: FloatArray = -np.linalg.lstsq(slopes.T, (seen - expected)[usable], rcond=None)[0]
     return shift.tolist()
 
 
-def _by_discs(sharp: NDArray[np.floating], radius: NDArray[np.float64]) -> NDArray[np.float64]:
+def _by_discs(sharp: NDArray[np.floating], radius: FloatArray) -> FloatArray:
     """Return the picture with each pixel blurred by a disc of its own radius (px), applied to the whole picture."""
     pad = math.ceil(float(radius.max())) + 1
     wide = np.pad(np.asarray(sharp, float), pad, mode="symmetric")

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.design import NeckerDesign, NeckerTrial
 from focalgradient.display import Display
 from focalgradient.render import necker_loop
@@ -96,7 +97,7 @@ def shown(light: NDArray[np.float32], display: Display) -> NDArray[np.uint8]:
     return pixels
 
 
-def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
+def wobbling(cube: NeckerCube, turn: float) -> FloatArray:
     """Return the vertices, 8 x 3 in metres, of the nonrigid example after `turn` turns."""
     phase = 2 * math.pi * turn / SYMMETRY
     x, y, z = cube.edge * CORNERS.T
@@ -105,7 +106,7 @@ def wobbling(cube: NeckerCube, turn: float) -> NDArray[np.float64]:
     return cube.turned([level * x, y * (1 - SHRINK * (1 - math.cos(phase)) / 2), level * z], turn + twist)
 
 
-def _in_sight(vertices: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _in_sight(vertices: FloatArray) -> NDArray[np.bool_]:
     """Return which of the 12 edges of an opaque cube bound a face that is visible from the origin."""
     middle = vertices.mean(axis=0)
     seen = np.zeros(len(EDGES), bool)

@@ -17,6 +17,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_one_of, warn
 from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
@@ -148,7 +149,7 @@ class SpheresRecipe(Series):
 
     def render(
         self, world: Scene, optics: Sequence[Aperture], progress: Progress
-    ) -> tuple[NDArray[np.float32], NDArray[np.float64], NDArray[np.float32]]:
+    ) -> tuple[NDArray[np.float32], FloatArray, NDArray[np.float32]]:
         """Return radiance, H x W x 3; depth in metres, H x W; and luminance noise, H x W."""
         how: dict[str, Any] = {"engine": self.engine, "samples": self.samples, "seed": self.seed, "progress": progress}
         if len(optics) == 1:

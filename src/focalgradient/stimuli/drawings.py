@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.design.depth_rating import EXAMPLES
 from focalgradient.errors import InputError
 
@@ -60,7 +61,7 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
     return _kept(tiles * (END_ILLUMINATION + (1 - END_ILLUMINATION) / depth**0.7))
 
 
-def _kept(light: NDArray[np.float64]) -> NDArray[np.uint8]:
+def _kept(light: FloatArray) -> NDArray[np.uint8]:
     """Return 8-bit values that cannot be changed, as they are drawn once."""
     picture = light.astype(np.uint8)
     picture.setflags(write=False)
@@ -83,7 +84,7 @@ def noise_mask(shape: tuple[int, int], pixels_per_degree: float, seed: int | tup
     return small.repeat(side, 0).repeat(side, 1)[: shape[0], : shape[1]]
 
 
-def _tiles(one: NDArray[np.float64], other: NDArray[np.float64]) -> NDArray[np.float64]:
+def _tiles(one: FloatArray, other: FloatArray) -> FloatArray:
     """Return the grey levels of a checkerboard with unit tiles and gaps between them."""
     board = np.where((np.floor(one) + np.floor(other)) % 2 == 0, LIGHT, DARK)
     line = (np.minimum(one % 1, 1 - one % 1) < 0.03) | (np.minimum(other % 1, 1 - other % 1) < 0.03)

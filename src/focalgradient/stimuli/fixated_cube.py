@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.psf import DISC_K, Gaussian
 from focalgradient.render import necker_frame
@@ -146,9 +146,7 @@ def fixated_cube(
     )
 
 
-def _nearest_line(
-    vertices: NDArray[np.float64], depth: NDArray[np.float64], frame: Frame
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _nearest_line(vertices: FloatArray, depth: FloatArray, frame: Frame) -> tuple[FloatArray, FloatArray]:
     """Return, per pixel, the distance to the nearest line (px) and that line's depth; the nearer line at crossings."""
     rows, columns = frame.shape
     y, x = np.arange(rows)[:, None], np.arange(columns)[None]

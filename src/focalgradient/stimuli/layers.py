@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
@@ -49,7 +50,7 @@ def reach_of(sd_px: float) -> int:
     return math.ceil(EXTENT_SD * sd_px) + 2
 
 
-def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "beyond") -> NDArray[np.float64]:
+def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "beyond") -> FloatArray:
     """Blur a periodic picture by the exact transfer at every frequency of the grid, with unit gain at frequency 0.
 
     >>> from focalgradient.psf import Gaussian
@@ -57,7 +58,7 @@ def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "b
     >>> bool(np.isclose(blurred(wave, 2.0, Gaussian())[0, 0], np.exp(-2 * (np.pi * 2.0 * 0.125) ** 2)))
     True
     """
-    light: NDArray[np.float64] = np.asarray(image, np.float64)
+    light: FloatArray = np.asarray(image, np.float64)
     if sd_px == 0:
         return light
     rows, columns = light.shape
@@ -65,9 +66,7 @@ def blurred(image: NDArray[np.floating], sd_px: float, psf: Psf, side: Side = "b
     return fft.irfft2(fft.rfft2(light) * (np.conj(otf) if side == "nearer" else otf), s=light.shape)
 
 
-def coverage(
-    fine: NDArray[np.floating], factor: int, sd_px: float, psf: Psf, side: Side = "beyond"
-) -> NDArray[np.float64]:
+def coverage(fine: NDArray[np.floating], factor: int, sd_px: float, psf: Psf, side: Side = "beyond") -> FloatArray:
     """Return the blurred coverage of pixels, 0 to 1, from coverage on a grid finer by `factor`."""
     spread = np.clip(blurred(fine, sd_px * factor, psf, side), 0, 1)
     rows, columns = fine.shape
@@ -79,7 +78,7 @@ def fineness(sd_px: float) -> int:
     return FINE_FACTOR if 0 < sd_px < COARSE_PX else 1
 
 
-def noise(shape: tuple[int, int], seed: Any, slope: float = NATURAL_SLOPE) -> NDArray[np.float64]:
+def noise(shape: tuple[int, int], seed: Any, slope: float = NATURAL_SLOPE) -> FloatArray:
     """Return a periodic Gaussian random texture with mean 0, standard deviation 1 and amplitude spectrum 1/f^slope.
 
     It is clipped at 3 standard deviations, then standardised again.
@@ -91,13 +90,13 @@ def noise(shape: tuple[int, int], seed: Any, slope: float = NATURAL_SLOPE) -> ND
     return standard(np.clip(random_field(shape, seed, slope=slope), -CLIP, CLIP))
 
 
-def standard(field: NDArray[np.float64]) -> NDArray[np.float64]:
+def standard(field: FloatArray) -> FloatArray:
     """Return a field standardised to mean 0 and standard deviation 1; 0 if it is uniform."""
     spread = float(field.std())
     return (field - field.mean()) / spread if spread > 0 else np.zeros(field.shape)
 
 
-def same_spectrum(picture: NDArray[np.float64], of: NDArray[np.float64]) -> NDArray[np.float64]:
+def same_spectrum(picture: FloatArray, of: FloatArray) -> FloatArray:
     """Return a picture with the amplitude spectrum of another and its own phase spectrum.
 
     >>> one, other = noise((32, 32), 1), noise((32, 32), 2)
@@ -120,9 +119,7 @@ def check_equalise(equalise: Any) -> tuple[str, ...]:
     return tuple(name for name in Equal if name in names)
 
 
-def equalised(
-    picture: NDArray[np.float64], sharp: NDArray[np.float64], equalise: Sequence[str], mean: float
-) -> NDArray[np.float64]:
+def equalised(picture: FloatArray, sharp: FloatArray, equalise: Sequence[str], mean: float) -> FloatArray:
     """Return a picture equalised to its sharp version in amplitude spectrum, mean luminance and RMS contrast.
 
     Raises

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
@@ -208,7 +209,7 @@ def _leaves(
         )
 
 
-def _variance(kernel: NDArray[np.float64]) -> float:
+def _variance(kernel: FloatArray) -> float:
     """Return the variance along an axis in px^2."""
     place = np.arange(len(kernel)) - len(kernel) // 2
     return float(kernel.sum(axis=0) @ place**2)
@@ -220,7 +221,7 @@ class _Spread:
 
     sd: float
     reach: int
-    kernel: NDArray[np.float64] | None
+    kernel: FloatArray | None
 
     @classmethod
     def of(cls, sd: float, psf: Psf, side: Side) -> _Spread:
@@ -236,11 +237,11 @@ class _Spread:
             kernel = kernel[::-1, ::-1]
         return cls(sd, len(kernel) // 2 + 1, kernel)
 
-    def __call__(self, light: NDArray[np.float64]) -> NDArray[np.float64]:
+    def __call__(self, light: FloatArray) -> FloatArray:
         """Blur a part of a picture that is zero within the kernel's extent of its border."""
         if self.kernel is None:
             return light
-        spread: NDArray[np.float64] = fftconvolve(light, self.kernel, mode="same")
+        spread: FloatArray = fftconvolve(light, self.kernel, mode="same")
         return np.maximum(spread, 0)
 
 
@@ -253,7 +254,7 @@ class _Plane:
         self.blurred = np.zeros(shape)
 
 
-Made = tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.int_], NDArray[np.float64]]
+Made = tuple[FloatArray, FloatArray, NDArray[np.int_], FloatArray]
 """A picture; the same without blur; per pixel, the index of the blur that contributes most, and the smallest visible
 blur (px), since a sharp leaf may show through another's blurred edge."""
 
@@ -311,7 +312,7 @@ def _composed(
 
 def _cover(
     leaf: _Leaf, reach: int, pad: int, canvas: tuple[int, int]
-) -> tuple[tuple[slice, slice], NDArray[np.float64]] | tuple[None, NDArray[np.float64]]:
+) -> tuple[tuple[slice, slice], FloatArray] | tuple[None, FloatArray]:
     """Return the part of the canvas within a leaf's reach, and its anti-aliased coverage there."""
     half = math.ceil(leaf.long) + reach + 1
     first = math.floor(leaf.y) + pad - half, math.floor(leaf.x) + pad - half

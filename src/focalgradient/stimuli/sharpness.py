@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import maximum_filter, minimum_filter, uniform_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.optics import Optics
 from focalgradient.psf import Disc, Psf, PsfName, psf_of
 from focalgradient.psf.profile import steepest_slope
@@ -163,7 +164,7 @@ def sharpest(
     return _worst(light, bound + 6 * noise + 1e-6 * float(np.abs(light).max()))
 
 
-def _occlusion_boundaries(vergence: NDArray[np.float64], radius_per_dioptre: float) -> NDArray[np.bool_]:
+def _occlusion_boundaries(vergence: FloatArray, radius_per_dioptre: float) -> NDArray[np.bool_]:
     """Return where a surface occludes another whose blur differs by at least one pixel of the picture; H x W."""
     before = np.zeros(vergence.shape, bool)
     for axis in (0, 1):
@@ -174,14 +175,14 @@ def _occlusion_boundaries(vergence: NDArray[np.float64], radius_per_dioptre: flo
     return before
 
 
-def _noise(residual: NDArray[np.floating]) -> NDArray[np.float64]:
+def _noise(residual: NDArray[np.floating]) -> FloatArray:
     """Return the local standard deviation of noise, H x W, at least that of the whole picture."""
     # Over 5 x 5 pixels, so that six standard deviations exceed the contribution of one stray sample.
     around = uniform_filter(residual**2.0, 5, mode="nearest")
     return np.sqrt(np.maximum(around, np.mean(residual**2.0)))
 
 
-def _allowed(sd_px: NDArray[np.float64], psf: Psf, lines: bool = False) -> NDArray[np.float64]:
+def _allowed(sd_px: FloatArray, psf: Psf, lines: bool = False) -> FloatArray:
     """Return the largest gradient that blur of this standard deviation allows, as a fraction of the range."""
     peak = steepest_slope(psf) * psf.sd_per_radius
     # Blur finer than a pixel acts like any shape of the same standard deviation.
@@ -189,7 +190,7 @@ def _allowed(sd_px: NDArray[np.float64], psf: Psf, lines: bool = False) -> NDArr
     return np.minimum(1.0, slope / np.sqrt(sd_px**2 + PIXEL_VARIANCE))
 
 
-def _worst(light: NDArray[np.floating], allowed: NDArray[np.float64]) -> dict[str, Any]:
+def _worst(light: NDArray[np.floating], allowed: FloatArray) -> dict[str, Any]:
     """Return the largest change between neighbouring pixels relative to the larger of their limits, and where it is."""
     worst, place = 0.0, (0, 0)
     for axis in (0, 1):

@@ -10,6 +10,7 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_arguments, check_fields, check_number, check_seed
 from focalgradient.optics import Side, distance_of_blur
 from focalgradient.psf import Disc, Psf, PsfName, psf_from, psf_of
@@ -108,10 +109,10 @@ class Stimulus:
     """
 
     name: str
-    picture: NDArray[np.float64]
-    sharp: NDArray[np.float64]
-    depth_m: NDArray[np.float64]
-    blur_arcmin: NDArray[np.float64]
+    picture: FloatArray
+    sharp: FloatArray
+    depth_m: FloatArray
+    blur_arcmin: FloatArray
     masks: Mapping[str, Region]
     pixel_angle: float
     parameters: Mapping[str, Any]
@@ -125,7 +126,7 @@ class Stimulus:
         return height, width
 
     @property
-    def blur_px(self) -> NDArray[np.float64]:
+    def blur_px(self) -> FloatArray:
         """Standard deviation of the blur in pixels at the picture's centre, H x W."""
         return self.blur_arcmin * ARCMIN / self.pixel_angle
 
@@ -173,7 +174,7 @@ class Frame:
             )
         return self.pixels(arcmin) if self.pixels(arcmin) > MIN_MAGNITUDE else 0.0
 
-    def grid(self, rim: int = 0) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def grid(self, rim: int = 0) -> tuple[FloatArray, FloatArray]:
         """Return pixel coordinates relative to the centre, with a margin of `rim` pixels: down, H x 1; right, 1 x W."""
         height, width = (np.arange(-rim, side + rim, dtype=float) - (side - 1) / 2 for side in self.shape)
         return height[:, None], width[None]
@@ -190,7 +191,7 @@ def _check_light(mean: float, contrast: float, seed: int, peak: float) -> None:
         )
 
 
-def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> NDArray[np.float64]:
+def depth_of_blur(blur_arcmin: ArrayLike, side: Side, *, focus_m: float, pupil_mm: float) -> FloatArray:
     """Return the distance (m) whose blur has this standard deviation: 4 sd = pupil x defocus.
 
     Parameters
@@ -278,12 +279,12 @@ class Drawing:
     def stimulus(
         self,
         *,
-        picture: NDArray[np.float64],
-        sharp: NDArray[np.float64],
-        depth: NDArray[np.float64],
-        blur: NDArray[np.float64],
+        picture: FloatArray,
+        sharp: FloatArray,
+        depth: FloatArray,
+        blur: FloatArray,
         masks: Mapping[str, Region],
-        allowed_px: NDArray[np.float64] | None = None,
+        allowed_px: FloatArray | None = None,
         lines: bool = False,
         **stated: Any,
     ) -> Stimulus:

@@ -7,8 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_arguments, check_finite, check_seed
 from focalgradient.optics import Aperture, Optics, check_optics
 from focalgradient.render import blur_picture
@@ -36,7 +37,7 @@ __all__ = ["corrugated_plane", "miniature", "slanted_plane"]
 Texturing = Literal["painted", "projected"]
 """Texture attached to the surface ("painted"), or projected from the eye, with equal angular scale everywhere."""
 
-Distance = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+Distance = Callable[[FloatArray, FloatArray], FloatArray]
 """Function that returns a surface's distance in metres from the tangents down (H x 1) and right (1 x W)."""
 
 COARSEST_DEG = 1.0
@@ -118,7 +119,7 @@ def slanted_plane(
         raise InputError(f"slant_deg is {slant_deg:g}, but must be below 90: a plane of 90 degrees is seen edge-on.")
     slope, tilt = math.tan(math.radians(slant_deg)), math.radians(tilt_deg)
 
-    def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def depth(down: FloatArray, right: FloatArray) -> FloatArray:
         rest = 1 - slope * (right * math.cos(tilt) - down * math.sin(tilt))
         if rest.min() <= 1e-6:
             raise InputError(
@@ -202,7 +203,7 @@ def corrugated_plane(
         raise InputError(f"amplitude_m is {amplitude_m:g}, but must be below 0.9 of distance_m, {distance_m:g}.")
     turn = math.radians(orientation_deg)
 
-    def depth(down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+    def depth(down: FloatArray, right: FloatArray) -> FloatArray:
         degrees = np.degrees(down * math.cos(turn) + right * math.sin(turn))
         wave = np.sin(2 * math.pi * cycles_per_degree * degrees + math.radians(phase_deg))
         return distance_m + amplitude_m * wave
@@ -248,12 +249,12 @@ def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
     return Aperture(pupil_mm / 1000, 1 / focus_m)
 
 
-def _blur_map(optics: Optics, metres: NDArray[np.float64]) -> NDArray[np.float64]:
+def _blur_map(optics: Optics, metres: FloatArray) -> FloatArray:
     """Return the standard deviation of the blur in arcmin: half the disc's radius."""
     return optics.aperture_diameter / 4 * np.abs(optics.focus_vergence - 1 / metres) / ARCMIN
 
 
-def _widest(optics: Optics, metres: NDArray[np.float64], frame: Frame, cause: str, remedy: str) -> float:
+def _widest(optics: Optics, metres: FloatArray, frame: Frame, cause: str, remedy: str) -> float:
     """Return the largest blur radius in pixels; raise `InputError` if it exceeds a quarter of the picture."""
     widest = 2 * float(_blur_map(optics, metres).max()) * ARCMIN / frame.pixel_angle
     if widest > max(frame.shape) / 4:
@@ -265,8 +266,8 @@ def _widest(optics: Optics, metres: NDArray[np.float64], frame: Frame, cause: st
 
 
 def _texture(
-    depth: Distance, down: NDArray[np.float64], right: NDArray[np.float64], pixel: float, distance_m: float, seed: int
-) -> NDArray[np.float64]:
+    depth: Distance, down: FloatArray, right: FloatArray, pixel: float, distance_m: float, seed: int
+) -> FloatArray:
     """Return fractal texture of a surface with detail down to the pixel size, averaged over each pixel."""
     total = np.zeros(np.broadcast(down, right).shape)
     offsets = (np.arange(SAMPLES) - (SAMPLES - 1) / 2) * pixel / SAMPLES
@@ -282,7 +283,7 @@ def _texture(
     return total
 
 
-def _standard(field: NDArray[np.float64], inside: tuple[slice, slice]) -> NDArray[np.float64]:
+def _standard(field: FloatArray, inside: tuple[slice, slice]) -> FloatArray:
     """Return a field standardised to mean 0 and standard deviation 1 within a part of it."""
     part = field[inside]
     return (field - part.mean()) / part.std()
@@ -395,7 +396,7 @@ def miniature(
     )
 
 
-def _plane_ends(vergence: NDArray[np.float64], axis: int, ends: tuple[float, float]) -> tuple[float, float]:
+def _plane_ends(vergence: FloatArray, axis: int, ends: tuple[float, float]) -> tuple[float, float]:
     """Return the vergence of a plane at the first and last row or column, sloped in the scene's direction."""
     highest, lowest = ends
     along = vergence.mean(axis=1 - axis)

@@ -7,6 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.stimuli.layers import noise
 
 __all__ = ["draw_town"]
@@ -33,7 +34,7 @@ MIN_HOUSE_DISTANCE = 0.2
 """Distance, relative to the town's centre, within which houses are omitted."""
 
 
-def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def draw_town(shape: tuple[int, int], field: float, seed: int) -> tuple[FloatArray, FloatArray]:
     """Draw a town as seen through a pinhole.
 
     Parameters
@@ -99,10 +100,10 @@ def _shade(axis: int, sign: float) -> float:
 
 
 def _part(
-    low: NDArray[np.float64],
-    high: NDArray[np.float64],
-    axes: NDArray[np.float64],
-    eye: NDArray[np.float64],
+    low: FloatArray,
+    high: FloatArray,
+    axes: FloatArray,
+    eye: FloatArray,
     pixel: float,
     shape: tuple[int, int],
 ) -> tuple[slice, slice] | None:
@@ -119,9 +120,7 @@ def _part(
     return slice(first[0], last[0]), slice(first[1], last[1])
 
 
-def _hit(
-    low: NDArray[np.float64], high: NDArray[np.float64], ways: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.int_]]:
+def _hit(low: FloatArray, high: FloatArray, ways: FloatArray) -> tuple[FloatArray, NDArray[np.int_]]:
     """Return where rays from the origin enter a box, in multiples of their `ways` (inf: miss), and the axis crossed."""
     safe = np.where(np.abs(ways) < 1e-12, 1e-12, ways)
     one, other = low / safe, high / safe

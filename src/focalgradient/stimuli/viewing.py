@@ -38,7 +38,8 @@ RESIDUALS = ("residual", "unlimited", "scene_shown", "alike")
 class Seen(NamedTuple):
     """A picture as seen: linear radiance, radius of its largest blur disc in pixels, and residual errors if shown.
 
-    ``residuals`` are those of `focalgradient.eye.ChromaticStimulus`, if ``light`` is what a display must show.
+    The largest blur of an astigmatic eye is that in its more blurred meridian. ``residuals`` are those of
+    `focalgradient.eye.ChromaticStimulus`, if ``light`` is what a display must show.
     """
 
     light: NDArray[np.float32]
@@ -162,7 +163,9 @@ class Viewing:
             If a value is out of range, or colour-science is not installed for the requested wavelengths.
         """
         light, metres, angle = picture.light, picture.metres, picture.pixel_angle
-        defocus = float(np.abs(self.optics.focus_vergence - 1 / metres).max())
+        optics = self.optics
+        foci = optics.meridian_vergences if isinstance(optics, Eye) else (optics.focus_vergence,)
+        defocus = max(float(np.abs(focus - 1 / metres).max()) for focus in foci)
         largest = float(defocus * self.optics.aperture_diameter / 2 / angle)
         if not self.chromatic:
             seen = blur_picture(light, metres, self.optics, pixel_angle=angle, psf=self.psf, progress=progress)

@@ -6,8 +6,8 @@ import math
 from typing import Annotated, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_arguments
 from focalgradient.optics import Side
 from focalgradient.stimuli.layers import blurred, reach_of
@@ -169,6 +169,6 @@ def wide_field(
     )
 
 
-def _ramp(inside: NDArray[np.float64], width: float) -> NDArray[np.float64]:
+def _ramp(inside: FloatArray, width: float) -> FloatArray:
     """Return a raised cosine of this width: 0.5 at 0, 1 inside."""
     return 0.5 + 0.5 * np.sin(math.pi * np.clip(inside / width, -0.5, 0.5))

@@ -56,8 +56,9 @@ def check_task(
 
     Every page has its texts. The trials of two participants are made twice and must be the same. If they are described
     as data, each has a picture of 8 bits that fits the screen and is the same when it is drawn again, and a valid
-    control; each end of the control, and each further question, gives an answer that can be recorded. The simulated
-    answers of an `observer` are of the task's class and the same for the same seed. Trials are tried for `SECONDS`.
+    control; each end of the control, and each further question, gives an answer that can be recorded, and after which
+    `adapted` gives the next trial. The simulated answers of an `observer` are of the task's class and the same for the
+    same seed. Trials are tried for `SECONDS`.
 
     Parameters
     ----------
@@ -95,7 +96,7 @@ def check_task(
             shown = checked.call("adapted", checked.task.adapted, design, trial, ())
             if checked.task.described and not checked.task.adjusts:
                 seed = design.noise_seed(participant, trial)
-                control = checked.answers(shown, participant)
+                control = checked.answers(trial, shown, participant)
                 if stimuli is not None or not checked.task.needed(design):
                     above = room and (room[0], int(ABOVE_LABELS * room[1])) if isinstance(control, Held) else room
                     checked.pictures(shown, seed, pixels_per_degree, above, stimuli)
@@ -259,8 +260,11 @@ class _Checked:
             self.need(len(control.ways) == 2, f"{name} has {len(control.ways)} ways, but must have 2")
         return control
 
-    def answers(self, trial: Any, participant: str) -> Control | Held | OwnControl:
-        """Check that the control's ends give answers within the limits of their columns; return the control."""
+    def answers(self, planned: Any, trial: Any, participant: str) -> Control | Held | OwnControl:
+        """Check that the control's ends give answers within the limits of their columns; return the control.
+
+        After each answer the `planned` trial is adapted again.
+        """
         control = self.call("control", control_of, self.task, self.design, self.words, trial, participant)
         if isinstance(control, Held):
             fits = 0 < len({*control.keys}) == len(control.keys) == len(control.labels)
@@ -281,6 +285,9 @@ class _Checked:
                     self.need(cell_test(column)(given), f"{column.name} is {given!r}, but must be {column.expected}")
             if self.task.check_answer is not None:
                 self.call("check_answer", self.task.check_answer, self.design, trial, answer)
+            if self.task.adapts:
+                recorded = [{**dataclasses.asdict(trial), **dataclasses.asdict(answer)}]
+                self.call("adapted", self.task.adapted, self.design, planned, recorded)
         return control
 
     def further(self, trial: Any) -> None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 from scipy.ndimage import gaussian_filter
 
+from focalgradient.arrays import FloatArray
 from focalgradient.depth.filters import Floats, Image
 from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.read import parabola_minimum
@@ -270,7 +271,7 @@ def estimate(problem: Problem) -> Estimate:
     )
 
 
-def _local_spread(values: Floats, window: float) -> NDArray[np.float64]:
+def _local_spread(values: Floats, window: float) -> FloatArray:
     """Return the standard deviation of values within a Gaussian window, in blocks."""
     middle = np.asarray(values, float) - float(np.median(values))
     square = gaussian_filter(middle**2, window) - gaussian_filter(middle, window) ** 2

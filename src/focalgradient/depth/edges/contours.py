@@ -50,7 +50,7 @@ def find_contours(
         pixels, the Gaussian of the search removed; and number of the contour, whose points follow each other.
     """
     taken = np.zeros(image.shape, np.bool_)
-    found: list[NDArray[np.float64]] = []
+    found: list[FloatArray] = []
     counts: list[NDArray[np.intp]] = []
     for scale in SCALES:
         if min(image.shape) < 4 * scale:

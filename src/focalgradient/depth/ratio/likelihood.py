@@ -194,7 +194,7 @@ def likeliest_defocus(
     brightness: Image,
     noise: Image,
     span: float,
-    defocus: NDArray[np.float64],
+    defocus: FloatArray,
     covariance: tuple[Tables, ...],
     least: float,
 ) -> tuple[Image, Image, Image]:
