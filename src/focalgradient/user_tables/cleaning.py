@@ -128,7 +128,7 @@ def note_groups(
             notices.append(f"{shown} is not analysed: compare the groups with {compared}.")
 
 
-def few_levels(cells: pd.DataFrame, within: Sequence[pd.Series[str]]) -> dict[str, str]:
+def few_levels(cells: pd.DataFrame, within: list[pd.Series[str]]) -> dict[str, str]:
     """Return the columns that may be conditions within people, each with its few levels in words.
 
     They have values in all rows, and several values `within` a person, or within the levels of further columns.

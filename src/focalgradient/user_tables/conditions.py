@@ -214,7 +214,7 @@ def _levels_in_columns(source: Source, measure: str) -> tuple[Source, str]:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
     parts = [
         source.cells.drop(columns=wide)
-        .assign(**{stem: levels[name], "rating": source.cells[name], "column": name})
+        .assign(**{stem: levels[name], "column": name}, rating=source.cells[name])
         .set_index("column", append=True)
         for name in wide
     ]
