@@ -383,7 +383,7 @@ def shared_conditions(rows: pd.DataFrame, factors: Sequence[str]) -> list[str]:
 
     Levels of others, such as random amounts of blur, cannot be compared between subjects.
 
-    >>> rows = pd.DataFrame({"participant_id": [*"AABB"], "eye": [*"LRLR"], "sd": [1, 2, 3, 4]})
+    >>> rows = pd.DataFrame({"participant_id": [*"AABBCC"], "eye": [*"LRLRLR"], "sd": range(6)})
     >>> shared_conditions(rows, ["eye", "sd"])
     ['eye']
     """
