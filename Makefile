@@ -23,7 +23,7 @@ run := .venv/bin/python
 # the examples of docstrings last.
 pytest := $(run) -m pytest --numprocesses $$($(run) -c "import os; print(1 + os.cpu_count())") --dist loadfile --no-loadscope-reorder
 
-.PHONY: setup reproduce lint test test-slow test-all test-kernels docs links clean
+.PHONY: setup reproduce lint types types-of-tests test test-slow test-all test-kernels docs links clean
 
 setup:
 	@requirements/setup.sh setup
@@ -36,7 +36,12 @@ lint:
 	@requirements/setup.sh test
 	$(run) -m ruff check
 	$(run) -m ruff format --check
+	@$(MAKE) --no-print-directory --jobs 2 --output-sync types types-of-tests
+
+types:
 	$(run) -m mypy
+
+types-of-tests:
 	$(run) -m mypy --config-file tests/mypy.ini
 
 test:

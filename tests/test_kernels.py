@@ -29,9 +29,12 @@ REPORTS = "ratings", "incomplete", "own_steps", "comparisons", "cube", "threshol
 
 KERNELS: Mapping[str, Mapping[str, str]] = {
     "Haswell": {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "AVX512F"},
-    "Prescott": {"OPENBLAS_CORETYPE": "Prescott", "NPY_DISABLE_CPU_FEATURES": "AVX2 FMA3 AVX512F"},
+    "Prescott, two threads": {
+        "OPENBLAS_CORETYPE": "Prescott",
+        "NPY_DISABLE_CPU_FEATURES": "AVX2 FMA3 AVX512F",
+        "OPENBLAS_NUM_THREADS": "2",
+    },
     "SkylakeX": {"OPENBLAS_CORETYPE": "SkylakeX"},
-    "two threads": {"OPENBLAS_CORETYPE": "Haswell", "OPENBLAS_NUM_THREADS": "2"},
 }
 """Environment of each process; the first is the reference."""
 
