@@ -199,7 +199,7 @@ def condition_part(
         ]
         + [
             f"{lacking} of the {people} {who}s lack answers at some levels of {few(shared)}: means over these are "
-            "least-squares means, as if their effects add."
+            "least-squares means, as if their effects add, or plain means where nobody's answers connect the levels."
         ]
         * (lacking > 0)
         + [

@@ -340,8 +340,8 @@ def subject_cells(
 ) -> pd.DataFrame:
     """Return the mean answer of each subject (row) at each level of the factor of a test (column).
 
-    Means over the other conditions are least-squares means where a subject lacks some of them: see
-    `shared_conditions`.
+    Means over the other conditions (`shared_conditions`) are least-squares means where a subject lacks some of them,
+    and plain means where no subject's answers connect the levels.
 
     Parameters
     ----------
@@ -368,14 +368,16 @@ def subject_cells(
         return shown
     by_other = cells.groupby([*by, test.factor, *others]).mean().unstack(others)
     if shown.notna().sum(axis=1).max() == 1:  # subjects have one level each
-        means = _over_columns(by_other)
-        return means.unstack(test.factor) if by_other.isna().any(axis=None) else shown
-    for unit, own in by_other.groupby([*by]):
-        seen = own.dropna(axis=1, how="all")
-        if seen.isna().any(axis=None):
-            means = _over_columns(seen)
-            shown.loc[unit if len(by) > 1 else unit[0], means.index.get_level_values(test.factor)] = means.to_numpy()
-    return shown
+        adjusted = _over_columns(by_other).unstack(test.factor) if by_other.isna().any(axis=None) else shown
+    else:
+        adjusted = shown.copy()
+        for unit, own in by_other.groupby([*by]):
+            seen = own.dropna(axis=1, how="all")
+            if seen.isna().any(axis=None):
+                means = _over_columns(seen)
+                levels = means.index.get_level_values(test.factor)
+                adjusted.loc[unit if len(by) > 1 else unit[0], levels] = means.to_numpy()
+    return adjusted if adjusted.notna().any(axis=None) else shown
 
 
 def shared_conditions(rows: pd.DataFrame, factors: Sequence[str]) -> list[str]:

@@ -24,19 +24,17 @@ means <- function(answer, ratio, factor, factors, rows = d) {  # people x levels
   made <- tapply(of$x, list(who, of[[factor]]), mean)
   others <- setdiff(shared(factors), factor)
   if (!length(others)) return(made)
-  other <- interaction(of[others], drop = TRUE)
+  other <- as.character(interaction(of[others], drop = TRUE)); adjusted <- made
   if (max(rowSums(!is.na(made))) == 1) {
-    if (!all(table(who, other) > 0)) made[] <- ifelse(is.na(made), NA, over(of$x, who, other)[rownames(made)])
-    return(made)
-  }
-  for (one in unique(who)) {
+    if (!all(table(who, other) > 0)) adjusted[] <- ifelse(is.na(made), NA, over(of$x, who, other)[rownames(made)])
+  } else for (one in unique(who)) {
     own <- who == one
-    if (any(table(at[own], as.character(other[own])) == 0)) {
-      of_one <- over(of$x[own], at[own], as.character(other[own]))
-      made[one, match(names(of_one), as.character(colnames(made)))] <- of_one
+    if (any(table(at[own], other[own]) == 0)) {
+      of_one <- over(of$x[own], at[own], other[own])
+      adjusted[one, match(names(of_one), as.character(colnames(made)))] <- of_one
     }
   }
-  made
+  if (all(is.na(adjusted))) made else adjusted  # plain means where nobody's answers connect the levels
 }
 slopes <- function(of) {  # of each person
   x <- as.numeric(colnames(of))
