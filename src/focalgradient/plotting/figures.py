@@ -144,10 +144,10 @@ def add_axes_mm(figure: Figure, left: float, bottom: float, width: float, height
     return figure.add_axes((left / wide, 1 - bottom / high, width / wide, height / high), **options)
 
 
-def log_ticks(axis: Axis) -> None:
-    """Label a logarithmic axis at 1, 2 and 5 of each decade."""
+def log_ticks(axis: Axis, steps: Sequence[int] = (1, 2, 5)) -> None:
+    """Label a logarithmic axis at these steps of each decade."""
     # A LogLocator would turn to other steps where less than a decade is shown.
-    axis.set_major_locator(FixedLocator([step * 10.0**decade for decade in range(-9, 10) for step in (1, 2, 5)]))
+    axis.set_major_locator(FixedLocator([step * 10.0**decade for decade in range(-9, 10) for step in steps]))
     axis.set_minor_locator(NullLocator())
     axis.set_major_formatter(FuncFormatter(lambda value, place: f"{value:g}"))
 

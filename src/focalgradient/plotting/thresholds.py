@@ -25,6 +25,10 @@ from focalgradient.statistics import Interval, SubjectThreshold, ThresholdFit, T
 __all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", "person_figure", "threshold_figure"]
 
 
+MOST_RANGE = 30
+"""Ratio of levels above which a panel has no room for ticks at 1, 2 and 5 of each decade."""
+
+
 def threshold_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None) -> Figure:
     """Draw psychometric functions and thresholds of all participants; several conditions, by name, differ in colour.
 
@@ -55,7 +59,10 @@ def person_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool,
                 )
                 draw_functions(panel, only, colour=_colour(conditions, name) or COLOURS[0], label=name)
             panel.set(xlabel="", ylabel="", title=shortened(person))
-        logarithmic(panels[0], [value for result in conditions.values() for value in _levels(result)])
+        levels = [value for result in conditions.values() for value in _levels(result)]
+        logarithmic(panels[0], levels)
+        if levels and max(levels) > MOST_RANGE * min(levels):
+            log_ticks(panels[0].xaxis, (1, 3))
         if len(conditions) > 1:
             figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
         figure.supxlabel(level or _axis(next(iter(conditions.values()))), fontsize=8)
