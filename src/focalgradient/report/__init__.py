@@ -159,7 +159,7 @@ def make_report(
     settings: dict[str, Any] = {"bound": bound, "scale": scale, "bayes": bayes, "focal_length_mm": focal_length_mm}
     settings |= {"by": tuple(by), "order": tuple(order), "guess_rate": guess_rate}
     if root.is_file():
-        files = chosen_rows(given or read_table(paths), where)
+        files = chosen_rows(given or read_table(paths), where, (columns or {}).values())
         kind = kind_of(files, columns, by)
         refuse_unused(root.name, f"contains {kind.what}", settings, kind.settings)
         if order and scale is None and kind.what == RATINGS:

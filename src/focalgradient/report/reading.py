@@ -19,7 +19,7 @@ from focalgradient.report.thresholds import thresholds_of_table
 from focalgradient.scales import Choices
 from focalgradient.statistics import OwnRatings, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.conditions import holds_conditions, read_conditions
-from focalgradient.user_tables.files import Paths, UserTable, chosen_rows, read_table, without_empty
+from focalgradient.user_tables.files import Paths, UserTable, chosen_rows, read_table
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
@@ -109,11 +109,7 @@ KINDS = (
 
 
 def kind_of(table: UserTable, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
-    """Return the kind of a table; `by` conditions, answers at levels or ratings are analysed.
-
-    Of chosen rows, columns without a cell do not count.
-    """
-    table = without_empty(table, [*(columns or {}).values()]) if table.chosen else table
+    """Return the kind of a table; `by` conditions, answers at levels or ratings are analysed."""
     found = next(kind for kind in KINDS if kind.holds(table, columns))
     return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found
 
@@ -151,7 +147,7 @@ def explained_table(
     InputError
         If the table cannot be read; if its columns can be named, after their lines and those of missing ones.
     """
-    table = chosen_rows(read_table(paths), where)
+    table = chosen_rows(read_table(paths), where, (columns or {}).values())
     kind = kind_of(table, columns, by)
     given = {
         "columns": columns,

@@ -28,7 +28,6 @@ __all__ = [
     "person_of",
     "read_table",
     "text_table",
-    "without_empty",
 ]
 
 SUBJECT = re.compile(r"sub-[^_]+_")
@@ -62,8 +61,6 @@ class UserTable:
         Assumptions, one sentence each.
     lacking
         Columns that only some of the files have, with a file that lacks them.
-    chosen
-        Whether only rows of some values were kept.
     """
 
     paths: tuple[Path, ...]
@@ -71,7 +68,6 @@ class UserTable:
     cells: pd.DataFrame
     notes: tuple[str, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
-    chosen: bool = False
 
 
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
@@ -116,10 +112,15 @@ def read_table(paths: Paths | Sequence[Paths]) -> UserTable:
     return UserTable(files, name, cells, _united_notes(tables), lacking)
 
 
-def chosen_rows(table: UserTable, where: Where | None) -> UserTable:
-    """Return the table with the rows whose columns have one of the values of `where`, which is noted."""
+def chosen_rows(table: UserTable, where: Where | None, named: Collection[str] = ()) -> UserTable:
+    """Return the table with the rows whose columns have one of the values of `where`, which is noted.
+
+    Columns that are empty in all chosen rows are left out, but for those `named`.
+    """
+    if not where:
+        return table
     by_name = {clean(str(column)).casefold(): column for column in table.cells}
-    for column, given in (where or {}).items():
+    for column, given in where.items():
         cells, values = table.cells, [given] if isinstance(given, str) else [*given]
         theirs = by_name.get(clean(column).casefold())
         if theirs is None:
@@ -132,12 +133,7 @@ def chosen_rows(table: UserTable, where: Where | None) -> UserTable:
                 f"{few([*cells[theirs]])}."
             )
         note = f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}."
-        table = replace(table, cells=cells[kept].copy(), notes=(*table.notes, note), chosen=True)
-    return table
-
-
-def without_empty(table: UserTable, named: Collection[str] = ()) -> UserTable:
-    """Return the table without columns that are empty in all rows, but for those `named`."""
+        table = replace(table, cells=cells[kept].copy(), notes=(*table.notes, note))
     names = {clean(name).casefold() for name in named}
     filled = [
         not table.cells[name].str.strip().str.casefold().isin([*ABSENT]).all() or clean(str(name)).casefold() in names

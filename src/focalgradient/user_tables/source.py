@@ -13,7 +13,7 @@ from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import in_steps, note_groups, without_codes, without_headers, without_summaries
-from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table, without_empty
+from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
@@ -117,8 +117,7 @@ class Source:
         if table.cells.empty:
             raise InputError(f"{table.name} has no rows below its header: give a row for each trial.")
         columns = columns or {}
-        table = chosen_rows(table, where)
-        table = without_empty(table, [*columns.values()]) if table.chosen else table
+        table = chosen_rows(table, where, columns.values())
         cells, notes = table.cells, [*table.notes]
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)
