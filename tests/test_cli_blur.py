@@ -318,6 +318,16 @@ def test_a_focus_out_of_an_eyes_reach_is_stated(folder: Path) -> None:
     assert "both give focus at 0.512m" in refused.stderr
 
 
+def test_a_flat_picture_needs_one_distance(folder: Path) -> None:
+    np.save(folder / "flat.npy", np.full((48, 64), 2.0))
+    for depth, out in ((folder / "flat.npy", "file"), (2.0, "number")):
+        succeed(folder / "picture.png", depth, "--out", folder / out, *LENS, "--focus", 1, "--field", 6)
+    light = [np.load(folder / out / "blurred-1.0m.npy") for out in ("file", "number")]
+    np.testing.assert_array_equal(*light)
+    given = ["--out", folder / "mm", *LENS, "--focus", 1, "--field", 6, "--depth-unit", "mm"]
+    assert "leave out --depth-unit" in run(folder / "picture.png", 2000, *given).stderr
+
+
 def test_the_meridians_of_an_astigmat_are_stated(folder: Path) -> None:
     given = [
         folder / "picture.png",

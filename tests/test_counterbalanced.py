@@ -27,6 +27,7 @@ from focalgradient.design import (
     weighted_staircase,
 )
 from focalgradient.design.adaptive import reversals
+from focalgradient.errors import InputError
 from focalgradient.observers import simulate
 from focalgradient.tasks import Task, register
 
@@ -190,6 +191,13 @@ class Interleaved(Task):
     def simulated(self, design, trial, observer, chance):
         right = bool(chance.random() < 0.5 + 0.49 * (1 - np.exp(-((trial.level / 0.4) ** 3))))
         return BlurAnswer(onset=0.0, response_time=0.5, level=trial.level, correct=right)
+
+
+def test_a_field_that_no_trial_has_is_refused_by_name() -> None:
+    trials = [{"phase": "main", "catch": False, "level": 0.5, "correct": True}]
+    for named, field in (({"level": "blur"}, "blur"), ({"right": "hit"}, "hit"), ({"stair": "down"}, "stair")):
+        with pytest.raises(InputError, match=f"no field '{field}'"):
+            answers_of(trials, **named)
 
 
 def test_interleaved_procedures_are_recorded_checked_and_find_the_threshold(tmp_path: Path) -> None:

@@ -96,9 +96,10 @@ def blur(
     """Image PICTURE through a lens or an eye, with DEPTH giving the distance of each pixel.
 
     PICTURE is a PNG, JPEG, TIFF, EXR or .npy file, sharp everywhere. DEPTH is a .npy, EXR, PFM or floating-point TIFF
-    file, or an integer PNG with --depth-scale: distances in metres unless --depth-unit states another unit. The optics
-    are --f-number and --focal-length, or --pupil, or --eye; the size of a pixel is --field, or --pixel-pitch with a
-    lens, or that of the display (--display, or --screen-width and --distance).
+    file, or an integer PNG with --depth-scale: distances in metres unless --depth-unit states another unit; or, of a
+    flat picture, its distance in metres, such as 2. The optics are --f-number and --focal-length, or --pupil, or --eye;
+    the size of a pixel is --field, or --pixel-pitch with a lens, or that of the display (--display, or --screen-width
+    and --distance).
 
     For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light (an
     eye that cannot focus at M: M is its nearest possible focus); also
@@ -158,6 +159,7 @@ def blur(
         Linear value shown at full display luminance.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     start = time.perf_counter()
+    from focalgradient.eye.chromatic import REFERENCE_NM
     from focalgradient.stimuli.sets import npy
 
     click.get_current_context().with_resource(given_as(NAMED))
@@ -217,6 +219,7 @@ def blur(
     }
     last = {"summary.json": summary_json(summary)}
     where = " in the more blurred meridian" if any(map(is_astigmatic, states.get("eyes", []))) else ""
+    where += f" at {REFERENCE_NM:g} nm" if chromatic else ""
     write_set(out, last if several else files | last, "summary.json", names)
     show(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, get_args
@@ -152,7 +153,7 @@ def read_picture_and_depth(
     source = click.get_current_context().get_parameter_source("depth_unit")
     return fg.photographs.read_depth_picture(
         picture,
-        depth,
+        _depth_of(depth),
         field=None if field is None else math.radians(field),
         pixel_pitch=None if pixel_pitch is None else 1e-6 * pixel_pitch,
         focal_length=None if focal_length is None else 1e-3 * focal_length,
@@ -160,6 +161,13 @@ def read_picture_and_depth(
         optics=optics,
         **others,
     )
+
+
+def _depth_of(given: Path) -> Path | float:
+    """Return the depth file, or the distance of a flat picture if it is a number and no such file exists."""
+    with suppress(ValueError):
+        return given if given.exists() else float(str(given))
+    return given
 
 
 def settings_given(*others: str) -> dict[str, Any]:

@@ -39,7 +39,7 @@ def answers_of(
     Raises
     ------
     InputError
-        If trials and answers have no field `level` or `right`.
+        If trials and answers have no field `level`, `right` or one of `condition`.
 
     Examples
     --------
@@ -48,11 +48,12 @@ def answers_of(
     [(0.5, True)]
     """
     trials = [trial for trial in recorded if trial["phase"] == "main" and not trial["catch"]]
-    for parameter, name in (("level", level), ("right", right)):
+    given = [f'{parameter}="NAME"' for parameter in ("level", "right")] + ["NAME=VALUE"] * len(condition)
+    for name, call in zip([level, right, *condition], given, strict=True):
         if trials and name not in trials[0]:
             raise InputError(
                 f"answers_of finds no field {name!r} in trial and answer: give the field's name, "
-                f'answers_of(recorded, {parameter}="NAME").'
+                f"answers_of(recorded, {call})."
             )
     return [
         (float(trial[level]), bool(trial[right]))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,8 +16,9 @@ from focalgradient.errors import InputError, warn
 from focalgradient.files import printable
 from focalgradient.optics import Optics
 from focalgradient.photographs.encodings import Encoding
-from focalgradient.photographs.pictures import DepthUnit, Picture, picture_of, read_distances, read_picture
+from focalgradient.photographs.pictures import DepthUnit, Distances, Picture, picture_of, read_distances, read_picture
 from focalgradient.plausibility import check_field, check_frame, check_pixel_pitch, named, picture_slip
+from focalgradient.quantities import METRES
 
 __all__ = ["DepthPair", "DepthPicture", "depth_pairs", "pixel_angle_of", "read_depth_picture"]
 
@@ -121,7 +122,7 @@ def pixel_angle_of(
 
 def read_depth_picture(
     picture: Path,
-    depth: Path,
+    depth: Path | float,
     *,
     field: float | None = None,
     pixel_pitch: float | None = None,
@@ -142,7 +143,7 @@ def read_depth_picture(
     picture, encoding
         File and encoding of the picture, as for `read_picture`.
     depth, scale, baseline, offset
-        Depth file, and the meaning of its values, as for `read_distances`.
+        Depth file, and the meaning of its values, as for `read_distances`; or the distance of a flat picture in metres.
     field, pixel_pitch, focal_length, pixel_angle
         Size of a pixel, as for `pixel_angle_of`; `pixel_angle` (rad) applies if neither `field` nor `pixel_pitch` is
         given.
@@ -179,7 +180,15 @@ def read_depth_picture(
     angle = pixel_angle_of(
         width, field=field, pixel_pitch=pixel_pitch, focal_length=focal_length, pixel_angle=pixel_angle
     )
-    found = read_distances(depth, unit or "m", scale=scale, baseline=baseline, pixel_angle=angle, offset=offset)
+    if isinstance(depth, Path):
+        found = read_distances(depth, unit or "m", scale=scale, baseline=baseline, pixel_angle=angle, offset=offset)
+    elif unit in ("m", None) and scale is None and baseline is None and not offset:
+        found = Distances(np.full((height, width), replace(METRES.si, infinite=True).value(depth, named("depth"))), 0.0)
+    else:
+        raise InputError(
+            f"{named('depth')} is a number, the distance of a flat picture in metres: leave out {named('unit')}, "
+            f"{named('scale')}, {named('baseline')} and {named('offset')}, or give a depth file."
+        )
     if found.metres.shape != (height, width):
         rows, columns = found.metres.shape
         raise InputError(
