@@ -101,6 +101,13 @@ def test_ratios_are_over_the_stated_reference(tmp_path: Path) -> None:
         read_thresholds(path, by=["where=near"])
 
 
+def test_conditions_that_are_numbers_keep_their_column_and_order(tmp_path: Path) -> None:
+    table = answers(1, 1).drop(columns=["interval", "response"]).rename(columns={"where": "ecc_deg"})
+    path = write(tmp_path, table.assign(ecc_deg=[(10, 0, 5)[at % 3] for at in range(len(table))]))
+    assert read_thresholds(path, by=["ecc_deg"]).conditions == ["ecc_deg 0", "ecc_deg 5", "ecc_deg 10"]
+    assert read_thresholds(path, by=["ecc_deg=5"]).conditions[-1] == "ecc_deg 5"
+
+
 def test_words_counts_and_intervals_are_the_same_answers(tmp_path: Path) -> None:
     table = answers(people=1, repeats=4)
     plain = read_thresholds(write(tmp_path, table[["subject", "level", "correct"]])).table

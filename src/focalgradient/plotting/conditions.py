@@ -10,7 +10,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from focalgradient.plotting.figures import BLUE, draw_means, laid_out
+from focalgradient.plotting.figures import BLUE, draw_means, laid_out, round_ticks
 from focalgradient.statistics import ConditionTest, Effect
 
 __all__ = ["condition_figure", "draw_condition"]
@@ -51,6 +51,8 @@ def draw_condition(ax: Axes, test: ConditionTest, *, units: Mapping[str, str]) -
     levels = [*points]
     numbers = len(levels) >= 3 and all(isinstance(level, int | float | np.number) for level in levels)
     places = [float(level) for level in levels] if numbers else [float(at) for at in range(len(levels))]
+    if numbers:
+        ax.xaxis.set_major_locator(round_ticks())
     back = np.exp if test.log else np.asarray
     geometric = ["geometric mean"] if test.log else []
     ax.set(xlabel=_named(test.factor, units), ylabel=_named(test.answer, units, *geometric))

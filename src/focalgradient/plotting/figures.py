@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
 
 if TYPE_CHECKING:
     from matplotlib.axis import Axis
@@ -40,6 +40,7 @@ __all__ = [
     "new_figure",
     "people_grid",
     "person_colours",
+    "round_ticks",
     "shortened",
     "style",
 ]
@@ -142,6 +143,11 @@ def add_axes_mm(figure: Figure, left: float, bottom: float, width: float, height
     """Add axes whose lower left corner is at `left` and `bottom` mm from the figure's upper left corner."""
     wide, high = figure.get_size_inches() / MM
     return figure.add_axes((left / wide, 1 - bottom / high, width / wide, height / high), **options)
+
+
+def round_ticks() -> MaxNLocator:
+    """Return the locator of ticks at 1, 2 or 5 times a power of ten: 2.5 takes a digit more."""
+    return MaxNLocator("auto", steps=[1, 2, 5, 10])
 
 
 def log_ticks(axis: Axis, steps: Sequence[int] = (1, 2, 5)) -> None:

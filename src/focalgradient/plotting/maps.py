@@ -17,13 +17,12 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_list
 from focalgradient.optics import DualPixel, Lens, Optics
-from focalgradient.plotting.figures import MM, add_axes_mm, new_figure, shortened, style
+from focalgradient.plotting.figures import MM, add_axes_mm, new_figure, round_ticks, shortened, style
 from focalgradient.view import View
 
 if TYPE_CHECKING:
@@ -256,7 +255,7 @@ def _draw_relative_sd(ax: Axes, depth: DepthMap, drawn: NDArray[np.bool_]) -> No
     percent = _relative_sd(depth)
     low, high = _robust(percent[drawn], 0, 98)
     bar = _map(ax, percent, drawn, "magma", (min(low, 0.8 * high), high), "sd (%)")
-    bar.locator = MaxNLocator("auto", steps=[1, 2, 5, 10])  # no 2.5, which takes a digit more
+    bar.locator = round_ticks()
 
 
 def _uncertainty_title(depth: DepthMap) -> str:

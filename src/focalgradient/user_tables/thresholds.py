@@ -13,6 +13,7 @@ from scipy.stats import binom
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.files.cells import as_number
 from focalgradient.user_tables.cleaning import few_levels
 from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
@@ -118,13 +119,16 @@ def read_thresholds(
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]
     kept = ["participant_id", "session", "condition", "level", "correct", "catch", "kind"]
-    names = sorted(map(str, table["condition"].unique()), key=lambda level: (level == reference, level))
-    if reference not in ("", "factor", *names):
+    levels = list(map(str, table["condition"].unique()))
+    levels.sort(key=lambda level: (level == reference, as_number(level) or 0, level))
+    if reference not in ("", "factor", *levels):
         raise InputError(
-            f"by states {printable(by[0])}, but no level is {printable(reference)}: give one of {few(names)} as the "
+            f"by states {printable(by[0])}, but no level is {printable(reference)}: give one of {few(levels)} as the "
             "reference."
         )
-    return OwnThresholds.of(source, table[kept].copy(), unit=name, guess=rate, conditions=names)
+    named = {level: level if as_number(level) is None else f"{source.columns['condition']} {level}" for level in levels}
+    table = table[kept].assign(condition=table["condition"].replace(named))
+    return OwnThresholds.of(source, table, unit=name, guess=rate, conditions=list(named.values()))
 
 
 def _note_conditions(source: Source, table: pd.DataFrame) -> None:
