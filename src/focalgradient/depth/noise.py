@@ -409,7 +409,7 @@ def _fitted(power: FloatArray, gains: FloatArray, basis: FloatArray, most: Float
         expected = gains @ factor
         weight = 1 / (expected * (1 + np.maximum(power / expected - 1, 0) / EXCESS_SCALE))
         rows = np.vstack([gains * weight[:, None], prior / factor.mean()])
-        found = optimize.lsq_linear(rows, np.concatenate([power * weight, np.zeros(count)]), (0, most))
+        found = optimize.lsq_linear(rows, np.concatenate([power * weight, np.zeros(count)]), (0, most), "bvls")
         factor = np.maximum(found.x, MIN_VARIANCE * found.x.max() + 1e-12)
     excess = power / (gains @ factor) - 1
     # The loss whose minimum this is: quadratic below, as the logarithm's above.
