@@ -232,7 +232,14 @@ def report(
                 f"--{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
             )
         writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
-        with options_named({"far_effect": "--far-effect", "ordinal is": "--ordinal is", "bound is": "--bound is"}):
+        with options_named(
+            {
+                "far_effect": "--far-effect",
+                "effect is": "--effect is",
+                "ordinal is": "--ordinal is",
+                "bound is": "--bound is",
+            }
+        ):
             texts = preregistration(
                 folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal
             )

@@ -21,7 +21,7 @@ from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.tasks import task_named
 
-__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials"]
+__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials", "of_rise"]
 
 SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
 """Range of a standard deviation: 3 is a factor of 20 between people, far above any published variation of ratings or
@@ -29,6 +29,13 @@ durations.
 """
 LAPSES = Range("proportions", 0, 0.999)
 ODDS_RATIOS = Range("odds ratios, where 1 means none,", 0.01, 100)
+
+
+def of_rise(ratios: Range) -> Range:
+    """Return the range of ratios whose rise is the hypothesis: a fall has the power of its inverse, but no support."""
+    return dataclasses.replace(
+        ratios, least=1, remedy="give a ratio, 1.2 for a rise by 20 %; a fall has the power of its inverse"
+    )
 
 
 @cache

@@ -58,8 +58,7 @@ WANTED = 0.8
 
 STOPPING = (
     "Data are collected until the stated number of subjects is in the analysis, after exclusions; no test is made "
-    "before. For looks in between, state their number and bounds in advance: focalgradient power gives them with "
-    "their error rates."
+    "before."
 )
 NEUTRAL = "They show that the data can answer the question, whatever the answer; they look at no effect."
 AFTERWARDS = "Results are shown with and without exclusions; the file rules.toml holds the rules."
