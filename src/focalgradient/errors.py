@@ -297,13 +297,17 @@ def check_finite(name: str, values: ArrayLike, unit: str) -> NDArray[np.float64]
     return array
 
 
+SIMILAR = 0.7
+"""Minimum similarity (`difflib`) of a name that is suggested: .8 and more for slips; .67 for two lengths in mm."""
+
+
 def nearest(given: Any, known: Iterable[str]) -> str | None:
     """Return the known name most similar to an unknown one, or None if none is similar.
 
     >>> nearest("depth-ratng", ["depth-rating", "necker"]), nearest(3, ["necker"])
     ('depth-rating', None)
     """
-    close = difflib.get_close_matches(given.lower(), list(known), 1) if isinstance(given, str) else []
+    close = difflib.get_close_matches(given.lower(), list(known), 1, SIMILAR) if isinstance(given, str) else []
     return next(iter(close), None)
 
 

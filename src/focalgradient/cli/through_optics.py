@@ -165,9 +165,13 @@ def read_picture_and_depth(
 
 def _depth_of(given: Path) -> Path | float:
     """Return the depth file, or the distance of a flat picture if it is a number and no such file exists."""
+    if given.exists():
+        return given
     with suppress(ValueError):
-        return given if given.exists() else float(str(given))
-    return given
+        return float(str(given))
+    raise InputError(
+        f"{printable(given)} does not exist: give a depth file, or the distance of a flat picture in metres, such as 2."
+    )
 
 
 def settings_given(*others: str) -> dict[str, Any]:

@@ -201,8 +201,10 @@ CONTRADICTION = 0.001
 """Probability below which points contradict the stated optics: as for `false_alarm`."""
 
 
-def checked_points(points: Iterable[KnownPoint]) -> list[KnownPoint]:
-    """Return points as a list; raise `InputError` unless each is a column, a row and a positive distance.
+def checked_points(
+    points: Iterable[KnownPoint], near: float | None = None, far: float | None = None
+) -> list[KnownPoint]:
+    """Return points as a list; raise `InputError` unless each is a column, a row and a distance in the range searched.
 
     >>> checked_points([(320, 200, 2.31)])
     [(320.0, 200.0, 2.31)]
@@ -216,6 +218,11 @@ def checked_points(points: Iterable[KnownPoint]) -> list[KnownPoint]:
             raise InputError(f"known point {point!r} must be a column and a row in pixels and a distance in metres.")
         if not one[2] > 0:
             raise InputError(f"known point {point!r} has a distance of {one[2]:g} m, but it must be positive.")
+        if not (near or 0) <= one[2] <= (far or math.inf):
+            raise InputError(
+                f"known point {point!r} is {one[2]:g} m away, but depth is searched from {near or 0:g} to "
+                f"{far or math.inf:g} m: give its distance in metres, or change near and far."
+            )
         found.append((float(one[0]), float(one[1]), float(one[2])))
     return found
 

@@ -173,7 +173,7 @@ def recover_depth(
     1.25
     """
     views = checked_views(views)
-    points = checked_points(known_points)
+    points = checked_points(known_points, near, far)
     check_one_of("method", method, METHODS)
     if method == "equalise" and halves_of(views) is not None:
         method = "dual-pixels"

@@ -203,6 +203,10 @@ def check_width(lines: Iterable[str], delimiter: str, name: str) -> None:
         )
 
 
+_COMMA = re.compile(r"=\s*[-+]?\d+,\d")
+"""Pattern of a number with a decimal comma."""
+
+
 def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> dict[str, Any]:
     """Read a TOML file without validating its keys.
 
@@ -222,6 +226,8 @@ def read_toml(path: str | os.PathLike[str], what: str = "a settings file") -> di
         raise InputError(f"{name} is nested too deeply: give {what}.") from error
     except ValueError as error:  # TOMLDecodeError, or an integer of thousands of digits
         hint = "; write \\ as / in paths" if "\\" in text else ""
+        if (line := re.search(r"line (\d+)", str(error))) and _COMMA.search(text.splitlines()[int(line[1]) - 1]):
+            hint = "; write decimal points, not commas"
         if not name.lower().endswith(".toml"):
             hint = f": give {what} (TOML)"
         raise InputError(f"{name} is not valid TOML: {printable(str(error)).rstrip('.')}{hint}.") from error

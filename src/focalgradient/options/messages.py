@@ -12,6 +12,7 @@ import click
 
 from focalgradient.errors import InputError, nearest, one_line
 from focalgradient.files import printable
+from focalgradient.files.cells import as_number
 
 __all__ = ["missing", "options_named", "sentences", "usage", "with_options"]
 
@@ -122,7 +123,7 @@ def missing(error: click.MissingParameter) -> str:
             given = error.ctx.params.get(str(argument.name)) or ()
             for path in given if isinstance(given, tuple) else (given,):
                 with suppress(OSError, ValueError):  # reported when it is opened
-                    if not os.path.lexists(path):
+                    if not os.path.lexists(path) and as_number(str(path)) is None:
                         return f"{printable(path)} does not exist ({clause[0].lower()}{clause[1:]})"
     lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
     wanted = f" {error.param.opts[0]} " if isinstance(error.param, click.Option) else ""

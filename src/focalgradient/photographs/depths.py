@@ -278,7 +278,7 @@ def depth_from_photographs(
     True
     """
     say = progress or (lambda share, words: None)
-    points = checked_points(known_points)
+    points = checked_points(known_points, near, far)
     files = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     tables = [path for path in files if path.suffix.lower() == ".toml"]
     calibrated = calibration if isinstance(calibration, Calibrated | None) else load_camera(calibration)
