@@ -118,6 +118,14 @@ def test_a_model_of_subjects_states_the_effect_and_a_given_one_goes_before(tmp_p
     assert stated(model=Model(effect=1.5)) == stated(effect=1.5) == stated(model=Model(effect=1.1), effect=1.5)
 
 
+def test_factors_of_the_design_are_hypotheses_with_their_test(tmp_path: Path) -> None:
+    path = tmp_path / "design.toml"
+    path.write_text('task = "depthrating"\n[factors.light]\nlevels = ["dim", "bright"]\nvary = "between"\n')
+    text = preregistration(path, stated=Stated(Rules()))["preregistration.md"].decode()
+    assert "The change with blur differs between the levels of light." in text
+    assert "Factor light (dim, bright; between subjects: Welch’s t-test)" in text
+
+
 def test_results_stand_with_and_without_exclusions(tmp_path: Path) -> None:
     """Three of eight guess: left out, they leave a significant rise; with them it is not."""
 

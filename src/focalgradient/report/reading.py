@@ -118,7 +118,7 @@ NEEDS = {
     **dict.fromkeys(("by", "where"), "tables"),
     "guess_rate": LEVELS,
     "order": "answers in words in a table",
-    **dict.fromkeys(("scale", "bound", "bayes", "focal_length_mm"), "depth ratings by aperture"),
+    **dict.fromkeys(("scale", "bound", "bayes", "focal_length_mm"), "depth ratings by aperture and fixation"),
 }
 """What settings are for."""
 

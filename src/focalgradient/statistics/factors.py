@@ -50,6 +50,12 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
             for level in others
         }
 
+    def stated(name: str) -> str:
+        levels = ", ".join(map(str, factors[name]["levels"]))
+        paired = factors[name].get("vary", "within") == "within"
+        test = "within subjects: paired t-test" if paired else "between subjects: Welch’s t-test"
+        return f"Factor {name} ({levels}; {test})"
+
     def in_r(what: str, name: str, function: str) -> str:
         first, *others = factors[name]["levels"]
         test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
@@ -61,12 +67,22 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
 
     measures = {"answer": (_means, "mean_at"), "change with blur": (_changes, "change_at")}
     questions = [
-        Question(what, partial(compared, name=name, of=of), "secondary", unit, what, r_code=in_r(what, name, function))
+        Question(
+            *(what, partial(compared, name=name, of=of), "secondary", unit, what),
+            hypothesis=(f"The {measure} differs between the levels of {name}.",),
+            r_code=in_r(what, name, function),
+        )
         for name in factors
         for measure, (of, function) in measures.items()
         for what in [f"{measure} by {name}"]
     ]
-    return Analysis(questions, prepare=prepare)
+    return Analysis(questions, prepare=prepare, after=f"{'; '.join(map(stated, factors))}: {FACTORS_METHOD}")
+
+
+FACTORS_METHOD = (
+    "of each level less the first, the mean answer and its change from the smallest to the largest aperture were "
+    "tested over subjects, with Holm’s correction over the levels of each measure."
+)
 
 
 def _at(function: str, answer: str, name: str, level: object) -> str:
