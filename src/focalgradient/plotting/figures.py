@@ -57,7 +57,7 @@ COLOURS = (BLUE, ORANGE, GREEN, "#CC79A7", "#E69F00", "#56B4E9")
 REFERENCE: dict[str, Any] = {"color": GREY, "linewidth": 0.6, "linestyle": (0, (4, 4)), "zorder": 0}
 """Style of lines that mark a value without effect, or the moment of an event."""
 
-MOST_NAMES = 40
+MOST_NAMES = 24
 """Maximum number of participants whose names are shown on an axis."""
 
 SIMULATED = "simulated observers"
