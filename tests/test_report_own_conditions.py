@@ -12,6 +12,7 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 from scipy import stats
+from statsmodels.api import OLS  # type: ignore[import-untyped]
 
 from focalgradient import InputError
 from focalgradient.plotting.conditions import draw_condition
@@ -122,15 +123,9 @@ def own_values(path: Path) -> pd.DataFrame:
 
 
 def partial(values: pd.DataFrame, y: str, x: str, other: str) -> tuple[float, float]:
-    """Coefficient of x adjusted for another, and its t, by regression of residuals (Frisch and Waugh 1933)."""
-    left = {
-        name: values[name]
-        - (line := stats.linregress(values[other], values[name])).slope * values[other]
-        - line.intercept
-        for name in (x, y)
-    }
-    line = stats.linregress(left[x], left[y])
-    return line.slope, line.slope / line.stderr * np.sqrt((len(values) - 3) / (len(values) - 2))
+    """Coefficient of x adjusted for another, and its t with errors that allow for unequal variances (HC2)."""
+    fit = OLS(values[y], values[[x, other]].assign(one=1.0)).fit(cov_type="HC2")
+    return fit.params[x], fit.tvalues[x]
 
 
 def test_conditions_between_subjects_are_covariates_of_one_another(people: Path) -> None:
@@ -146,7 +141,7 @@ def test_conditions_between_subjects_are_covariates_of_one_another(people: Path)
     for test, (_, y, x, other) in zip(tests[1:], expected, strict=True):
         estimate, t = partial(values, y, x, other)
         assert (test.effect.estimate, test.effect.statistic) == (pytest.approx(estimate), pytest.approx(t))
-        assert test.effect.df == 13
+        assert test.effect.df < 13
         assert f"adjusted for {'age' if x == 'old' else 'group'}" in test.effect.method
 
 
@@ -166,8 +161,9 @@ def test_the_figure_of_groups_says_that_its_means_are_not_adjusted(people: Path)
 def test_a_number_between_subjects_is_the_line_over_subjects(people: Path) -> None:
     [test] = rating_tests(read_conditions(people, by=["age"]))
     values = own_values(people)
-    expected = stats.linregress(values["age"], values["mean"])
-    assert (test.effect.estimate, test.effect.p) == (pytest.approx(expected.slope), pytest.approx(expected.pvalue))
+    fit = OLS(values["mean"], values[["age"]].assign(one=1.0)).fit(cov_type="HC2")
+    assert test.effect.estimate == pytest.approx(stats.linregress(values["age"], values["mean"]).slope)
+    assert test.effect.statistic == pytest.approx(fit.tvalues["age"])
 
 
 def test_conditions_between_subjects_that_vary_together_are_not_told_apart(people: Path) -> None:

@@ -389,6 +389,23 @@ def test_r_finds_the_effects_of_conditions_of_a_table(by: tuple[str, ...], tmp_p
 
 
 @needs_r
+@pytest.mark.parametrize("by", ["eye", "group"])
+def test_r_adds_the_error_of_scenes_that_differ_between_levels(by: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(6)
+    rows = [
+        (f"S{who}", eye, "ab"[who % 2], scene, np.exp(rng.normal()))
+        for who in range(8)
+        for eye in ("left", "right")
+        for scene in range(6)
+        if scene % 2 == (eye == "right" if by == "eye" else who % 2)
+    ]
+    pd.DataFrame(rows, columns=["subject", "eye", "group", "scene", "rating"]).to_csv(tmp_path / "own.csv", index=False)
+    part = conditions_of_table(read_conditions(tmp_path / "own.csv", by=[by]), Rules())
+    agree(run(tmp_path, {**part.files}, "conditions.R"), part.answers)
+    assert "min F'" in part.answers.of_roles("main").frame()["method"].iloc[0]
+
+
+@needs_r
 def test_r_finds_d_prime_and_criterion(tmp_path: Path) -> None:
     file = tmp_path / "own.csv"
     test_report_own_detection.answers(3, 80).to_csv(file, index=False)

@@ -152,7 +152,9 @@ def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[ob
     return tuple(tests)
 
 
-def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tuple[ConditionTest, ...]:
+def condition_tests(
+    table: pd.DataFrame, planned: Sequence[ConditionTest], beside: Sequence[str] = ()
+) -> tuple[ConditionTest, ...]:
     """Test the effects of conditions over subjects, corrected by Holm's method as one family.
 
     Answers are averaged within each subject and condition, then over the levels of the other factors. Slopes are
@@ -165,6 +167,8 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
         One row per trial, with `participant_id` and the columns of the tests; no catch trials.
     planned
         Tests, from `planned_tests`.
+    beside
+        Columns that are no conditions, over whose levels answers are also averaged, such as scene.
 
     Returns
     -------
@@ -184,7 +188,7 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     >>> round(found.effect.estimate, 3)
     1.15
     """
-    factors = list(dict.fromkeys(test.factor for test in planned))
+    factors = list(dict.fromkeys([*(test.factor for test in planned), *beside]))
     answers = list(dict.fromkeys(test.answer for test in planned))
     if missing := [name for name in ("participant_id", *factors, *answers) if name not in table]:
         raise InputError(f"the table has no column {missing[0]}: add it.")
@@ -192,7 +196,7 @@ def condition_tests(table: pd.DataFrame, planned: Sequence[ConditionTest]) -> tu
     for answer in {test.answer for test in planned if test.log}:
         if not (rows[answer].dropna() > 0).all():
             raise InputError(f"{answer} is a ratio, but has values of 0 or less: correct them.")
-    shown = [replace(test, points=subject_cells(rows, test, factors)) for test in _with_r(planned)]
+    shown = [replace(test, points=subject_cells(rows, test, factors)) for test in _with_r(planned, factors)]
     effects = family(_effect(test) for test in shown)
     return tuple(replace(test, effect=effect) for test, effect in zip(shown, effects, strict=True))
 
@@ -244,11 +248,11 @@ def condition_analysis(
             return tests
         return tuple(replace(test, points=subject_cells(table, test, factors)) for test in tests)
 
-    return replace(condition_questions(_with_r(planned) if tested is None else planned), prepare=prepare)
-
-
-def _with_r(planned: Sequence[ConditionTest]) -> list[ConditionTest]:
     factors = list(dict.fromkeys(test.factor for test in planned))
+    return replace(condition_questions(_with_r(planned, factors) if tested is None else planned), prepare=prepare)
+
+
+def _with_r(planned: Sequence[ConditionTest], factors: Sequence[str]) -> list[ConditionTest]:
     return [replace(test, r_code=_in_r(test, factors)) for test in planned]
 
 
@@ -310,7 +314,7 @@ def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, ad
     tests
         Tests, of which those of effects (`adjusted`) are a family of their own.
     scenes
-        True if slopes are tested over subjects and scenes.
+        True if answers are of scenes.
     adjusted
         True if conditions between subjects are adjusted for one another.
 
@@ -320,16 +324,21 @@ def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, ad
     'Tests are two-sided, with Holm’s correction over 1 test of answers.'
     """
     logs = " (ratios on their logarithm)" if any(test.log for test in tests) else ""
-    crossed = ", crossed with scenes as random where there are five or more" if scenes else ""
+    crossed = ", paired"
+    apart = ""
+    if scenes:
+        crossed = " and scenes, as slopes are, crossed with scenes as random where there are five or more"
+        apart = "; of different scenes by Clark’s min F′"
     together = (
         "Several conditions that vary between subjects were estimated together by least squares over subjects (each "
-        "adjusted for the others), on the subjects’ means and on their effects. "
+        "adjusted for the others; errors HC2, which allow for unequal variances, with the degrees of freedom of Bell "
+        "and McCaffrey, 2002), on the subjects’ means and on their effects. "
     )
     of_effects = [test for test in tests if test.answer.startswith("(")]
     return (
         f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
-        f"levels that are numbers is its least-squares slope within subject{crossed}; of other conditions each level "
-        "was compared with the first (paired over subjects; levels of different subjects by Welch’s test). "
+        "levels that are numbers is its least-squares slope within subject; of other conditions each level was "
+        f"compared with the first (within subjects{crossed}; levels of different subjects by Welch’s test{apart}). "
         f"{together * adjusted}Tests are two-sided, with Holm’s correction over "
         f"{many(len(tests) - len(of_effects), 'test')} of answers{', and over those of effects' * bool(of_effects)}."
     )
@@ -363,7 +372,7 @@ def subject_cells(
     values = np.log(rows[test.answer]) if test.log else rows[test.answer]
     cells = values.groupby([rows[name] for name in dict.fromkeys((*by, *factors))]).mean().dropna()
     shown: pd.DataFrame = cells.groupby([*by, test.factor]).mean().unstack(test.factor)
-    others = [name for name in shared_conditions(rows, factors) if name != test.factor]
+    others = [name for name in shared_conditions(rows, factors) if name not in (test.factor, *by)]
     if not others or shown.empty:
         return shown
     by_other = cells.groupby([*by, test.factor, *others]).mean().unstack(others)

@@ -1,4 +1,4 @@
-# Tests of the conditions, as in the report. Base R (slopes over subjects and scenes with empty cells: lmerTest, where
+# Tests of the conditions, as in the report. Base R (tests over subjects and scenes with empty cells: lmerTest, where
 # it is installed). Run in the report's folder: Rscript conditions.R
 d <- read.csv("TRIALS.csv", na.strings = "", check.names = FALSE)
 d <- d[as.logical(d$included), ]
@@ -40,13 +40,23 @@ slopes <- function(of) {  # of each person
   x <- as.numeric(colnames(of))
   apply(of, 1, function(y) if (sum(!is.na(y)) < 2) NA else cov(x[!is.na(y)], y[!is.na(y)]) / var(x[!is.na(y)]))
 }
-scene_slopes <- function(...) {  # people x scenes
+by_scene <- function(what, ...) {  # people x scenes
   people <- unique(as.character(d$participant_id)); scenes <- unique(as.character(d$scene))
-  y <- sapply(scenes, function(k) slopes(means(..., rows = d[as.character(d$scene) == k, ]))[people])
+  y <- sapply(scenes, function(k) what(means(..., rows = d[as.character(d$scene) == k, ]))[people])
   matrix(y, length(people), dimnames = list(people, scenes))
 }
-level <- function(of, name) of[, match(TRUE, at(colnames(of), name))]
+level <- function(of, name) {
+  own <- match(TRUE, at(colnames(of), name)); setNames(if (is.na(own)) NA * of[, 1] else of[, own], rownames(of))
+}
 difference <- function(of, one, other) level(of, one) - level(of, other)
+with_scenes <- function(found, answer, ratio, factor, one, other) {  # min F' of Clark (1973): error of scenes added
+  y <- as.numeric(d[[answer]]); if (ratio) y <- log(y)
+  own <- aggregate(y, d[c("participant_id", "scene", factor)], mean)
+  own <- aggregate(own$x, own[c("scene", factor)], mean)
+  scenes <- welch(own$x[at(own[[factor]], one)], own$x[at(own[[factor]], other)])
+  v <- c(found[["standard_error"]], scenes[["standard_error"]])^2
+  student(found[["estimate"]], sqrt(sum(v)), sum(v)^2 / sum(v^2 / c(found[["df"]], scenes[["df"]])))
+}
 each_person <- function(values) tapply(values, d$participant_id, function(own) own[1])
 amount <- function(factor) each_person(as.numeric(d[[factor]]))
 is_level <- function(factor, name) each_person(as.numeric(at(d[[factor]], name)))
@@ -54,11 +64,13 @@ compared_groups <- function(own, factor, one, other) {
   group <- function(name) own[names(own) %in% names(which(is_level(factor, name) == 1))]
   compared(group(one), group(other))
 }
-regressed <- function(own, term, terms) {  # a coefficient, by least squares over people
-  own <- own[!is.na(own)]; x <- sapply(terms, function(of) of[names(own)])
-  if (length(own) <= length(terms) + 1) return("Too few subjects: no test.")
-  fit <- lm(own ~ x)
-  if (anyNA(coef(fit))) return("The conditions vary together: no test.")
-  found <- summary(fit)$coefficients[term + 1, ]
-  student(found[[1]], found[[2]], fit$df.residual)
+regressed <- function(own, term, terms) {  # a coefficient, by least squares over people with errors HC2
+  own <- own[!is.na(own)]; x <- cbind(1, sapply(terms, function(of) of[names(own)]))
+  if (length(own) <= ncol(x)) return("Too few subjects: no test.")
+  if (qr(x)$rank < ncol(x)) return("The conditions vary together: no test.")
+  solved <- solve(crossprod(x), t(x)); left <- diag(length(own)) - x %*% solved; free <- diag(left)
+  of <- solved[term + 1, ]; alone <- free < 1e-9
+  if (any(abs(of[alone]) > 1e-9 * max(abs(of)))) return("A level has a single subject: no test.")
+  weights <- ifelse(alone, 0, of^2 / free); spread <- left %*% (weights * left)
+  student(sum(of * own), sqrt(sum(weights * (left %*% own)^2)), sum(diag(spread))^2 / sum(spread^2))
 }
