@@ -242,6 +242,7 @@ def test_groups_of_unequal_variance_are_compared_as_scipy_does(sizes: tuple[int,
     assert (found.low, found.high) == pytest.approx((ends.low, ends.high))
     assert found.subjects == sum(sizes)
     assert "there are 1 and" in welch(one[:1], other).reason
+    assert [f"A group has {count} subjects" in str(found.remarks) for count in (2, 4)] == [sizes[0] == 2, False]
 
 
 def test_the_rise_is_measured_where_the_line_misses_it() -> None:

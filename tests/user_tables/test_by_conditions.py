@@ -11,8 +11,9 @@ import pytest
 
 from focalgradient import InputError
 from focalgradient.report import make_report
+from focalgradient.report.conditions import conditions_of_table
 from focalgradient.report.reading import RATINGS, explained_table, kind_of
-from focalgradient.statistics import Effect
+from focalgradient.statistics import Effect, Rules
 from focalgradient.statistics.conditions import subject_effects
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables import read_conditions, read_ratings, read_thresholds
@@ -189,3 +190,54 @@ def test_two_names_of_one_condition_are_no_two_conditions() -> None:
     head, *rows = thresholds("condition").cells.to_csv(index=False).splitlines()
     table = text_table("\n".join([f"{head},cond", *(f"{row},{'12'[',x,' in row]}" for row in rows)]))
     assert not read_thresholds(table).notices
+
+
+def noted(rows: list[str], word: str, **given: object) -> list[str]:
+    own = read_conditions(text_table("\n".join(rows)), **given)  # type: ignore[arg-type]
+    return [notice for notice in [*own.notices, *conditions_of_table(own, Rules()).notices] if word in notice]
+
+
+ORDER = "practice or fatigue"
+
+
+def test_conditions_in_one_order_are_noted() -> None:
+    """Of tables in which everyone had the second condition later, .6 had an effect by practice alone."""
+    head = "subject,session,trial,eye,rating"
+    rows = [f"p{who},{1 + (trial > 4)},{trial},{'LR'[trial > 4]},1.{who}" for who in range(4) for trial in range(1, 9)]
+    [notice] = noted([head, *rows], ORDER, by=["eye"])
+    assert notice == "Each session has one level of eye, so that its effect cannot be told from practice or fatigue."
+    blocks = [",".join(row.split(",")[::2]) + f",{row.split(',')[3]}" for row in rows]
+    [notice] = noted(["subject,trial,rating,eye", *blocks], ORDER, by=["eye"])
+    assert notice.startswith("All subjects answered at the levels of eye in one order (L, R)")
+    other = [row.replace("L", "x").replace("R", "L").replace("x", "R") if row.startswith("p1") else row for row in rows]
+    assert not noted([head, *other], ORDER, by=["eye"])
+    far = [f"p{who},{end},{at},1.{who},{trial}" for who in range(3) for trial, (end, at) in enumerate(ENDS)]
+    table = text_table("\n".join(["subject,focus,aperture,rating,trial", *far]))
+    assert sum(ORDER in notice for notice in read_ratings(table).notices) == 1
+
+
+ENDS = [("near", "f/5.6"), ("near", "0"), ("far", "f/5.6"), ("far", "0")]
+
+
+def test_slopes_of_people_who_lack_levels_are_noted() -> None:
+    """Of tables with a curved effect, of which one group lacked the end, .52 had an effect of the group on slopes."""
+    rows = [f"p{who},{mm},1.{mm}{who}" for who in range(6) for mm in (1, 2, 4, 8) if mm < 8 or who % 2]
+    [notice] = noted(["subject,mm,rating", *rows], "lack", by=["mm"])
+    assert notice.startswith(
+        "3 of the 6 subjects lack answers at some levels of mm: their slopes are over other levels"
+    )
+
+
+def test_apertures_of_different_scenes_are_noted() -> None:
+    """Of tables without an effect, of which each scene had one aperture, .4 to .5 had one."""
+    rows = [
+        f"p{who},s{(scene + 3 * (focus == 'far')) % 6},{focus},{('0', 'f/11', 'f/5.6')[scene % 3]},1.{who}"
+        for who in range(4)
+        for focus in ("near", "far")
+        for scene in range(6)
+    ]
+    table = text_table("\n".join(["subject,scene,focus,aperture,rating", *rows]))
+    apertures = "No scene was shown at two apertures: depth effects cannot be told from those of scenes."
+    assert [notice for notice in read_ratings(table).notices if "No scene" in notice] == [apertures]
+    crossed = text_table("\n".join(["subject,scene,focus,aperture,rating", *rows]).replace("f/11", "0"))
+    assert not any("two fixations" in notice for notice in read_ratings(crossed).notices)

@@ -179,9 +179,10 @@ def condition_part(
     people = rows["participant_id"].nunique()
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
     without = f"{many(left_out, noun)} left out by the rules on trials" if left_out else "nobody is left out"
-    shared = shared_conditions(rows, factors)
-    cells = rows.groupby(["participant_id", *shared]).size().unstack(shared) if len(factors) > 1 and shared else None
+    shared = shared_conditions(rows, [*factors, *["scene"] * (data is None and "scene" in rows)])
+    cells = rows.groupby(["participant_id", *shared]).size().unstack(shared) if shared else None
     lacking = 0 if cells is None else int(cells.isna().any(axis=1).sum())
+    sloped = [test.factor for test in tests if test.level is None and test.factor in shared]
     effects = ", and over those of effects" if any(test.answer.startswith("(") for test in tests) else ""
     return Part(
         title=title,
@@ -201,7 +202,12 @@ def condition_part(
             f"{lacking} of the {people} {who}s lack answers at some levels of {few(shared)}: means over these are "
             "least-squares means, as if their effects add, or plain means where nobody's answers connect the levels."
         ]
-        * (lacking > 0)
+        * (lacking > 0 and shared != factors[:1])
+        + [
+            f"{lacking} of the {people} {who}s lack answers at some levels of {few(sloped)}: their slopes are over "
+            "other levels, and differ where the effect is no straight line."
+        ]
+        * (lacking > 0 and bool(sloped))
         + [
             f"{one} and {other} always change together: their effects cannot be separated."
             for one, other in combinations(factors, 2)

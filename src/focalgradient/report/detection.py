@@ -41,6 +41,18 @@ Curves = Mapping[tuple[str, str], RatingRoc | NotComputed]
 Areas = Mapping[tuple[str, str], tuple[float, float]]
 """Areas under the points of the ROC and under the type-2 ROC of each person and condition."""
 
+MANY_EXTREME = 0.1
+"""Share of rates of 0 or 1 in a condition from which the report warns: with a third of them, conditions of the same d'
+but other criteria or numbers of trials differ significantly in up to .4 of experiments (12 people, 20 trials of each).
+"""
+
+EXTREME = (
+    "Of the rates of hits and false alarms {} are 0 or 1: the correction for these draws d′ and c towards 0, so that "
+    "other criteria or numbers of trials alone can make conditions differ in d′. A probit model of all trials has "
+    "less bias: in R with lme4, glmer(answer ~ signal * condition + (signal + condition | participant_id), d, "
+    'binomial("probit")).'
+)
+
 
 def detection_part(own: OwnDetection) -> Part:
     """Compute d' for each person and condition, and the ROC curves of confidence.
@@ -70,6 +82,8 @@ def detection_part(own: OwnDetection) -> Part:
     people = len({name for name, _ in group.people})
     several = f" in {len(group.d_prime)} conditions" if len(group.d_prime) > 1 else ""
     asked = f", with confidence in {own.steps} steps" if own.steps else ""
+    rates = kept.groupby(["participant_id", "condition", "signal"])["answer"].mean()
+    extreme = rates.isin([0, 1]).groupby(level="condition", sort=False).mean()
     missing = {(place, one.reason) for (_, place), one in curves.items() if isinstance(one, NotComputed)}
     known = {who: one for who, one in curves.items() if isinstance(one, RatingRoc)}
     return Part(
@@ -89,6 +103,8 @@ def detection_part(own: OwnDetection) -> Part:
                 f"{place}: of some people there is no estimate: {reason}".removeprefix(": ")
                 for place, reason in sorted(missing)
             ),
+            *[EXTREME.format(", ".join(f"{share:.0%}{f' in {name}' * bool(name)}" for name, share in extreme.items()))]
+            * bool(extreme.max() >= MANY_EXTREME),
         ],
         figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known, simulated=simulated))],
         captions={EFFECTS: "Means over people, and differences of d′ between conditions"},

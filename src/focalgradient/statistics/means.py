@@ -208,8 +208,15 @@ def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:
     if error == 0:
         return NotComputed("All subjects of a group have the same value: there is no variation to test against.")
     df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
-    estimate, subjects = float(one.mean() - other.mean()), len(one) + len(other)
-    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df)
+    estimate, subjects, least = float(one.mean() - other.mean()), len(one) + len(other), min(len(one), len(other))
+    remarks = (FEW.format(least),) if least < FEWEST else ()
+    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df, remarks=remarks)
+
+
+FEWEST = 4
+"""Number of subjects of a group below which Welch's test does not keep its level (20,000 sets beside 8 and 20)."""
+
+FEW = "A group has {} subjects: of true null hypotheses Welch's test rejects 12 % with 2 subjects, 7 % with 3."
 
 
 def holm(probabilities: ArrayLike) -> FloatArray:

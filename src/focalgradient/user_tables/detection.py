@@ -13,6 +13,7 @@ from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import DETECTION
 from focalgradient.user_tables.source import Source, Where, columns_like, completed, folded
+from focalgradient.user_tables.trials import note_order
 
 __all__ = ["OwnDetection", "read_detection"]
 
@@ -83,6 +84,7 @@ def read_detection(
         shown = "signals" if table["signal"].all() else "noise"
         raise InputError(f"{source.name} has trials with {shown} only: give trials with signal and trials without.")
     table = completed(source.with_catch(table), "session", "condition", "kind")
+    note_order(table[["participant_id", "session", "condition"]], ["condition"], source.notices)
     kept = ["participant_id", "session", "condition", "signal", "answer", "catch", "kind"]
     kept += ["confidence"] * bool(steps)
     return OwnDetection.of(source, table[kept].copy(), steps=steps)

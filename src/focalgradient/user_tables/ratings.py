@@ -146,8 +146,20 @@ def read_ratings(
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
     _note_groups(source, table, conditions or {})
+    _note_scenes(table[~table["catch"]], notices)
     checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
+
+
+def _note_scenes(table: pd.DataFrame, notices: list[str]) -> None:
+    """Note apertures, and objects in focus, that were shown in different scenes."""
+    for of, varied, what in (
+        (["scene", "fixation"], "aperture", "depth effects"),
+        (["scene"], "fixation", "the difference of their depth effects"),
+    ):
+        levels = table.groupby(of)[varied].nunique()
+        if table[varied].nunique() > 1 == levels.max() and table["scene"].nunique() > 1:
+            notices.append(f"No scene was shown at two {varied}s: {what} cannot be told from those of scenes.")
 
 
 def _note_groups(source: Source, table: pd.DataFrame, conditions: Mapping[str, str]) -> None:
@@ -243,7 +255,7 @@ def rated(source: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.
 def _note_units(source: Source, table: pd.DataFrame, role: str) -> None:
     """Add a notice if the values of some people are so large that their unit must be another."""
     middles = table[role].abs().groupby(table["participant_id"]).median()
-    if (far := middles[middles > MAX_PEOPLE_RATIO * middles.median()]).size:
+    if middles.median() and (far := middles[middles > MAX_PEOPLE_RATIO * middles.median()]).size:
         source.notices.append(
             f"The {role.replace('_', ' ')}s of {few([*map(str, far.index)])} are {far.min() / middles.median():.0f} "
             "times those of the others: check that the units are the same."

@@ -21,6 +21,7 @@ from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import UNIT, clean, few, heading, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
 from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded, where_like
+from focalgradient.user_tables.trials import note_order
 
 __all__ = ["OwnThresholds", "read_thresholds"]
 
@@ -115,6 +116,7 @@ def read_thresholds(
     table = source.with_catch(_judged(source, table, folded(conditions)))
     table = completed(table, "session", "condition", "kind")
     _note_conditions(source, table)
+    note_order(table[["participant_id", "session", "condition"]], ["condition"], source.notices)
     rate = _guess(source, table, guess)
     unit = UNIT.search(source.columns["level"])
     name = "" if unit is None else "D" if unit[1].lower().startswith("diopt") else unit[1]

@@ -14,7 +14,7 @@ from focalgradient.user_tables.names import few, place, rows_named
 from focalgradient.user_tables.source import Source, where_like
 from focalgradient.user_tables.wide import MEASURES
 
-__all__ = ["numbered"]
+__all__ = ["note_order", "numbered"]
 
 MIN_REPEATED_NUMBERS = 0.3
 """Fraction of repeated trial numbers above which they count within blocks; below it, trials are duplicates."""
@@ -28,6 +28,7 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
     table = without_copies(table, conditions, source.notices, source.notes)
     by = [name for name in ("participant_id", "session") if name in table]
     condition = [*conditions]
+    note_order(table, [name for name in conditions if name != "scene"], source.notices)
     if "trial" in table:
         again, same = table.duplicated([*by, "trial"]), table.duplicated()
         if not again.any():
@@ -58,6 +59,31 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
         elif start := _same_start(table["rating"], keys):
             source.notices.append(start)
     return _counted(source, table, by)
+
+
+def note_order(table: pd.DataFrame, conditions: Sequence[str], notices: list[str]) -> None:
+    """Note conditions that change with time alike in all subjects: by session, or by blocks of numbered trials.
+
+    >>> trials = pd.DataFrame({"participant_id": [*"AAAABBBB"], "trial": [1, 2, 3, 4] * 2, "eye": [*"LLRRLLRR"]})
+    >>> note_order(trials, ["eye"], notices := [])
+    >>> notices[0][:67]
+    'All subjects answered at the levels of eye in one order (L, R), so '
+    """
+    time = [name for name in ("session", "trial") if name in table]
+    for name in conditions if time else ():
+        keys = pd.DataFrame({of: pd.to_numeric(table[of], errors="coerce").fillna(0) for of in time})
+        ordered = table.assign(**keys).sort_values(["participant_id", *time], kind="stable")[["participant_id", name]]
+        blocks = ordered[(ordered != ordered.shift()).any(axis=1)]
+        orders = blocks.groupby("participant_id")[name].agg(tuple)
+        levels, what = table[name].nunique(), ""
+        in_blocks = "trial" in table and len(orders) > 1 == orders.nunique() and len(orders.iloc[0]) == levels
+        if "session" in table and len(table[["session", name]].drop_duplicates()) == table["session"].nunique():
+            what = f"Each session has one level of {printable(name)}"
+        elif in_blocks:
+            shown = few([f"{level:g}" if isinstance(level, float) else str(level) for level in orders.iloc[0]])
+            what = f"All subjects answered at the levels of {printable(name)} in one order ({shown})"
+        if what and levels > 1:
+            notices.append(f"{what}, so that its effect cannot be told from practice or fatigue.")
 
 
 def _in_files(table: pd.DataFrame, *roles: str) -> pd.Series[bool]:
