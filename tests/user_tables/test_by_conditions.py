@@ -241,3 +241,15 @@ def test_apertures_of_different_scenes_are_noted() -> None:
     assert [notice for notice in read_ratings(table).notices if "No scene" in notice] == [apertures]
     crossed = text_table("\n".join(["subject,scene,focus,aperture,rating", *rows]).replace("f/11", "0"))
     assert not any("two fixations" in notice for notice in read_ratings(crossed).notices)
+
+
+def test_rows_chosen_by_their_answers_are_noted() -> None:
+    rows = [f"p{who},{eye},{rating}" for who in range(4) for eye in "LR" for rating in (1, 2, 3)]
+    table = text_table("\n".join(["subject,eye,rating", *rows]))
+    [notice] = [
+        one for one in read_conditions(table, where={"rating": ["2", "3"]}, by=["eye"]).notices if "Rows" in one
+    ]
+    assert notice.startswith("Rows were chosen by rating, the answers themselves")
+    chosen = chosen_rows(table, {"eye": ["L", "R"], "Rating": ["2", "3"]})  # as a report does
+    assert notice in read_conditions(chosen, by=["eye"]).notices
+    assert not any("chosen by" in one for one in read_conditions(table, where={"eye": ["L", "R"]}, by=["eye"]).notices)

@@ -57,8 +57,9 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
     tuple
         One test for each condition of three or more numbers, otherwise one for each level against the first. Conditions
         that vary between subjects are covariates of one another: their effects on the subjects' means are estimated
-        together, by least squares over subjects; a single factor by Welch's test. Then the effect of each of these on
-        each effect within subjects. Both groups are families by Holm's method.
+        together, by least squares over subjects; a single factor by Welch's test. Levels shown in different scenes are
+        compared by min F'. Then the effect of each condition between subjects on each effect within subjects. Both
+        groups are families by Holm's method.
     """
     rows = own.table[~own.table["catch"]]
     if rules is not None:

@@ -61,6 +61,8 @@ class UserTable:
         Assumptions, one sentence each.
     lacking
         Columns that only some of the files have, with a file that lacks them.
+    chosen
+        Columns by whose values rows were chosen.
     """
 
     paths: tuple[Path, ...]
@@ -68,6 +70,7 @@ class UserTable:
     cells: pd.DataFrame
     notes: tuple[str, ...]
     lacking: Mapping[str, str] = field(default_factory=dict)
+    chosen: tuple[str, ...] = ()
 
 
 Paths = str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | UserTable
@@ -133,7 +136,8 @@ def chosen_rows(table: UserTable, where: Where | None, named: Collection[str] = 
                 f"{few([*cells[theirs]])}."
             )
         note = f"Of {len(cells):,} rows {kept.sum():,} were chosen, whose {theirs} is {' or '.join(values)}."
-        table = replace(table, cells=cells[kept].copy(), notes=(*table.notes, note))
+        notes, chosen = (*table.notes, note), (*table.chosen, str(theirs))
+        table = replace(table, cells=cells[kept].copy(), notes=notes, chosen=chosen)
     names = {clean(name).casefold() for name in named}
     filled = [
         not table.cells[name].str.strip().str.casefold().isin([*ABSENT]).all() or clean(str(name)).casefold() in names

@@ -48,6 +48,9 @@ EXCLUDED = re.compile(
 )
 """Names of columns that mark rows to be left out or kept."""
 
+ANSWERS = ("rating", "correct", "response")
+"""Roles of answers, by which rows must not be chosen."""
+
 NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"}
 """Roles whose spellings are merged, with the noun used in messages."""
 
@@ -122,6 +125,11 @@ class Source:
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)
         for role, column in source.columns.items():
+            if role in ANSWERS and column in table.chosen:
+                source.notices.append(
+                    f"Rows were chosen by {printable(column)}, the answers themselves: this alone can make conditions "
+                    "differ, or hide that they do."
+                )
             lacks = f"{table.lacking.get(column, '')} has no column {printable(column)}, which other files have"
             if column in table.lacking and role not in ("response_time", "dropped_frames"):
                 raise InputError(f"{lacks}: give all files the same columns, in the same units.")
