@@ -106,7 +106,7 @@ def test_a_table_of_ones_own_reports_on_the_cube_has_a_report(tmp_path: Path) ->
     assert b"wilcox.test" not in made.files["necker_headline.R"]
     assert len(pd.read_csv(io.BytesIO(made.files["necker_reports.csv"]))) == 20
     with pytest.raises(
-        InputError, match=r"scale is for depth ratings by aperture and fixation, but cube\.csv contains reports on the cube"
+        InputError, match=r"scale is for depth ratings by aperture and fixation, but cube\.csv contains reports on"
     ):
         make_report(file, columns=names, scale="ordinal")
     given = ["report", str(file), "--out", str(tmp_path / "out"), "--bound", "1.2", "--columns"]
