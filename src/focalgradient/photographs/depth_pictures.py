@@ -192,8 +192,8 @@ def read_depth_picture(
     if found.metres.shape != (height, width):
         rows, columns = found.metres.shape
         raise InputError(
-            f"{printable(picture)} is {width} x {height} pixels but {printable(depth)} is {columns} x {rows}, but both "
-            "must have the same size: scale or crop one of them."
+            f"{printable(picture)} is {width} x {height} pixels but {printable(str(depth))} is {columns} x {rows}, but "
+            "both must have the same size: scale or crop one of them."
         )
     ends = float(found.metres.min()), float(found.metres.max())
     for one in optics:
