@@ -109,6 +109,35 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
     ]
 
 
+@pytest.mark.parametrize("design", DESIGNS.values(), ids=[*DESIGNS])
+def test_all_pictures_of_a_session_have_one_size(tmp_path: Path, design: str) -> None:
+    made = study(tmp_path, design)
+    with client_of(made) as client:
+        someone = Participant(client)
+        someone.begin()
+        sizes = {len(someone.picture("/pictures/standard"))} if design == DEPTH else set()
+        for number in range(len(someone.trials)):
+            for part in someone.entry(number)["intervals"]:
+                sizes.add(len(someone.picture(part["url"])))
+            message = someone.message(someone.trials[number], number)
+            if design in (CHOICE, THRESHOLD):
+                message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
+            if design == TYPED:
+                message["answer"] |= {"start": None, "also": {"confidence": 0.5, "confidence_start": 0.25}}
+            assert someone.ask("answer", **message).status_code == 200
+    assert len(sizes) == 1, sizes
+
+
+def test_focus_series_of_a_session_have_one_size() -> None:
+    task = task_named(str(PROGRAMS / "blur_matching.py"))
+    lists = Lists(task.design(ask=()))
+    trials = lists.design.trials("001")
+    assert len({len(lists.contents("001", trial)[0]) for trial in trials}) > 1
+    files = [file for trial in trials for file in lists.files("001", trial)]
+    assert len({*map(len, files)}) == 1
+    assert json.loads(files[0]) == json.loads(lists.contents("001", trials[0])[0])
+
+
 def test_a_cube_is_a_film_of_the_laboratorys_frames(tmp_path: Path) -> None:
     made = study(tmp_path, NECKER)
     display = Display()

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import threading
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
-from dataclasses import asdict
+from dataclasses import asdict, fields, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -28,8 +29,10 @@ from focalgradient.web.pictures import (
     CONTENT,
     Described,
     form_of,
+    is_png,
     own_session,
     own_trial,
+    padded,
     parts,
     standard,
 )
@@ -41,6 +44,9 @@ DARK = -0.5
 
 STANDARD = "/pictures/standard"
 """Address of the standard's picture."""
+
+SHARED: dict[str, Any] = {one.name: one.default for one in fields(Trial)}
+"""Fields of a trial that do not describe its stimulus, with their defaults."""
 
 
 class Lists:
@@ -68,6 +74,7 @@ class Lists:
     ):
         self.design, self.folder, self.consent, self.gamma = design, stimuli, consent, gamma
         self.words: Words = load_words(design.language)
+        self._measuring, self._sizes = threading.Lock(), dict[str, int]()
         self.pictures: StimulusSet | None = None
         self.manifest: Manifest | None = None
         if not self._task.described:
@@ -197,6 +204,22 @@ class Lists:
     def contents(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]] = ()) -> list[bytes]:
         """Return the files of a trial's pictures."""
         return [_read(part[CONTENT]) for part in parts(self._stimuli(participant, trial, recorded))]
+
+    def files(self, participant: str, trial: Trial, recorded: Sequence[Mapping[str, Any]] = ()) -> list[bytes]:
+        """Return the same files, filled up to the size that all files of the participant's session have."""
+        contents = self.contents(participant, trial, recorded)
+        return padded(contents, 0 if all(map(is_png, contents)) else self._largest(participant))
+
+    def _largest(self, participant: str) -> int:
+        """Return the size in bytes of the largest film or focus series of a session, of which each is made once."""
+        found = 0
+        with self._measuring:
+            for trial in self.design.trials(participant):
+                alike = repr(replace(trial, **SHARED))
+                if alike not in self._sizes:
+                    self._sizes[alike] = max(map(len, self.contents(participant, trial)), default=0)
+                found = max(found, self._sizes[alike])
+        return found
 
     def standard(self) -> bytes | None:
         """Return the file of the standard's picture; None if the design has none."""

@@ -32,6 +32,7 @@ __all__ = [
     "Described",
     "drawn",
     "form_of",
+    "is_png",
     "own_session",
     "own_trial",
     "padded",
@@ -54,6 +55,12 @@ FILM_HZ = 60.0
 
 END_BYTES = 12
 """Size of the last chunk of a PNG, and of an empty one."""
+
+PNG_BYTES = 4096
+"""Size in bytes of all that a PNG holds besides its pixels; their incompressible blocks take up to 1/256 more."""
+
+SPACES = bytes(b" \n\t\r"[byte % 4] for byte in range(256))
+"""Translation of random bytes to spaces, which readers of JSON ignore."""
 
 MARK_DEG = 0.3
 """Radius of the fixation mark, in degrees on the pictures' display."""
@@ -161,24 +168,42 @@ def _film(frames: Iterable[Any]) -> bytes:
     return b"".join(len(file).to_bytes(4, "big") + file for file in files)
 
 
-def padded(files: Sequence[bytes]) -> list[bytes]:
-    """Return the files of a trial, filled up with random bytes to one size, which tells nothing about their content.
+def padded(files: Sequence[bytes], least: int = 0) -> list[bytes]:
+    """Return the files of a trial, filled up at random to one size in bytes, which tells nothing about their content.
 
-    Focus series remain as they are.
+    Pictures of one width and height get one size, that of their uncompressed colours; other files a power of two of
+    `least` bytes or more.
 
-    >>> films = padded([bytes(4), bytes(20)])
+    >>> films = padded([bytes(4), bytes(20)], least=40)
     >>> [len(film) for film in films], films[1][:20] == bytes(20)
-    ([32, 32], True)
+    ([64, 64], True)
     """
-    size = 1 << (max(map(len, files)) + END_BYTES - 1).bit_length()
+    least = max(least, *(len(file) + END_BYTES for file in files))
+    size = max(map(_uncompressed, files))
+    if size < least:
+        size = 1 << (least - 1).bit_length()
     return [_filled(file, size - len(file)) for file in files]
+
+
+def _uncompressed(file: bytes) -> int:
+    """Return the maximum size in bytes of an 8-bit PNG with a file's width and height; 0 for other files."""
+    if not is_png(file):
+        return 0
+    wide, high = (int.from_bytes(file[at : at + 4], "big") for at in (16, 20))
+    values = (1 + 3 * wide) * high
+    return values + values // 256 + PNG_BYTES
+
+
+def is_png(file: bytes) -> bool:
+    """Return whether a file is a picture, not a film or a focus series."""
+    return file.startswith(PNG)
 
 
 def _filled(file: bytes, gap: int) -> bytes:
     if file.startswith(FILM):
         return file + os.urandom(gap)
-    if not file.startswith(PNG):
-        return file
+    if not is_png(file):
+        return file + os.urandom(gap).translate(SPACES)
     body = b"fiLl" + os.urandom(gap - END_BYTES)  # a chunk that readers of PNG ignore
     chunk = (len(body) - 4).to_bytes(4, "big") + body + zlib.crc32(body).to_bytes(4, "big")
     return file[:-END_BYTES] + chunk + file[-END_BYTES:]

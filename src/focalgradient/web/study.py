@@ -264,14 +264,13 @@ class Study:
             session = self._resumed(place, "a picture is requested")
             known = session.trials[: len(session.recorded) + _ahead(session)]
             named = next((one for one in known if (one.phase, one.trial) == (phase, trial)), None)
-            content = None if phase else self.lists.standard()
+            files = [] if phase or (standard := self.lists.standard()) is None else padded([standard])
             # Of trials already answered only practice is shown again.
             if named is not None and (phase == "practice" or named not in known[: len(session.recorded)]):
-                files = self.lists.contents(place.participant, named, session.recorded)
-                content = padded(files)[number] if 0 <= number < len(files) else None
-        if content is None:
+                files = self.lists.files(place.participant, named, session.recorded)
+        if not 0 <= number < len(files):
             raise Refused(404, "There is no such picture.")
-        return content
+        return files[number]
 
     def judge(self, given: Judge) -> dict[str, Any]:
         """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated."""
