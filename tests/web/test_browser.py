@@ -92,9 +92,10 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
     answers = read_journal(journal(tmp_path)).of("trial")
     assert len(answers) == len(made.trials("001"))
     if scale == "ratio":  # the first key puts the marker at a random place, the second moves it by one step
-        before_the_end = [one for one in answers if one["start"] < 0.999 * made.bounds[1]]
+        key_step = 16 ** (1 / 60)  # that of the laboratory's window
+        before_the_end = [one for one in answers if one["start"] * key_step < made.bounds[1]]
         ratios = [one["rating"] / one["start"] for one in before_the_end]
-        assert ratios == pytest.approx([16 ** (1 / 1000)] * len(ratios), rel=1e-3)
+        assert ratios == pytest.approx([key_step] * len(ratios), rel=1e-3)
         assert len({one["start"] for one in answers}) > len(answers) / 2
         table = read_dataset(tmp_path / "data").tables["depthrating"]
         asked = table["question_onset"] - table["onset"]

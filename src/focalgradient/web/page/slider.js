@@ -4,7 +4,9 @@
 import Slider from "@jspsych/plugin-html-slider-response";
 import { valueAt } from "./numbers.js";
 
-const STEPS = 1000;
+const STEPS = 1200; // positions of the marker, by pointer
+const KEY_STEP = STEPS / 60; // of one key press, as in the laboratory
+const KEYS = { ArrowLeft: -KEY_STEP, ArrowDown: -KEY_STEP, ArrowRight: KEY_STEP, ArrowUp: KEY_STEP };
 
 // `number` and `escaped` format numbers and texts, `head` the question, `done` is the button's label, `keep` receives the
 // response.
@@ -39,12 +41,13 @@ export function sliderQuestion(scale, { number, escaped, head, done, keep }) {
       });
       slider.addEventListener("keydown", (event) => {
         if (event.key === "Enter") document.querySelector("#jspsych-html-slider-response-next").click();
-        else if (!moved && /^(Arrow|Page|Home|End)/.test(event.key)) {
-          moved = keyed = true;
-          event.preventDefault();
-          slider.dispatchEvent(new Event("input"));
-          slider.dispatchEvent(new Event("change"));
-        }
+        const isFirst = !moved && /^(Arrow|Page|Home|End)/.test(event.key);
+        if (!isFirst && !KEYS[event.key]) return;
+        if (isFirst) moved = keyed = true;
+        else slider.value = Number(slider.value) + KEYS[event.key]; // the browser keeps it within the range
+        event.preventDefault();
+        slider.dispatchEvent(new Event("input"));
+        slider.dispatchEvent(new Event("change"));
       });
       slider.addEventListener("pointerdown", () => (moved = true));
     },
