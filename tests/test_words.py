@@ -1,6 +1,7 @@
 """The words of the screen: the same entries in each language, and what is wrong with a laboratory's own file."""
 
 import pytest
+from command_line import run
 
 from focalgradient.design import NeckerDesign
 from focalgradient.design.words import LANGUAGES, load_words, words_text
@@ -43,6 +44,22 @@ def test_what_is_wrong_with_words_is_said_in_one_sentence(way, tmp_path):
     with pytest.raises(InputError, match=sentence) as caught:
         load_words("mine.toml", tmp_path)
     assert str(caught.value).count("\n") == 0
+
+
+def test_all_missing_texts_are_named_also_by_the_command_that_lists_trials(tmp_path):
+    english = words_text("en").splitlines()
+    lacks = ("moment", "escape", "gamma_slider")
+    text = "\n".join(line for line in english if line.partition(" =")[0] not in lacks)
+    (tmp_path / "mine.toml").write_text(text, encoding="utf-8")
+    design = tmp_path / "design.toml"
+    design.write_text('task = "necker"\nlanguage = "mine.toml"\n')
+    missing = [name for name in load_words("en").entries if name.partition(".")[2] in lacks]
+    assert len(missing) == 3
+    with pytest.raises(InputError, match=f"the entries {', '.join(missing)} are missing: copy them"):
+        load_words("mine.toml", tmp_path)
+    shown = run("trials", design, "--participant", "01")
+    assert shown.exit_code == 2
+    assert all(name in shown.stderr for name in missing)
 
 
 @pytest.mark.parametrize(("language", "space"), [("en", "SPACE"), ("de", "LEERTASTE")])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Annotated
 
 import click
@@ -9,6 +10,7 @@ import click
 import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import Folder, command
+from focalgradient.design.words import load_words
 from focalgradient.errors import InputError
 from focalgradient.files import printable, write_whole
 from focalgradient.tasks import task_named
@@ -54,6 +56,7 @@ def trials(
         Resolution of the screen, for --files.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     chosen = fg.design.load_design(design) if design.endswith(".toml") else task_named(design).design()
+    load_words(chosen.language, Path(design).parent)  # a list is made for a session, which needs all texts
     pictures = None if stimuli is None else fg.stimuli.read_set(stimuli)
     if files is not None and files.exists() and any(files.iterdir()):
         raise InputError(f"{printable(files)} contains files already: give a new folder.")

@@ -129,9 +129,9 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
     design = check_session(options, given_design)
     if options.resume and options.design is not None:
         _same_design(options, given_design, design)
+    texts = load_words(design.language, None if options.design is None else options.design.parent)
     tracker = _tracker(options, design)
     stimuli = _stimuli(options, experiment, design)
-    texts = load_words(design.language, None if options.design is None else options.design.parent)
     consent = None if options.consent is None else read_consent(options.consent)
     setup = open_stereoscope(options)
     if setup is not None and tracker is not None:

@@ -125,7 +125,7 @@ def read_words(language: str, folder: Path | None = None, optional: Optional = l
     Raises
     ------
     InputError
-        If the file cannot be read, or has missing, unknown or invalid entries: the first is named.
+        If the file cannot be read, or has missing, unknown or invalid entries; all missing ones are named.
     """
     if language in LANGUAGES:
         return _own(language)
@@ -170,8 +170,11 @@ def _checked(path: Path, given: Iterator[tuple[str, Entry]], further: Optional) 
             )
     missing = [name for name in usual if name not in entries and not name.startswith("keys.")]
     if missing:
-        more = f", and {len(missing) - 1} more are" if len(missing) > 1 else " is"
-        raise InputError(f"{path}: {missing[0]}{more} missing: copy the entry from the texts of 'en' and translate it.")
+        many, are, each = ("entries", "are", "them") if len(missing) > 1 else ("entry", "is", "it")
+        raise InputError(
+            f"{path}: the {many} {', '.join(missing)} {are} missing: copy {each} from the texts of 'en' and translate "
+            f"{each}."
+        )
     for name, entry in entries.items():
         usual_entry = known[name]
         if isinstance(usual_entry, tuple) != isinstance(entry, tuple) or not _is_text(entry):
