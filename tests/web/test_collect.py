@@ -140,6 +140,8 @@ def test_the_list_is_the_laboratorys_for_the_same_seed_and_label(tmp_path: Path)
         trials = design.trials(label)
         assert [(one["phase"], one["trial"]) for one in made["trials"]] == [(one.phase, one.trial) for one in trials]
         assert made["sha256"] == digest_of(trials)
+        assert made["reveals"] in said
+        assert "study.json the design with its seed" in made["reveals"]
         for entry, trial in zip(made["trials"], trials, strict=True):
             assert trial.scene.partition("-")[0] not in json.dumps(entry)
             assert all((tmp_path / "out" / interval["url"]).is_file() for interval in entry["intervals"])

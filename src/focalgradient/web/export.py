@@ -37,8 +37,9 @@ POLICY = (
 
 
 REVEALS = (
-    "A page without a server has all trials of a participant, and judges practice itself: this file contains the "
-    "order, the correct responses to practice and the debriefing. Pictures are named by their content."
+    "A page without a server has all trials of a participant, and judges practice itself: each list contains the "
+    "order, the correct responses to practice and the debriefing, and study.json the design with its seed, from which "
+    "all conditions follow. Pictures are named by their content and differ in size."
 )
 """What a participant who opens the files of an exported study can learn; stated in each list."""
 
