@@ -39,6 +39,7 @@ class _Script:
         self.client = TestClient(application(self.study, "secret"))
         token = self.client.post("/api/join", json={"platform": {}}).json()["token"]
         self.who = {"token": token, "tab": "tab-1"}
+        self.practised: list[dict[str, Any]] = []
 
     def begin(self, **more: Any) -> Any:
         """Start the session; return the trials."""
@@ -48,7 +49,11 @@ class _Script:
     def answer(self, trial: dict[str, Any], number: int, **changed: Any) -> int:
         """Answer a trial after its usual duration; return the status."""
         key = {"phase": trial["phase"], "trial": trial["trial"]}
-        given = self.client.post("/api/next", json={**self.who, **key}).json()
+        passed = {}
+        if trial["phase"] == "main" and self.practised:
+            judged = self.client.post("/api/judge", json={**self.who, "round": 20, "answers": self.practised}).json()
+            passed = {"practice_token": judged["practice_token"]} if "practice_token" in judged else {}
+        given = self.client.post("/api/next", json={**self.who, **key, **passed}).json()
         seconds = sum(one["seconds"] for one in given["trials"][0]["intervals"]) if "trials" in given else 1.0
         told: dict[str, Any] = {
             "onset": 11.0 * number,
@@ -56,6 +61,8 @@ class _Script:
             "trial_duration": seconds,
             "frames": FRAMES,
         } | changed
+        if trial["phase"] == "practice":
+            self.practised.append({**key, "answer": told})
         self.client.post("/api/expose", json={**self.who, **key, "round": 1, "exposure": f"e-{number}"})
         key |= {"attempt": f"a-{number}", "trial_token": given.get("trial_tokens", ["none"])[0]}
         return self.client.post("/api/answer", json={**self.who, **key, "answer": told}).status_code

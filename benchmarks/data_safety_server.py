@@ -61,11 +61,18 @@ def take_part(client: TestClient, platform: dict[str, str]) -> str:
     token = str(client.post("/api/join", json={"platform": platform}).json()["token"])
     who = {"token": token, "tab": "tab"}
     trials = client.post("/api/begin", json={**who, **SCREEN}).json()["trials"]
+    practised: list[dict[str, Any]] = []
     for number, trial in enumerate(trials):
         Hurried.ahead += 10.0
         answer = {"onset": 10.0 * number, "presses": [[0.5, "f", True], [1.5, "f", False]], "trial_duration": 2.0}
         key = {"phase": trial["phase"], "trial": trial["trial"]}
-        given = client.post("/api/next", json={**who, **key}).json()
+        passed = {}
+        if trial["phase"] == "practice":
+            practised.append({**key, "answer": {**answer, "frames": FRAMES}})
+        elif practised:
+            judged = client.post("/api/judge", json={**who, "round": 20, "answers": practised}).json()
+            passed = {"practice_token": judged["practice_token"]}
+        given = client.post("/api/next", json={**who, **key, **passed}).json()
         client.post("/api/expose", json={**who, **key, "round": 1, "exposure": f"e-{number}"}).raise_for_status()
         key |= {"attempt": f"attempt-{number}", "trial_token": given["trial_tokens"][0]}
         client.post("/api/answer", json={**who, **key, "answer": {**answer, "frames": FRAMES}}).raise_for_status()

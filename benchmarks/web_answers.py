@@ -47,6 +47,8 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
     token = (await client.post("/api/join", json={"platform": {}})).json()["token"]
     who = {"token": token, "tab": "tab"}
     trials = (await client.post("/api/begin", json={**who, **SCREEN})).json()["trials"]
+    practised: list[dict[str, Any]] = []
+    passed: dict[str, Any] = {}
     await asyncio.sleep(2.0)  # duration of the first trial: earlier answers are refused
     for index, trial in enumerate(trials):
         answer: dict[str, Any] = {
@@ -56,8 +58,13 @@ async def person(client: httpx2.AsyncClient, every: float, waits: list[float]) -
             "frames": {"shown": [{"event": "cube", "stamps": FRAMES}]},
         }
         key = {"phase": trial["phase"], "trial": trial["trial"]}
-        given = (await client.post("/api/next", json={**who, **key})).json()
+        if trial["phase"] == "main" and not passed:
+            judged = await client.post("/api/judge", json={**who, "round": 20, "answers": practised})
+            passed = {"practice_token": judged.json()["practice_token"]}
+        given = (await client.post("/api/next", json={**who, **key, **passed})).json()
         await client.post("/api/expose", json={**who, **key, "round": 1, "exposure": f"e{index}"})
+        if trial["phase"] == "practice":
+            practised.append({**key, "answer": answer})
         key |= {"attempt": f"a{index}", "trial_token": given["trial_tokens"][0]}
         start = time.perf_counter()
         reply = await client.post("/api/answer", json={**who, **key, "answer": answer})

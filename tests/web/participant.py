@@ -101,6 +101,7 @@ class Participant:
         self.token = token or client.post("/api/join", json={"platform": {}}).json()["token"]
         self.trials: list[dict[str, Any]] = []
         self.trial_tokens: dict[str, str] = {}
+        self.practised: dict[int, dict[str, Any]] = {}
         self.exposed: set[str] = set()
         self.holds = False
 
@@ -111,10 +112,21 @@ class Participant:
             if "trial_token" not in message:
                 message["trial_token"] = self.trial_token(message)
             self.show(message)
+            if message.get("phase") == "practice":
+                self.practised[message["trial"]] = {key: message[key] for key in ("phase", "trial", "answer")}
+        if path == "next" and message.get("phase") == "main" and "practice_token" not in message:
+            message["practice_token"] = self.practice_token()
         answer = self.client.post(f"/api/{path}", json={"token": self.token, "tab": self.tab, **message})
         if path == "expose" and answer.status_code == 200:
             self.exposed.add(str({"phase": message["phase"], "trial": message["trial"]}))
         return answer
+
+    def practice_token(self) -> str:
+        """What the server gives with the judgement of the last round of practice, whether or not it is passed."""
+        if not self.practised:
+            return ""
+        judged = self.ask("judge", round=20, answers=[*self.practised.values()])
+        return str(judged.json().get("practice_token", ""))
 
     def show(self, trial: dict[str, Any]) -> None:
         """Report a trial's exposure, unless that was done."""

@@ -103,7 +103,8 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
         assert ({*table["confidence"]}, {*table["confidence_start"]}) == ({0.5}, {0.25})
     debriefing = made.lists.closing("001")
     assert debriefing
-    assert not {page["text"] for page in debriefing} & values(sent)
+    repeated = made.lists.again("001")
+    assert not {page["text"] for page in [*debriefing, *([repeated] if repeated else [])]} & values(sent)
     assert names == [
         f"/pictures/{one.phase}/{one.trial}/{n}" for one in planned for n in range(len(names) // len(planned))
     ]
@@ -189,6 +190,8 @@ def test_the_server_judges_practice(tmp_path: Path) -> None:
                 answer = message["answer"] | {"rating": 0.5 if low else 2.0}
                 answers.append({"phase": "practice", "trial": trial.trial, "answer": answer})
             verdict = someone.ask("judge", round=1, answers=answers).json()
+            assert bool(verdict.pop("practice_token", "")) is is_right
+            assert ("text" in verdict.pop("page", {})) is not is_right, "with the verdict, not before"
             count = sum(made.design.right_side(trial) is not None for trial in planned)
             assert count
             assert verdict == {
@@ -198,6 +201,8 @@ def test_the_server_judges_practice(tmp_path: Path) -> None:
                 "again": not is_right,
                 "share": None,
             }
+            few = someone.ask("judge", round=1, answers=answers[:-1]).json()
+            assert not {"page", "practice_token"} & few.keys(), "the round is not complete"
         main = [{**answers[0], "phase": "main"}]
         assert someone.ask("judge", round=1, answers=main).status_code == 400
 

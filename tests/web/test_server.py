@@ -199,6 +199,31 @@ def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.Mon
     assert one.begin().status_code == 200
 
 
+def test_main_trials_need_passed_practice_of_their_sitting(client: TestClient) -> None:
+    someone = Participant(client)
+    someone.begin()
+    practised = [trial for trial in someone.trials if trial["phase"] == "practice"]
+    for number, trial in enumerate(practised):
+        shown = someone.ask("next", phase="practice", trial=trial["trial"]).json()["trials"]
+        assert {one["phase"] for one in shown} == {"practice"}, "and no main trial in advance"
+        assert someone.answer(number).status_code == 200
+    main = {"phase": "main", "trial": 1}
+    answers = [*someone.practised.values()]
+    failed = someone.ask("judge", round=1, answers=answers).json()
+    assert failed["again"]
+    assert "practice_token" not in failed
+    for token in ("", "0" * 32):
+        refused = someone.ask("next", **main, practice_token=token)
+        assert refused.status_code == 403
+        assert "Practice" in refused.json()["error"]
+    assert someone.ask("answer", **someone.message(main, 2), trial_token="none").status_code == 403
+    token = someone.ask("judge", round=3, answers=answers).json()["practice_token"]
+    assert someone.ask("next", **main, practice_token=token).status_code == 200
+    resumed = Participant(client, someone.token)
+    assert [trial["phase"] for trial in resumed.begin().json()["trials"][:1]] == ["main"]
+    assert resumed.ask("next", **main).status_code == 200, "as the laboratory, which repeats no earlier sitting"
+
+
 def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_path: Path) -> None:
     someone = Participant(client)
     someone.begin()
@@ -361,7 +386,7 @@ def test_an_answer_needs_the_token_of_its_trial(tmp_path: Path) -> None:
         someone.show(someone.trials[0])
         before = journal(tmp_path).read_bytes()
         tokens = someone.ask("next", **first).json()["trial_tokens"]
-        assert len(tokens) == len(set(tokens)) == min(len(someone.trials), studies.AHEAD)
+        assert len(tokens) == len(set(tokens)) == 2, "those of practice"
         for wrong in ("none", tokens[1], other.ask("next", **first).json()["trial_tokens"][0]):
             refused = someone.ask("answer", **message, trial_token=wrong)
             assert refused.status_code == 403

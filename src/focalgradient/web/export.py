@@ -148,7 +148,7 @@ def _write_lists(lists: Lists, bundle: Path, labels: Sequence[str]) -> set[str]:
         content = {
             "reveals": REVEALS,
             "sha256": digest_of(trials),
-            "session": lists.session(label) | judged | {"closing": lists.closing(label)},
+            "session": lists.session(label) | judged | {"again": lists.again(label), "closing": lists.closing(label)},
             "trials": entries,
         }
         (bundle / "lists" / f"{label}.json").write_text(json.dumps(content), encoding="utf-8")

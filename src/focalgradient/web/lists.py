@@ -138,10 +138,15 @@ class Lists:
         design: Any = self.design
         content = own_session(design, self._display)
         pages = self._pages(participant)
-        again, opening = pages.again(), pages.opening()
+        opening = pages.opening()
         if any(isinstance(page, Page) and page.at is not None for page in opening):  # an example of an answer
             content["scale"] = form_of(design.response_scale.control(self.words), self.words)
-        return content | {"opening": [self._step(page) for page in opening], "again": again and self._step(again)}
+        return content | {"opening": [self._step(page) for page in opening]}
+
+    def again(self, participant: str) -> dict[str, Any] | None:
+        """Return the page before repeated practice; None for a task without it."""
+        page = self._pages(participant).again()
+        return None if page is None else self._step(page)
 
     def closing(self, participant: str) -> list[dict[str, Any]]:
         """Return the pages of the debriefing."""

@@ -196,10 +196,14 @@ class Expose(Exposure, Who):
 
 
 class Next(Who):
-    """Request for a trial and the few that follow it: their tokens, stimuli and pages."""
+    """Request for a trial and the few that follow it: their tokens, stimuli and pages.
+
+    Main trials need the token that the last judgement of practice gave, unless an earlier sitting had all practice.
+    """
 
     phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
     trial: Annotated[int, Field(ge=1, le=100_000)]
+    practice_token: Annotated[str, Field(max_length=100)] = ""
 
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]

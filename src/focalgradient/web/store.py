@@ -6,6 +6,7 @@ copies what other servers have added into that folder, and afterwards stores the
 
 from __future__ import annotations
 
+import hmac
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -15,13 +16,17 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, Protocol
 
-from focalgradient.dataset import Session
+from focalgradient.dataset import Session, read_journal
+from focalgradient.dataset.withdrawal import record_of
 
 __all__ = ["UNKNOWN", "Clock", "Local", "Place", "Refused", "Store"]
 
 SILENT_S = 20.0
 """Time in s without a heartbeat after which a tab no longer owns its session; pages send one every 5 s."""
 
+
+TOKEN_DIGITS = 32
+"""Number of hexadecimal digits of a trial's token (128 bits)."""
 
 UNKNOWN = "This link is invalid or its data were deleted. Please use the link you received."
 
@@ -90,6 +95,18 @@ class Place:
     stored: int = 0
     key: str | None = None
     began: int = 0
+
+    def trial_token(self, phase: str, trial: int) -> str:
+        """Return the token of a trial, the same from every server and after every restart."""
+        if self.key is None:
+            self.key = record_of(read_journal(self.journal))
+        if self.key is None:  # a server was killed before it had recorded the sitting
+            raise Refused(425, "The session must be resumed before a trial is requested.")
+        return hmac.digest(self.key.encode(), f"{phase} {trial}".encode(), "sha256").hex()[:TOKEN_DIGITS]
+
+    def is_token(self, given: str, phase: str, trial: int) -> bool:
+        """Return whether a token is that of a trial."""
+        return hmac.compare_digest(given.encode(), self.trial_token(phase, trial).encode())
 
     def held_by_another(self, tab: str) -> bool:
         """Return whether another tab has sent a heartbeat within `SILENT_S`."""

@@ -6,7 +6,6 @@ is acknowledged but not recorded twice, so that the page may resend it as often 
 
 from __future__ import annotations
 
-import hmac
 import secrets
 import threading
 import time
@@ -51,8 +50,8 @@ MESSAGES = 1200
 AHEAD = 4
 """Maximum number of trials that a page may be ahead of the recorded responses, and whose stimuli it receives."""
 
-TOKEN_DIGITS = 32
-"""Number of hexadecimal digits of a trial's token (128 bits)."""
+PRACTICE = ("practice", 0)
+"""Phase and number whose token is that of passed practice; no trial has the number 0."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
@@ -246,10 +245,14 @@ class Study:
             keys: list[tuple[str, int]] = [
                 (trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]
             ]
+            if _practice(place, session) and not place.is_token(given.practice_token, *PRACTICE):
+                if given.phase == "main":
+                    raise Refused(403, "Practice is not passed: repeat it before the main trials.")
+                keys = [key for key in keys if key[0] == "practice"]
             if (given.phase, given.trial) not in keys:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
             first = keys.index((given.phase, given.trial))
-            tokens = [self._trial_token(place, *key) for key in keys[first:]]
+            tokens = [place.trial_token(*key) for key in keys[first:]]
             since = len(session.recorded) - place.began
             asked = slice(since + first, since + len(keys))
             shown = self.lists.shown(place.participant, session.trials, place.began, asked, session.recorded)
@@ -273,17 +276,18 @@ class Study:
         return files[number]
 
     def judge(self, given: Judge) -> dict[str, Any]:
-        """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated."""
-        with self._held(given) as place, _refusing():
-            return judge(self._resumed(place, "practice is judged"), self.lists.pictures, given)
+        """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated.
 
-    def _trial_token(self, place: Place, phase: str, trial: int) -> str:
-        """Return the token of a trial, the same from every server and after every restart."""
-        if place.key is None:
-            place.key = record_of(read_journal(place.journal))
-        if place.key is None:  # a server was killed before it had recorded the sitting
-            raise Refused(425, "The session must be resumed before a trial is requested.")
-        return hmac.digest(place.key.encode(), f"{phase} {trial}".encode(), "sha256").hex()[:TOKEN_DIGITS]
+        With the last response of a round comes the page before the next round, or the token for the main trials.
+        """
+        with self._held(given) as place, _refusing():
+            session = self._resumed(place, "practice is judged")
+            found = judge(session, self.lists.pictures, given)
+            if not _practice(place, session) <= {one.trial for one in given.answers}:
+                return found
+            if found["again"]:
+                return found | {"page": self.lists.again(place.participant)}
+            return found | {"practice_token": place.trial_token(*PRACTICE)}
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record a response, and acknowledge it once it is on disk."""
@@ -300,7 +304,7 @@ class Study:
                 return {"recorded": True, "again": True, "done": done}
             if numbers[key] > done:
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.", done=done)
-            if not hmac.compare_digest(given.trial_token.encode(), self._trial_token(place, *key).encode()):
+            if not place.is_token(given.trial_token, *key):
                 raise Refused(403, f"Trial {given.trial} ({given.phase}) was not shown: request it first.", done=done)
             if not session.was_shown(session.trials[done]):
                 name = f"Trial {given.trial} ({given.phase})"
@@ -329,6 +333,9 @@ class Study:
         if log.changed:
             return None
         durable = not self.store.shared
+        kinds = [event["event"] for event in log.events]
+        resumed = [number for number, kind in enumerate(kinds) if kind == "resumed"]
+        place.began = kinds[: max(resumed, default=0)].count("trial")
         if not place.journal.read_bytes().endswith(b"\n"):  # a crash truncated a line, which the journal must record
             last = [log.head, *log.of("resumed")][-1]
             apparatus = Apparatus(**last["apparatus"], versions=last["versions"])
@@ -339,9 +346,6 @@ class Study:
                 durable=durable,
             )
             return place.session
-        kinds = [event["event"] for event in log.events]
-        resumed = [number for number, kind in enumerate(kinds) if kind == "resumed"]
-        place.began = kinds[: max(resumed, default=0)].count("trial")
         journal = Journal.take(place.journal)
         journal.follow(log, durable=durable)
         design = check_design(str(place.journal), log.head["design"])
@@ -480,6 +484,11 @@ def _refusing(status: int = 400) -> Iterator[None]:
         if isinstance(error.__cause__, OSError):
             raise
         raise Refused(status, " ".join(str(error).split())) from error
+
+
+def _practice(place: Place, session: Session) -> set[int]:
+    """Return the numbers of the practice trials of the present sitting."""
+    return {trial.trial for trial in session.trials[place.began :] if trial.phase == "practice"}
 
 
 def _ahead(session: Session) -> int:

@@ -240,7 +240,7 @@ class Page {
       await this.played([...this.steps(n ? trial.before : trial.first, trial), ...this.turn(trial)]);
       if (trial !== practised.at(-1)) continue;
       while (this.practice.repeat && !this.over) {
-        await this.played([...this.steps([session.again].filter(Boolean)), ...practised.flatMap((one) => this.turn(one))]);
+        await this.played([...this.steps([this.practice.page].filter(Boolean)), ...practised.flatMap((one) => this.turn(one))]);
       }
     }
     document.body.classList.remove("watching");
@@ -352,7 +352,7 @@ class Page {
         Object.assign(this.left[place + n], one, token && { token });
         this.fetched(one).catch(() => {}); // in advance
       });
-    const message = { phase: trial.phase, trial: trial.trial };
+    const message = { phase: trial.phase, trial: trial.trial, practice_token: this.practice.token };
     try {
       if (!trial.lead) {
         await this.outbox.send();

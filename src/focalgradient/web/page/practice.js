@@ -24,7 +24,7 @@ export function isRight(want, answer) {
 }
 
 // The server's judgement of a round so far, for a page without a server: `entries` are the trials of its list.
-export function judged({ round, answers }, entries, { practice_right, practice_rounds }) {
+export function judged({ round, answers }, entries, { practice_right, practice_rounds, again: page }) {
   let share = null;
   const known = [];
   for (const { trial: number, answer } of answers) {
@@ -36,7 +36,7 @@ export function judged({ round, answers }, entries, { practice_right, practice_r
   }
   const right = known.filter(Boolean).length;
   const passed = right >= practice_right * known.length;
-  return { right, of: known.length, passed, again: !passed && round < practice_rounds, share };
+  return { right, of: known.length, passed, again: !passed && round < practice_rounds, share, page };
 }
 
 export class Practice {
@@ -44,6 +44,8 @@ export class Practice {
   rounds = []; // to be recorded
   number = 1;
   repeat = false;
+  page = null; // before the next round
+  token = ""; // for the main trials
 
   // `judge` asks for the judgement of a round's responses so far; `count`: number of practice trials.
   constructor(judge, count) {
@@ -61,11 +63,11 @@ export class Practice {
     const repeated = this.number > 1;
     this.answers.push({ phase, trial, answer: { ...answer } });
     if (this.answers.length < this.count) return repeated;
-    const { right, of, passed, again } = await this.judge({ round: this.number, answers: this.answers });
+    const { right, of, passed, again, page = null, practice_token = "" } = await this.judge({ round: this.number, answers: this.answers });
     this.rounds.push({ round: this.number, right, of, passed, again: repeated ? this.answers : [] });
     this.answers = [];
     this.number += 1;
-    this.repeat = again;
+    Object.assign(this, { repeat: again, page, token: practice_token });
     return repeated;
   }
 
