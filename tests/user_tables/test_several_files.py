@@ -120,6 +120,14 @@ def test_explaining_marks_what_is_missing(tmp_path: Path) -> None:
     assert re.search(r"Error: the table of \S+ and 1 more has no columns for aperture, rating", shown.output)
 
 
+def test_a_wrong_name_of_a_column_leads_to_the_right_one(tmp_path: Path) -> None:
+    """Taken for ratings for one wrong name, a table of thresholds had its right names refused."""
+    [file] = saved(tmp_path / "data", ["A\t1\t2\t2\n"], head="vp\tstufe\ttreffer\tanzahl\n")
+    for names, right in (("level_D=stufe,correct=treffer", "level"), ("level=stufe,n_correct=treffer", "correct")):
+        shown = CliRunner().invoke(main, ["report", file, "--columns", f"participant=vp,{names}", "--explain"])
+        assert re.search(f"Error: columns: (level_D|n_correct) is not known: use {right} = the file's name", shown.output)
+
+
 def test_explaining_names_conditions_and_counts_what_it_leaves_out(tmp_path: Path) -> None:
     """The condition was "not used", and ", " joined values with decimal commas; only the first rows were looked at."""
     shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", rows()), *BY, "--explain"])

@@ -109,8 +109,13 @@ KINDS = (
 
 
 def kind_of(table: UserTable, columns: Mapping[str, str] | None = None, by: Sequence[str] = ()) -> Kind:
-    """Return the kind of a table; `by` conditions, answers at levels or ratings are analysed."""
-    found = next(kind for kind in KINDS if kind.holds(table, columns))
+    """Return the kind of a table; `by` conditions, answers at levels or ratings are analysed.
+
+    If a name in `columns` is none of this kind, the kind is that of most of the names.
+    """
+    found, given = next(kind for kind in KINDS if kind.holds(table, columns)), {*(columns or {})} - {"participant"}
+    if not given <= {*found.schema.columns}:
+        found = max((found, *KINDS), key=lambda kind: len(given & {*kind.schema.columns}))
     return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found
 
 

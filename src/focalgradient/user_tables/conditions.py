@@ -71,10 +71,11 @@ class OwnConditions(ImportedAnswers):
 
 def holds_conditions(path: Paths, columns: Mapping[str, str] | None = None) -> bool:
     """Return whether a table has ratings and apertures, but no fixation: conditions are then its other columns."""
-    if (columns or {}).get("rating", "").endswith("*"):
+    columns = columns or {}
+    if columns.get("rating", "").endswith("*") or not {*columns} <= {"participant", *RATINGS.columns}:
         return False
     table = read_table(path)
-    found = found_columns(table.name, table.cells, RATINGS, columns or {})
+    found = found_columns(table.name, table.cells, RATINGS, columns)
     return "rating" in found and "fixation" not in found and bool({"aperture", "aperture_mm"} & set(found))
 
 

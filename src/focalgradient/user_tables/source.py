@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, nearest
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
@@ -410,8 +410,11 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
         role = "participant_id" if given == "participant" else given
         theirs = by_name.get(column, by_name.get(clean(column).casefold()))
         if role not in schema.columns:
-            known = ", ".join(["participant", *list(schema.columns)[1:]])
-            wrong.append(f"{given} is not known: use {known} = the file's name")
+            free = {role: definition for role, definition in schema.columns.items() if role not in columns}
+            words = {word: role for role, definition in free.items() for word in (role, *definition.names)}
+            word = nearest(given, words)
+            likely = words[word] if word else ", ".join(["participant", *list(schema.columns)[1:]])
+            wrong.append(f"{given} is not known: use {likely} = the file's name")
         elif theirs is None:
             wrong.append(f"{name} has no column {column} for {given}: it has {few(header)}")
         elif theirs in found.values():
