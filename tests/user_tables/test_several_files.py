@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +11,9 @@ from click.testing import CliRunner
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.user_tables import read_conditions, read_ratings
+from focalgradient.user_tables import read_conditions, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.files import read_table, text_table
+from focalgradient.user_tables.imported import ImportedAnswers
 
 HEAD = "Sujet\tRendu\tScène\tEssai\trating\n"
 PEOPLE = ("AB", "CD", "EF", "GH", "IJ", "KL", "MN", "OP")
@@ -106,6 +107,36 @@ def test_trial_numbers_that_begin_again_in_each_file_count_within_it() -> None:
         read_conditions(text_table(head + "".join([*first, "H,1,1,1.7\nH,2,2,1.6\n"])))
 
 
+@pytest.mark.parametrize(
+    ("read", "head", "row"),
+    [
+        (read_thresholds, "subject,session,level,correct,rt", "{who},1,{even},1,0.{at}"),
+        (read_detection, "subject,session,signal,response,rt", "{who},1,{even},1,0.{at}"),
+        (read_reports, "subject,session,trial,percept,gradient,duration", "{who},1,{at},rigid,none,{even}1"),
+    ],
+)
+def test_copies_count_once(read: Callable[..., ImportedAnswers], head: str, row: str) -> None:
+    """PsychoPy and browsers write copies of a file; trials of tables without ratings counted twice without a word."""
+    people = ["".join(f"{row.format(who=who, even=at % 2, at=at)}\n" for at in range(2, 32)) for who in "ABC"]
+    if read is read_thresholds:
+        people = [rows.replace(",1,0,", ",1,2,") for rows in people]
+    files = [text_table(f"{head}\n{rows}", f"{name}.csv") for name, rows in zip("abc", people, strict=True)]
+    own = read([*files, text_table(f"{head}\n{people[1]}", "b_1.csv")])
+    assert len(own.table) == len(read(files).table) == 90
+    assert "Copies of files, whose rows all equal those of another, were dropped: b_1.csv." in own.notices
+    own = read(text_table("".join([head, "\n", *people, people[1]])))
+    assert len(own.table) == 90
+    assert "Participant B, session 1 appears twice with identical answers; rows 92 to 121 were dropped." in own.notices
+    assert len(read([*files, text_table(f"{head}\n{people[1].replace('B,1', 'B,2')}", "d.csv")]).table) == 120
+
+
+def test_small_files_that_agree_are_no_copies() -> None:
+    """Two people without names in their files, or sessions of few counts, may well have the same answers."""
+    few = "level,correct,trials\n1,5,10\n2,8,10\n3,9,10\n4,10,10\n"
+    assert len(read_thresholds([text_table(few, "anna.csv"), text_table(few, "ben.csv")]).table) == 80
+    assert len(read_thresholds([text_table(few, "anna.csv"), text_table(few, "anna (1).csv")]).table) == 40
+
+
 def test_explaining_marks_what_is_missing(tmp_path: Path) -> None:
     """It printed an error about columns, and nothing that was recognised."""
     head = "Vpn\tÖffnung\tBlick\tUrteil1\n"
@@ -125,7 +156,9 @@ def test_a_wrong_name_of_a_column_leads_to_the_right_one(tmp_path: Path) -> None
     [file] = saved(tmp_path / "data", ["A\t1\t2\t2\n"], head="vp\tstufe\ttreffer\tanzahl\n")
     for names, right in (("level_D=stufe,correct=treffer", "level"), ("level=stufe,n_correct=treffer", "correct")):
         shown = CliRunner().invoke(main, ["report", file, "--columns", f"participant=vp,{names}", "--explain"])
-        assert re.search(f"Error: columns: (level_D|n_correct) is not known: use {right} = the file's name", shown.output)
+        assert re.search(
+            f"Error: columns: (level_D|n_correct) is not known: use {right} = the file's name", shown.output
+        )
 
 
 def test_explaining_names_conditions_and_counts_what_it_leaves_out(tmp_path: Path) -> None:

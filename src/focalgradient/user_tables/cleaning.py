@@ -24,8 +24,10 @@ __all__ = [
     "in_steps",
     "note_groups",
     "without_codes",
+    "without_copied_files",
     "without_copies",
     "without_headers",
+    "without_pasted",
     "without_summaries",
 ]
 
@@ -37,6 +39,9 @@ MAX_SHARED_ANSWERS = 0.7
 
 MIN_BLOCK_ROWS = 4
 """Minimum number of rows of a copied block."""
+
+MIN_FILE_ROWS = 20
+"""Minimum number of rows of a copied file that its name does not tell: right and wrong answers may coincide in fewer."""
 
 MAX_CHANCE = 1e-6
 """Maximum probability of identical answers by chance, given a subject's variability, to count as a copy (our choice).
@@ -191,24 +196,9 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
 
     `shown` are the columns of the conditions, such as scene, aperture and fixation.
     """
-    of = [name for name in ("participant_id", "session") if name in table]
     conditions = [name for name in ("session", *shown, "catch") if name in table]
     about = [name for name in (*conditions, "rating", "response_time") if name in table]
-    groups = table.groupby(of, sort=False).indices
-    cells = pd.DataFrame({name: pd.factorize(table[name])[0] for name in about}).to_numpy()
-    left_out = np.zeros(len(table), bool)
-    sizes = [len(rows) for rows in groups.values()]
-    for key, rows in groups.items():
-        half = len(rows) // 2
-        if len(rows) % 2 or half < MIN_BLOCK_ROWS or not (cells[rows[:half]] == cells[rows[half:]]).all():
-            continue
-        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]], shown) < MAX_CHANCE:
-            left_out[rows[half:]] = True
-            who = " ".join(str(label) for label in np.atleast_1d(np.array(key, dtype=object))).strip()
-            again = pd.Series(np.isin(np.arange(len(table)), rows[half:]))
-            copy = rows_named(table, again)
-            notices.append(f"Participant {who} appears twice with identical answers; {copy} were dropped.")
-    table = table[~left_out]
+    table = without_pasted(table, table[about], shown, ["rating"], notices)
     people, files = table["participant_id"], table.index.get_level_values(0).to_series(index=table.index)
     counts = ((people != people.shift()) | (files != files.shift())).groupby(people, sort=False).sum()
     several = [str(name) for name in counts.index[counts > 1]]
@@ -225,15 +215,60 @@ def without_copies(table: pd.DataFrame, shown: Sequence[str], notices: list[str]
     return _without_other_names(table, shown, conditions, notices, notes)
 
 
-def _by_chance(rows: pd.DataFrame, shown: Sequence[str]) -> float:
-    """Return the probability that another subject with the same percepts gives the same answers in all rows.
+def without_copied_files(cells: pd.DataFrame, notices: list[str], *, named: bool) -> pd.DataFrame:
+    """Remove the files whose rows equal those of another in all cells, as programs write copies of their own.
+
+    Files that do not name participants (`named`), and small ones, are copies only by their names, like "p01 (1).csv".
+    """
+    hashes, alike = pd.util.hash_pandas_object(cells, index=False).to_numpy(), dict[bytes, list[str]]()
+    for file, rows in cells.groupby(level=0, sort=False).indices.items():
+        if len(rows) >= MIN_BLOCK_ROWS:
+            alike.setdefault(hashes[rows].tobytes(), []).append(str(file))
+    copies = []
+    for key, files in alike.items():
+        first, *others = sorted(files, key=lambda file: (len(file), file))
+        stem, is_long = first.rpartition(".")[0], len(key) >= MIN_FILE_ROWS * hashes.itemsize
+        copies += [file for file in others if (named and is_long) or re.match(re.escape(stem) + r"[\W_]", file)]
+    if not copies:
+        return cells
+    notices.append(f"Copies of files, whose rows all equal those of another, were dropped: {few(sorted(copies))}.")
+    kept = cells[~cells.index.get_level_values(0).isin(copies)].copy()
+    kept.attrs = cells.attrs
+    return kept
+
+
+def without_pasted(
+    table: pd.DataFrame, same: pd.DataFrame, shown: Sequence[str], answers: Sequence[str], notices: list[str]
+) -> pd.DataFrame:
+    """Remove the second of two blocks of rows of one subject that have the `same` cells, if chance cannot explain it.
+
+    `shown` are the columns of the conditions, `answers` those of the answers.
+    """
+    groups = table.groupby([name for name in ("participant_id", "session") if name in table], sort=False).indices
+    cells = pd.DataFrame({name: pd.factorize(same[name])[0] for name in same}).to_numpy()
+    left_out = np.zeros(len(table), bool)
+    sizes = [len(rows) for rows in groups.values()]
+    for key, rows in groups.items():
+        half = len(rows) // 2
+        if len(rows) % 2 or half < MIN_BLOCK_ROWS or not (cells[rows[:half]] == cells[rows[half:]]).all():
+            continue
+        if sizes.count(half) * 2 > len(sizes) or _by_chance(table.iloc[rows[:half]], shown, answers) < MAX_CHANCE:
+            left_out[rows[half:]] = True
+            who = ", session ".join(str(label) for label in np.atleast_1d(np.array(key, dtype=object)) if label)
+            copy = rows_named(table, pd.Series(np.isin(np.arange(len(table)), rows[half:])))
+            notices.append(f"Participant {who} appears twice with identical answers; {copy} were dropped.")
+    return table[~left_out]
+
+
+def _by_chance(rows: pd.DataFrame, shown: Sequence[str], given: Sequence[str]) -> float:
+    """Return the probability that another subject with the same percepts has the `given` answers in all rows.
 
     It is estimated from the variability of the subject's answers to the same picture, or without repetitions to the
     same condition. Subjects with little variability who round their answers may well coincide.
     """
     for about in ([*shown], [name for name in shown if name != "scene"]):
         same = pairs = 0.0
-        for _, answers in rows.groupby(about)["rating"]:
+        for _, answers in rows.groupby(about)[[*given]]:
             counts = answers.value_counts().to_numpy(float)
             same += float((counts * (counts - 1)).sum())
             pairs += float(counts.sum() * (counts.sum() - 1))
@@ -266,7 +301,11 @@ def _without_other_names(
             copied = table["participant_id"].isin(whose[1:])
             rows = table[table["participant_id"] == whose[0]]
             pairs = len(values) * (len(values) - 1) / 2
-            if len(others) and agree.max() < MAX_SHARED_ANSWERS and pairs * _by_chance(rows, shown) < MAX_CHANCE:
+            if (
+                len(others)
+                and agree.max() < MAX_SHARED_ANSWERS
+                and pairs * _by_chance(rows, shown, ["rating"]) < MAX_CHANCE
+            ):
                 notices.append(
                     f"{', '.join(whose)} have the same answer in every row: {rows_named(table, copied)} were left out "
                     f"as copies of {whose[0]}."

@@ -75,7 +75,8 @@ def read_detection(
     """
     source = Source.read(path, DETECTION, columns, where)
     source.require()
-    table = source.answers(source.rows(), "response")
+    table = source.without_pasted(source.rows(), ("condition", "signal"), ("response", "confidence"))
+    table = source.answers(table, "response")
     meanings = folded(conditions)
     table = table.assign(signal=source.truths(table, "signal", meanings))
     table = table.assign(answer=source.truths(table, "response", meanings))

@@ -149,13 +149,21 @@ def maybe_summary(name: str) -> bool:
 
 
 def rows_named(table: pd.DataFrame, chosen: pd.Series[bool]) -> str:
-    """Format the row numbers for a message: "row 3", "rows 2 to 9", "rows 2, 5, 8 and 4 more".
+    """Format the row numbers for a message: "row 3", "rows 2 to 9", "rows 2, 5, 8 and 4 more"; of several files theirs.
 
     >>> index = pd.MultiIndex.from_tuples([("a.csv", row) for row in range(2, 9)])
     >>> rows_named(pd.DataFrame(index=index), pd.Series([True] * 3 + [False] * 4))
     'rows 2 to 4'
     """
-    numbers = sorted({int(label[1]) for label in table.index[chosen.to_numpy(bool)]})
+    labels = table.index[chosen.to_numpy(bool)]
+    by_file = {file: _rows(sorted({int(label[1]) for label in labels if label[0] == file})) for file, *_ in labels}
+    if table.index.get_level_values(0).nunique() == 1:
+        return next(iter(by_file.values()))
+    return few(f"{rows} of {file}" for file, rows in by_file.items())
+
+
+def _rows(numbers: list[int]) -> str:
+    """Format the sorted numbers of rows of one file."""
     if len(numbers) == 1:
         return f"row {numbers[0]}"
     if numbers[-1] - numbers[0] == len(numbers) - 1:

@@ -79,7 +79,8 @@ def read_reports(
     """
     source = Source.read(path, CUBE, columns, where)
     source.require()
-    table = source.answers(source.rows(), "percept")
+    table = source.without_pasted(source.rows(), ("gradient",), ("percept", "duration", "onset", "end"))
+    table = source.answers(table, "percept")
     table = _meant(source, table, folded(conditions))
     table["strength"] = _strengths(source, table)
     table = source.with_catch(_in_trials(source, _timed(source, table)))

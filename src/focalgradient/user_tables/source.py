@@ -12,11 +12,19 @@ from focalgradient.errors import InputError, nearest
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
-from focalgradient.user_tables.cleaning import in_steps, note_groups, without_codes, without_headers, without_summaries
+from focalgradient.user_tables.cleaning import (
+    in_steps,
+    note_groups,
+    without_codes,
+    without_copied_files,
+    without_headers,
+    without_pasted,
+    without_summaries,
+)
 from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
-from focalgradient.user_tables.schema import ABSENT, TIMES, Schema
+from focalgradient.user_tables.schema import ABSENT, RATINGS, TIMES, Schema
 
 __all__ = [
     "Source",
@@ -123,7 +131,9 @@ class Source:
         table = chosen_rows(table, where, columns.values())
         cells, notes = table.cells, [*table.notes]
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
-        source = cls(table.name, cells, schema, found_columns(table.name, cells, schema, columns), given, notes)
+        found, notices = found_columns(table.name, cells, schema, columns), list[str]()
+        cells = without_copied_files(cells, notices, named="participant_id" in found)
+        source = cls(table.name, cells, schema, found, given, notes, notices)
         for role, column in source.columns.items():
             if role in ANSWERS and column in table.chosen:
                 source.notices.append(
@@ -218,6 +228,14 @@ class Source:
         """Return the columns in use, named by role and cleaned, without rows that show nothing."""
         self.note_unused(self.unused)
         return self.cleaned(self.renamed(), [role for role, column in self.schema.columns.items() if column.shown])
+
+    def without_pasted(self, table: pd.DataFrame, shown: Sequence[str], answers: Sequence[str]) -> pd.DataFrame:
+        """Return the rows of trials without blocks that repeat one of the same subject in all cells of the file."""
+        cells, of_times = self.cells.loc[table.index], {"response_time", *RATINGS.columns["response_time"].names}
+        times = [name for name in self.unused if heading(name_and_unit(name)[0]) in of_times]
+        conditions, given = ([role for role in roles if role in table] for roles in (shown, answers))
+        kept = without_pasted(table.join(cells[times]), cells, conditions, [*given, *times], self.notices)
+        return table.loc[kept.index]
 
     def cleaned(self, table: pd.DataFrame, shown: Sequence[str] = ()) -> pd.DataFrame:
         """Return the rows of trials with decimal points, clean cells and merged spellings.

@@ -112,7 +112,8 @@ def read_thresholds(
         columns = {**(columns or {}), "condition": condition}
     source = Source.read(file, THRESHOLDS, columns, where)
     source.require()
-    table = _above_zero(source, source.answers(source.rows(), "level"))
+    table = source.without_pasted(source.rows(), ("condition", "level"), ("correct", "interval", "response"))
+    table = _above_zero(source, source.answers(table, "level"))
     table = source.with_catch(_judged(source, table, folded(conditions)))
     table = completed(table, "session", "condition", "kind")
     _note_conditions(source, table)
