@@ -250,3 +250,17 @@ def test_people_numbered_anew_in_each_group_are_noted(tmp_path: Path) -> None:
         path.write_text(head + "".join(row.format(name) for row, name in zip(rows, names, strict=True)))
         said = [note for note in read_ratings(path).notices if "several levels of Group" in note]
         assert len(said) == noted
+
+
+@pytest.mark.parametrize(
+    ("named", "noted"), [((1, 2, 3), "Every participant is"), ((1, 4, 5), "1 is"), ((4, 5, 6), "")]
+)
+def test_people_numbered_anew_in_the_file_of_each_group_are_noted(named: Sequence[int], noted: str) -> None:
+    """Fourteen people were seven, whose groups were compared by a paired t without a word."""
+    files = [
+        text_table("subject,school,rating\n" + "".join(f"{who},{school},1.{who}\n" for who in names), f"{school}.csv")
+        for school, names in (("A", (1, 2, 3)), ("B", named))
+    ]
+    own = read_conditions(files, by=["school"])
+    said = [note for note in own.notices if "in several levels of school, and each was taken for one person" in note]
+    assert [note.partition(" in several")[0] for note in said] == [noted] * bool(noted)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 import pandas as pd
@@ -23,6 +23,7 @@ __all__ = [
     "few_levels",
     "in_steps",
     "note_groups",
+    "note_shared_names",
     "without_codes",
     "without_copied_files",
     "without_copies",
@@ -31,7 +32,7 @@ __all__ = [
     "without_summaries",
 ]
 
-GROUPS = re.compile(r"(?:age_)?(?:groups?|cohort|sample|population|gruppe|groupe)(?:_?id|_?name)?")
+GROUPS = re.compile(r"(?:age_)?(?:groups?|cohort|sample|population|grupp[eo]|groupe|grupo)(?:_?id|_?name)?")
 """Names of columns that hold groups of people."""
 
 MAX_SHARED_ANSWERS = 0.7
@@ -41,7 +42,7 @@ MIN_BLOCK_ROWS = 4
 """Minimum number of rows of a copied block."""
 
 MIN_FILE_ROWS = 20
-"""Minimum number of rows of a copied file that its name does not tell: right and wrong answers may coincide in fewer."""
+"""Minimum number of rows of a copied file with a name of its own: right and wrong answers may coincide in fewer."""
 
 MAX_CHANCE = 1e-6
 """Maximum probability of identical answers by chance, given a subject's variability, to count as a copy (our choice).
@@ -106,27 +107,40 @@ def without_codes(table: pd.DataFrame, role: str, notices: list[str], *, signed:
     return table.assign(**{role: table[role].mask(missing, "")})
 
 
-def note_groups(
-    cells: pd.DataFrame,
-    people: pd.Series[str],
-    notices: list[str],
-    by: Sequence[str] | None = None,
-    options: Sequence[str] = (),
+def note_shared_names(
+    cells: pd.DataFrame, people: pd.Series[str], compared: Collection[str], notices: list[str]
 ) -> None:
-    """Add a notice for each column of groups of people of which each participant is in several, as if numbered anew.
+    """Add a notice for each column of groups of people of which participants are in several, as if numbered anew.
 
-    With `by`, the analysed columns, instead for each column whose groups are not analysed: these, its own name and
-    further options compare them.
+    A column is one by its name if all participants are in several levels; or, also one of those `compared`, if each
+    file of several people has one level.
+    """
+    files = cells.index.get_level_values(0)
+    for name in map(str, cells):
+        is_group, levels = GROUPS.fullmatch(heading(name)), cells[name].str.strip().replace("", None)
+        if not (is_group or name in compared):
+            continue
+        counts = levels.groupby(people).nunique()
+        again = [str(who) for who in counts.index[counts > 1]]
+        of_files = levels.groupby(files).nunique().max() == 1 and people.groupby(files).nunique().max() > 1
+        if again and ((is_group and counts.min() > 1) or of_files):
+            who = "Every participant is" if counts.min() > 1 else f"{few(again)} {'is' if len(again) == 1 else 'are'}"
+            notices.append(
+                f"{who} in several levels of {printable(name)}, and each was taken for one person: give people of "
+                "different groups different names."
+            )
+
+
+def note_groups(
+    cells: pd.DataFrame, people: pd.Series[str], notices: list[str], by: Sequence[str], options: Sequence[str] = ()
+) -> None:
+    """Add a notice for each column whose groups of people are not analysed beside the columns `by`.
+
+    These, its own name and further options compare them.
     """
     for name in filter(lambda name: GROUPS.fullmatch(heading(name)), map(str, cells)):
         levels = cells[name].str.strip()
-        if by is None and levels.where(levels != "").groupby(people).nunique().min() > 1:
-            notices.append(
-                f"Every participant is in several levels of {printable(name)}, and was taken for one person: give "
-                "people of different groups different names."
-            )
-        is_between = by is not None and levels.groupby(people).nunique().max() == 1
-        if by is not None and is_between and 1 < levels.nunique() < people.nunique():
+        if levels.groupby(people).nunique().max() == 1 and 1 < levels.nunique() < people.nunique():
             shown = f"{printable(name)} ({few(sorted(levels.unique()))})"
             listed = ", ".join(f'"{printable(column)}"' for column in (*by, name))
             compared = " ".join([*options, f"by=[{listed}]"])

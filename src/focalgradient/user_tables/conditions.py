@@ -35,7 +35,7 @@ KEPT = (
 NO_CONDITIONS = ("participant_id", "rating", "catch", "kind")
 """Roles whose columns are not conditions."""
 
-CONDITION = Column(shown=True, answer="condition", absent=frozenset({"", "na", "n/a", "nan", "null"}))
+CONDITION = Column(shown=True, compared=True, answer="condition", absent=frozenset({"", "na", "n/a", "nan", "null"}))
 """Column of a condition whose levels are names."""
 
 SHARP = frozenset(("pinhole", "ph", "sharp", "0", "f/inf"))

@@ -47,6 +47,8 @@ class Column(NamedTuple):
         True for numbers, whose decimal mark is decided together.
     shown
         True if the column states a condition: rows without any such cell are not trials.
+    compared
+        True if its levels may be groups of people.
     answer
         Noun for the missing value of rows that are left out; "" if cells may be empty.
     codes
@@ -64,6 +66,7 @@ class Column(NamedTuple):
     units: Mapping[str, float] = MappingProxyType({})
     number: bool = False
     shown: bool = False
+    compared: bool = False
     answer: str = ""
     codes: str = ""
     absent: frozenset[str] = ABSENT
@@ -107,7 +110,7 @@ PARTICIPANT = Column(
 )
 PLAIN, CATCH, FRAMES = Column(), Column(words=NO), Column(number=True)
 KIND = Column(("simulated",))
-GROUP = Column(("group", "cond"))
+GROUP = Column(("group", "cond"), compared=True)
 
 RATINGS = Schema(
     {

@@ -14,7 +14,7 @@ from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_
 from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import (
     in_steps,
-    note_groups,
+    note_shared_names,
     without_codes,
     without_copied_files,
     without_headers,
@@ -280,8 +280,9 @@ class Source:
                 "have shortened different names: enter them again as text."
             )
         self._note_files(names)
-        if table.index.nlevels == 2:
-            note_groups(self.cells.loc[table.index], names, self.notices)
+        compared = [name for role, name in self.columns.items() if self.schema.columns[role].compared]
+        if table.index.nlevels == self.cells.index.nlevels:
+            note_shared_names(self.cells.loc[table.index], names, compared, self.notices)
         return table
 
     def _note_files(self, names: pd.Series[str]) -> None:
