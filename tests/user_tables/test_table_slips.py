@@ -14,6 +14,7 @@ import pytest
 from focalgradient import InputError
 from focalgradient.report import make_report
 from focalgradient.statistics import OwnRatings, read_ratings, read_reports
+from focalgradient.user_tables import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
 
@@ -250,6 +251,20 @@ def test_conditions_that_lead_nowhere_are_noted_or_refused(tmp_path: Path) -> No
         read(tmp_path, own, columns={"participant": "vp", "colour": "x"})
     with pytest.raises(InputError, match="rating is given for scene, but for another column, too"):
         read(tmp_path, own, columns={"rating": "rating", "scene": "rating"})
+
+
+def test_words_may_mark_catch_trials_and_missing_answers(tmp_path: Path) -> None:
+    own, head = [[*row, "main"] for row in rows()], [*HEAD, "catch"]
+    own[0][4], own[1][5] = "keine Antwort", "Check"
+    words = {"main": "0", "check": "1", "keine antwort": "NA"}
+    for found in (read(tmp_path, own, head, conditions=words), read_conditions(tmp_path / "own.csv", conditions=words)):
+        assert (len(found.table), found.table["catch"].sum()) == (63, 1)
+        assert found.notices[0] == "1 row was left out, without a rating (participants P01)."
+        assert "words that do not occur" not in " ".join(found.notices)
+    with pytest.raises(InputError, match=r"catch is 'Check', but must be 1 or 0 .*with conditions=\{\"NAME\": \"1\"\}"):
+        read(tmp_path, own, head, conditions={"keine Antwort": "NA"})
+    with pytest.raises(InputError, match=r"missing, or state so with conditions=\{\"keine Antwort\": \"NA\"\}"):
+        read(tmp_path, own, head)
 
 
 def test_known_words_may_change_places(tmp_path: Path) -> None:

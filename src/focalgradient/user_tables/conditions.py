@@ -123,7 +123,7 @@ def read_conditions(
     >>> dict(ratings.conditions), ratings.log
     ({'aperture_mm': [2.0, 8.0]}, True)
     """
-    source = Source.read(path, RATINGS, long_columns(columns), where)
+    source = Source.read(path, RATINGS, long_columns(columns), where, conditions)
     check_rating(source)
     file = source.cells
     if "rating" not in source.columns:
@@ -247,7 +247,7 @@ def _with_meanings(source: Source, by: Sequence[str], references: dict[str, str]
         if name in references:
             alike = {clean(cell).casefold(): level for cell, level in names.items()}
             references[name] = alike.get(clean(references[name]).casefold(), references[name])
-    headers = " ".join(clean(str(name)).casefold() for name in source.cells)
+    headers = clean(source.spoken).casefold()
     if absent := [
         word
         for key, (word, meaning) in words.items()

@@ -12,7 +12,7 @@ from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import DETECTION
-from focalgradient.user_tables.source import Source, Where, columns_like, completed, folded
+from focalgradient.user_tables.source import Source, Where, columns_like, completed
 from focalgradient.user_tables.trials import note_order
 
 __all__ = ["OwnDetection", "read_detection"]
@@ -54,8 +54,7 @@ def read_detection(
         Name in the file of each column: participant, signal (1 if present, else 0), response (1 for "yes", 0 for "no");
         optionally confidence (integers or ordered steps, at most 10), condition, session, catch.
     conditions
-        Meanings of the file's own words in signal and response: {"links": "1"}.
-
+        Meanings of the file's own words in signal, response and catch: {"links": "1", "keine Antwort": "NA"}.
     where
         Values by column: only rows that have one of them are read.
     order
@@ -73,13 +72,12 @@ def read_detection(
     >>> answers.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), answers.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
     """
-    source = Source.read(path, DETECTION, columns, where)
+    source = Source.read(path, DETECTION, columns, where, conditions)
     source.require()
     table = source.without_pasted(source.rows(), ("condition", "signal"), ("response", "confidence"))
     table = source.answers(table, "response")
-    meanings = folded(conditions)
-    table = table.assign(signal=source.truths(table, "signal", meanings))
-    table = table.assign(answer=source.truths(table, "response", meanings))
+    table = table.assign(signal=source.truths(table, "signal"))
+    table = table.assign(answer=source.truths(table, "response"))
     table, steps = _in_steps(source, table, order)
     if table["signal"].nunique() < 2:
         shown = "signals" if table["signal"].all() else "noise"

@@ -99,7 +99,7 @@ def read_ratings(
     >>> ratings.table[["participant_id", "aperture", "fixation", "rating"]].values.tolist()
     [['A', 'f/5.6', 'nearest', 1.4], ['A', 'pinhole', 'nearest', 1.0]]
     """
-    source = Source.read(path, RATINGS, long_columns(columns), where)
+    source = Source.read(path, RATINGS, long_columns(columns), where, conditions)
     check_rating(source)
     notes, notices = source.notes, source.notices
     words = given_words(conditions or {})
@@ -128,7 +128,7 @@ def read_ratings(
     steps = steps or bool(order)
     if "aperture_mm" in table:
         table["aperture_mm"] = source.numbers(table, "aperture_mm")
-    table = meant(table, words, " ".join(map(str, source.cells)), notices)
+    table = meant(table, words, source.spoken, notices)
     choices = not steps and set(table["rating"]) == {0.0, 1.0}
     if choices:
         notices.append("All answers are 0 or 1: they are taken for choices of the picture (1) or of a reference (0).")

@@ -17,7 +17,7 @@ from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import place, rows_named
 from focalgradient.user_tables.schema import ABSENT, CUBE, PERCEPTS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded, holds
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, holds
 from focalgradient.user_tables.tidy import CLOCK, report_table
 
 __all__ = ["OwnReports", "holds_reports", "read_reports"]
@@ -77,23 +77,23 @@ def read_reports(
     >>> reports.table[["gradient", "percept", "onset", "duration", "censored"]].values.tolist()
     [['none', 'rigid', 0.0, 6.0, False], ['none', 'nonrigid', 6.0, 4.0, True]]
     """
-    source = Source.read(path, CUBE, columns, where)
+    source = Source.read(path, CUBE, columns, where, conditions)
     source.require()
     table = source.without_pasted(source.rows(), ("gradient",), ("percept", "duration", "onset", "end"))
     table = source.answers(table, "percept")
-    table = _meant(source, table, folded(conditions))
+    table = _meant(source, table)
     table["strength"] = _strengths(source, table)
     table = source.with_catch(_in_trials(source, _timed(source, table)))
     table = source.optional(completed(_ended(source, table), "kind"), "dropped_frames")
     return OwnReports.of(source, report_table(table))
 
 
-def _meant(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+def _meant(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Translate percepts and gradients to the standard names; report all unknown words in one error."""
     wrong: list[str] = []
     for role in ("percept", "gradient"):
         known = source.schema.columns[role].words
-        found = table[role].map(lambda cell: words.get(cell.casefold(), cell)).str.casefold().map(known)
+        found = table[role].map(lambda cell: source.meanings.get(cell.casefold(), cell)).str.casefold().map(known)
         for cell in table[role][found.isna()].unique():
             rows = table[role] == cell
             where = rows_named(table, rows) if wrong else place(table, rows)

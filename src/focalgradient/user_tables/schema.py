@@ -28,8 +28,11 @@ UNITS = frozenset({*LENGTHS, *TIMES, *RATIOS})
 ABSENT = frozenset({"", "na", "n/a", "nan", "null", "none", ".", "-", "#n/a", "<na>"})
 """Cells that count as empty."""
 
-NO = MappingProxyType({"": False, "n/a": False})
+NO = MappingProxyType(dict.fromkeys(ABSENT, False))
 """Empty cells of optional columns that mark rows: no."""
+
+
+YES_OR_NO = '1 or 0 (yes or no): give the words\' meaning with conditions={"NAME": "1"}'
 
 
 class Column(NamedTuple):
@@ -71,7 +74,7 @@ class Column(NamedTuple):
     codes: str = ""
     absent: frozenset[str] = ABSENT
     words: Mapping[str, object] = MappingProxyType({})
-    expected: str = "0 or 1"
+    expected: str = YES_OR_NO
 
 
 class Schema(NamedTuple):
@@ -152,7 +155,6 @@ DETECTION_WORDS = {
     **dict.fromkeys(("present", "signal", "old", "seen"), True),
     **dict.fromkeys(("absent", "noise", "new", "unseen"), False),
 }
-YES_OR_NO = '1 or 0 (yes or no): give the words\' meaning with conditions={"NAME": "1"}'
 
 DETECTION = Schema(
     {
@@ -161,13 +163,11 @@ DETECTION = Schema(
             ("signal_present", "target_present", "present", "is_signal", "signal_shown"),
             shown=True,
             words=DETECTION_WORDS,
-            expected=YES_OR_NO,
         ),
         "response": Column(
             ("answer", "resp", "said", "judgment", "judgement"),
             answer="answer",
             words=DETECTION_WORDS,
-            expected=YES_OR_NO,
         ),
         "confidence": Column(
             ("conf", "certainty", "confidence_rating"), number=True, answer="confidence", codes="unsigned"
@@ -204,8 +204,8 @@ THRESHOLDS = Schema(
                 **dict.fromkeys(("correct", "right", "hit", "richtig", "juste"), True),
                 **dict.fromkeys(("incorrect", "wrong", "error", "miss"), False),
             },
-            expected='1 for a right and 0 for a wrong answer: give the words\' meaning with conditions={"NAME": "1"}, '
-            "or the counts of trials in a column of its own (trials)",
+            expected='1 for a right and 0 for a wrong answer: give the words\' meaning with conditions={"NAME": "1"} '
+            "(NA: a missing answer), or the counts of trials in a column of its own (trials)",
         ),
         "interval": Column(
             ("target_interval", "signal_interval", "test_interval", "target", "correct_interval", "correct_answer")

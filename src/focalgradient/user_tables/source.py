@@ -106,6 +106,8 @@ class Source:
         Name in the file of each role's column.
     given
         Roles whose column the caller named.
+    meanings
+        Meanings of the caller's words: see `folded`.
     notes, notices, problems
         Sentences on how the table was read: see `focalgradient.statistics.OwnRatings`.
     """
@@ -115,13 +117,19 @@ class Source:
     schema: Schema
     columns: dict[str, str]
     given: frozenset[str] = frozenset()
+    meanings: Mapping[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     notices: list[str] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 
     @classmethod
     def read(
-        cls, paths: Paths, schema: Schema, columns: Mapping[str, str] | None, where: Where | None = None
+        cls,
+        paths: Paths,
+        schema: Schema,
+        columns: Mapping[str, str] | None,
+        where: Where | None = None,
+        conditions: Mapping[str, str] | None = None,
     ) -> Source:
         """Read a table, or the tables of one data set, and find the column of each role."""
         table = read_table(paths)
@@ -133,7 +141,7 @@ class Source:
         given = frozenset("participant_id" if role == "participant" else role for role in columns)
         found, notices = found_columns(table.name, cells, schema, columns), list[str]()
         cells = without_copied_files(cells, notices, named="participant_id" in found)
-        source = cls(table.name, cells, schema, found, given, notes, notices)
+        source = cls(table.name, cells, schema, found, given, folded(conditions), notes, notices)
         for role, column in source.columns.items():
             if role in ANSWERS and column in table.chosen:
                 source.notices.append(
@@ -182,6 +190,12 @@ class Source:
     def unused(self) -> list[str]:
         """Columns without a role."""
         return [str(name) for name in self.cells if name not in self.columns.values()]
+
+    @property
+    def spoken(self) -> str:
+        """Names of all columns, and cells of answers and catch trials, which may hold words of the caller."""
+        shown = [self.columns[role] for role in ("rating", "catch") if role in self.columns]
+        return " ".join([*map(str, self.cells), *(str(cell) for name in shown for cell in self.cells[name].unique())])
 
     def note_unused(self, names: Sequence[str]) -> None:
         """Note columns that are not used."""
@@ -242,6 +256,10 @@ class Source:
 
         Rows without a cell in any column `shown`, such as surveys and fixation crosses, are left out.
         """
+        for role, column in self.schema.columns.items():
+            absent = {word for word, meaning in self.meanings.items() if meaning in column.absent}
+            if role in table and column.answer and absent:
+                table[role] = table[role].mask(table[role].map(lambda cell: clean(cell).casefold()).isin(absent), "")
         numeric = [role for role, column in self.schema.columns.items() if column.number and role in table]
         table = _with_points(table, numeric, self.cells.attrs["delimiter"])
         shown = [role for role in shown if role in table]
@@ -350,7 +368,8 @@ class Source:
             if role in ("rating", "confidence") and texts[~absent].map(is_in_words).all():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             elif self.schema.columns[role].answer and not re.search(r"\d", text):
-                damaged += ": leave it empty, or NA, where it is missing"
+                missing = f'conditions={{"{printable(text)}": "NA"}}'
+                damaged += f": leave it empty, or NA, where it is missing, or state so with {missing}"
             damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
             raise invalid(table, role, wrong, f"but must be a number, like 1.4{damaged}")
         header = self.columns.get(role, "")
@@ -384,11 +403,11 @@ class Source:
             return table.drop(columns=role)
         return parsed
 
-    def truths(self, table: pd.DataFrame, role: str, meanings: Mapping[str, str] | None = None) -> pd.Series[bool]:
-        """Convert cells that say yes or no to booleans; `meanings` are those of the caller's words: see `folded`."""
+    def truths(self, table: pd.DataFrame, role: str) -> pd.Series[bool]:
+        """Convert cells that say yes or no to booleans."""
         column = self.schema.columns[role]
         known = {**TRUTH, **column.words}
-        cells = table[role].str.strip().str.casefold().map(lambda cell: (meanings or {}).get(cell, cell))
+        cells = table[role].str.strip().str.casefold().map(lambda cell: self.meanings.get(cell, cell))
         if (wrong := ~cells.isin(list(known))).any():
             raise invalid(table, role, wrong, f"but must be {column.expected}")
         return cells.map(known).astype(bool)

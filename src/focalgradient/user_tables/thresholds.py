@@ -20,7 +20,7 @@ from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import UNIT, clean, few, heading, invalid, place, rows_named
 from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, folded, where_like
+from focalgradient.user_tables.source import Source, Where, completed, conditions_like, where_like
 from focalgradient.user_tables.trials import note_order
 
 __all__ = ["OwnThresholds", "read_thresholds"]
@@ -83,7 +83,8 @@ def read_thresholds(
         interval (the correct one) and response (the chosen one). Optionally condition, session, catch; and trials, the
         number of trials of which `correct` is the number of correct ones.
     conditions
-        Meanings of the file's own words in correct, interval and response: {"richtig": "1", "links": "first"}.
+        Meanings of words in correct, interval, response and catch: {"richtig": "1", "links": "first"}; "NA" for
+        a missing answer.
     guess
         Guess rate, from 0 to below 1. None: 1 / m from a column `alternatives` with m in each row, else one half,
         unless the answers contradict it.
@@ -110,11 +111,11 @@ def read_thresholds(
     for stated in by:
         condition, reference = name_and_reference(stated, {clean(str(name)).casefold() for name in file.cells})
         columns = {**(columns or {}), "condition": condition}
-    source = Source.read(file, THRESHOLDS, columns, where)
+    source = Source.read(file, THRESHOLDS, columns, where, conditions)
     source.require()
     table = source.without_pasted(source.rows(), ("condition", "level"), ("correct", "interval", "response"))
     table = _above_zero(source, source.answers(table, "level"))
-    table = source.with_catch(_judged(source, table, folded(conditions)))
+    table = source.with_catch(_judged(source, table))
     table = completed(table, "session", "condition", "kind")
     _note_conditions(source, table)
     note_order(table[["participant_id", "session", "condition"]], ["condition"], source.notices)
@@ -259,14 +260,12 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     return table
 
 
-def _judged(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+def _judged(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the answered rows, one per trial, with `correct` as a boolean."""
     if "correct" not in table:
-        return _of_intervals(source, source.answers(table, "response"), words)
+        return _of_intervals(source, source.answers(table, "response"))
     table = source.answers(table, "correct")
-    return (
-        _of_counts(source, table) if "trials" in table else table.assign(correct=source.truths(table, "correct", words))
-    )
+    return _of_counts(source, table) if "trials" in table else table.assign(correct=source.truths(table, "correct"))
 
 
 def _of_counts(source: Source, table: pd.DataFrame) -> pd.DataFrame:
@@ -287,10 +286,10 @@ def _of_counts(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     return whole.assign(correct=number < np.repeat(right.to_numpy(), counts))
 
 
-def _of_intervals(source: Source, table: pd.DataFrame, words: Mapping[str, str]) -> pd.DataFrame:
+def _of_intervals(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Set `correct` if the chosen interval is the correct one."""
     asked, given = (
-        table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", words.get(cell, cell)))
+        table[role].str.casefold().map(lambda cell: re.sub(r"[.,]0+$", "", source.meanings.get(cell, cell)))
         for role in ("interval", "response")
     )
     known = sorted(set(asked) - ABSENT)
@@ -301,6 +300,7 @@ def _of_intervals(source: Source, table: pd.DataFrame, words: Mapping[str, str])
     one_sided = len(known) == 1 and given[strange].nunique() == 1 and not unstated.any()
     if strange.any() and not one_sided:
         remedy = conditions_like((known or ["1"])[0]).replace("its meaning", "the words' meaning")
+        remedy += " (NA: a missing answer)"
         raise invalid(table, "response", strange, f"but the intervals are {few(known)}: {remedy}")
     source.notes.append("An answer is right where the interval chosen is the one given as right.")
     return table.assign(correct=(asked == given).to_numpy())

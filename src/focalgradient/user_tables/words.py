@@ -109,7 +109,7 @@ def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -
     words
         Words given by the caller: see `given_words`.
     headers
-        Names of all columns; in a wide table they contain the words.
+        Names of all columns, which in a wide table contain the words, and other cells that may.
     notices
         List to which user-defined fixations, and given words that do not occur, are appended.
 
