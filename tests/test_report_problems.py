@@ -65,7 +65,8 @@ def test_a_task_that_is_unknown_or_has_no_answers_is_named(tmp_path, copy, table
 
 def test_all_excluded_is_said(tmp_path):
     made = make_report(record_ratings(tmp_path / "data", 2, Model(noise=2.0)))
-    assert "leave out all 2 subjects" in page(made)
+    assert "leave out all 2 subjects (" in page(made)
+    assert "answers to one picture spread by more than a factor 2: 2" in made.notices[-1]
     assert "depth_rating_exclusions.csv" in made.files
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from focalgradient import InputError
 from focalgradient.report import make_report
-from focalgradient.statistics import OwnRatings, read_ratings, read_reports
+from focalgradient.statistics import OwnRatings, quality, read_ratings, read_reports
 from focalgradient.user_tables import read_conditions
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -265,6 +265,20 @@ def test_words_may_mark_catch_trials_and_missing_answers(tmp_path: Path) -> None
         read(tmp_path, own, head, conditions={"keine Antwort": "NA"})
     with pytest.raises(InputError, match=r"missing, or state so with conditions=\{\"keine Antwort\": \"NA\"\}"):
         read(tmp_path, own, head)
+
+
+@pytest.mark.parametrize(
+    ("standard", "said", "kept"),
+    [(1, "", 4), (10, "divided by 10, the", 4), (100, "divided by 100, the", 4), (40, "is 38, where 1 is right", 0)],
+)
+def test_catch_trials_tell_the_standard(tmp_path: Path, standard: int, said: str, kept: int) -> None:
+    """Ratings in percent failed every catch trial, and everybody was excluded without a word."""
+    own = [[*row[:4], f"{standard * float(row[4]):.3f}", "0"] for row in rows()]
+    own += [[row[0], "standard", "pinhole", "near", str(0.95 * standard), "1"] for row in own[::16] for _ in range(3)]
+    found = read(tmp_path, own, [*HEAD, "catch"])
+    assert [said in notice for notice in found.notices] == [True] * bool(said)
+    table, judged = quality(found.table)
+    assert judged.subjects_after == table["participant_id"].nunique() == kept
 
 
 def test_known_words_may_change_places(tmp_path: Path) -> None:

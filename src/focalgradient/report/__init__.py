@@ -175,6 +175,8 @@ def make_report(
         refuse_unused(printable(root), "is a data set", settings | {"where": where}, {"bound", "scale", "bayes"})
         found = _of_dataset(root, asked, executor)
     parts = found.parts
+    emptied = (part for part in parts if part.quality and not part.quality.subjects_after)
+    found.notices.extend(notice for part in emptied for notice in part.notices)
     applied = {name for part in parts for name in part.plan.questions.rules}
     _refuse_unused(applied, bound, stated, bayes, parts)
     output, body = Output(), list[Block]()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -181,7 +182,12 @@ def _analysed(table: pd.DataFrame, asked: Questions, analyse: Callable[[pd.DataF
         main = NotComputed("All trials are catch trials: there is nothing to analyse.")
     else:
         who = "the only subject" if found.subjects_before == 1 else f"all {found.subjects_before} subjects"
-        main = NotComputed(f"The rules of exclusion leave out {who}: there is nothing to analyse.")
+        counts = Counter(one.rule for one in found.exclusions)
+        reasons = "; ".join(f"{rule}: {count}" for rule, count in counts.most_common())
+        main = NotComputed(
+            f"The rules of exclusion leave out {who} ({reasons}): there is nothing to analyse, unless 'focalgradient "
+            "report --rules' states others."
+        )
     return {"table": table, "kept": kept, "quality": found, "main": main, "everyone": everyone, "also": also}
 
 

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.analyses import Choices, OrdinalSteps, Ratios
@@ -33,6 +35,12 @@ LONGEST_RESPONSE_S, SHORTEST_RESPONSE_S = 60.0, 0.05
 
 MAX_PEOPLE_RATIO = 20.0
 """Maximum ratio of a person's median rating to that of the others: percentages are 100 times ratios."""
+
+STANDARDS = (1, 10, 100)
+"""Numbers of the standard that ratings in catch trials tell."""
+
+NEAR_STANDARD = 2.0
+"""Factor within which a median rating of the standard is near its number, as a rating that passes (`Rules`)."""
 
 EXAMPLES = {"aperture": "pinhole or f/5.6", "fixation": "near or far"}
 """Cells of the columns of the conditions, for messages."""
@@ -137,7 +145,10 @@ def read_ratings(
     if "scene" not in table:
         table["scene"] = "all"
         notes.append("No scene column: all ratings are treated as one scene, so results do not generalise.")
-    table = numbered(source, source.with_catch(table), ("scene", "aperture", "fixation"))
+    table = source.with_catch(table)
+    if not (steps or choices):
+        table = _to_standard(table, notices)
+    table = numbered(source, table, ("scene", "aperture", "fixation"))
     if "aperture_mm" not in table:
         if focal_length_mm is None:
             notes.append(
@@ -160,6 +171,30 @@ def _note_scenes(table: pd.DataFrame, notices: list[str]) -> None:
         levels = table.groupby(of)[varied].nunique()
         if table[varied].nunique() > 1 == levels.max() and table["scene"].nunique() > 1:
             notices.append(f"No scene was shown at two {varied}s: {what} cannot be told from those of scenes.")
+
+
+def _to_standard(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
+    """Return ratings as ratios to the standard, whose number catch trials tell if most people rate it near 10 or 100.
+
+    A notice says so, or that most people rate it by another number than 1.
+    """
+    given = table[table["catch"] & (table["aperture"] == PINHOLE)]
+    middles = given.groupby("participant_id")["rating"].median()
+    for standard in STANDARDS:
+        if (abs(np.log(middles.where(middles > 0) / standard)) < math.log(NEAR_STANDARD)).mean() > 0.5:
+            if standard == 1:
+                return table
+            notices.append(
+                f"Ratings were divided by {standard}, the standard, as ratings in catch trials are (their median: "
+                f"{middles.median():g})."
+            )
+            return table.assign(rating=table["rating"] / standard)
+    if len(middles):
+        notices.append(
+            f"The median rating of the standard, in catch trials, is {middles.median():g}, where 1 is right: divide "
+            "all ratings by the number of the standard."
+        )
+    return table
 
 
 def _note_groups(source: Source, table: pd.DataFrame, conditions: Mapping[str, str]) -> None:
