@@ -143,6 +143,8 @@ def test_conditions_between_subjects_are_covariates_of_one_another(people: Path)
         assert (test.effect.estimate, test.effect.statistic) == (pytest.approx(estimate), pytest.approx(t))
         assert test.effect.df < 13
         assert f"adjusted for {'age' if x == 'old' else 'group'}" in test.effect.method
+        assert f"by a factor of {np.exp(estimate):.3g}" in test.sentence
+        assert "log" not in test.sentence
 
 
 def test_the_figure_of_groups_says_that_its_means_are_not_adjusted(people: Path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -97,10 +98,13 @@ class ConditionTest:
             else f"{self.factor} {self.level} instead of {self.against}"
         )
         estimates = (effect.estimate, effect.low, effect.high)
-        size, low, high = (number(math.exp(value), 4) if self.log else number(value) for value in estimates)
-        by = "a factor of " if self.log else "+" if effect.estimate > 0 else ""
-        several = self.answer == "rating"
-        of = "ratings" if several else f"the effect {self.answer}" if self.answer.startswith("(") else self.answer
+        on_log = re.match(r"\((?:slope of )?log ", self.answer)  # an effect on a ratio
+        answer = self.answer.replace("log ", "", 1) if on_log else self.answer
+        log = self.log or on_log is not None
+        size, low, high = (number(math.exp(value), 4) if log else number(value) for value in estimates)
+        by = "a factor of " if log else "+" if effect.estimate > 0 else ""
+        several = answer == "rating"
+        of = "ratings" if several else f"the effect {answer}" if answer.startswith("(") else answer
         differ = "differ" if several else "differs"
         verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
         ends = f"(95 % interval {low} to {high}; {statistic(effect)})"
