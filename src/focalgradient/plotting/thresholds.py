@@ -76,7 +76,7 @@ def _colour(conditions: Mapping[str, ThresholdResult], name: str) -> str | None:
 
 
 def _name(subject: SubjectThreshold) -> str:
-    return f"{subject.participant.removeprefix('sub-')} {subject.session}".strip()
+    return subject.name.removeprefix("sub-")
 
 
 def _names(conditions: Mapping[str, ThresholdResult]) -> list[str]:

@@ -193,7 +193,7 @@ def _unfitted(sessions: Sequence[tuple[str, SubjectThreshold]]) -> list[str]:
 def _notices(sessions: Sequence[tuple[str, SubjectThreshold]], levels: tuple[float, float], ends: str) -> Iterator[str]:
     at_end = []
     for condition, one in sessions:
-        who = " ".join(filter(None, [one.participant, one.session, condition]))
+        who = ", ".join(filter(None, [one.name, condition]))
         fit = one.fit
         if isinstance(fit, NotComputed):
             yield f"{who}: {fit.reason}"

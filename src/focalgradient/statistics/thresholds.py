@@ -174,6 +174,11 @@ class SubjectThreshold:
     fit: ThresholdFit | LateLevels | NotComputed
     known: float | None = None
 
+    @property
+    def name(self) -> str:
+        """Participant, and session if labelled: "01, session 2"."""
+        return ", session ".join(filter(None, [self.participant, self.session]))
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class ThresholdResult:
@@ -223,14 +228,13 @@ class ThresholdResult:
         return "\n".join([f"geometric mean: {words}", *map(self._session, self.subjects)])
 
     def _session(self, one: SubjectThreshold) -> str:
-        name = " ".join(filter(None, [one.participant, one.session]))
         if isinstance(one.fit, NotComputed):
-            return f"{name}: {one.fit.reason}"
+            return f"{one.name}: {one.fit.reason}"
         left_out = "" if one.kept else "; catch trials were missed"
         fit = one.fit
         if isinstance(fit, LateLevels):
-            return f"{name}: {fit.threshold:.3g} {self.unit}{left_out}"
-        return f"{name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
+            return f"{one.name}: {fit.threshold:.3g} {self.unit}{left_out}"
+        return f"{one.name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
 
 
 def fit_threshold(
