@@ -22,6 +22,7 @@ __all__ = [
     "check_seconds",
     "few_levels",
     "in_steps",
+    "note_few_trials",
     "note_groups",
     "note_shared_names",
     "without_codes",
@@ -145,6 +146,24 @@ def note_groups(
             listed = ", ".join(f'"{printable(column)}"' for column in (*by, name))
             compared = " ".join([*options, f"by=[{listed}]"])
             notices.append(f"{shown} is not analysed: compare the groups with {compared}.")
+
+
+def note_few_trials(table: pd.DataFrame, notices: list[str]) -> None:
+    """Note the participants with less than half of the median number of trials.
+
+    >>> notices = list[str]()
+    >>> note_few_trials(pd.DataFrame({"participant_id": [*"AAAABBBBC"]}), notices)
+    >>> notices
+    ['C (1) has less than half of the median number of trials (4).']
+    """
+    counts = (table[~table["catch"]] if "catch" in table else table)["participant_id"].value_counts(sort=False)
+    short = counts[counts < counts.median() / 2]
+    if len(short):
+        listed = few(f"{who} ({count})" for who, count in short.items())
+        notices.append(
+            f"{listed} {'has' if len(short) == 1 else 'have'} less than half of the median number of trials "
+            f"({counts.median():g})."
+        )
 
 
 def few_levels(cells: pd.DataFrame, within: list[pd.Series[str]]) -> dict[str, str]:

@@ -7,6 +7,7 @@ from typing import Any, Self
 
 import pandas as pd
 
+from focalgradient.user_tables.cleaning import note_few_trials
 from focalgradient.user_tables.source import Source
 
 __all__ = ["ImportedAnswers"]
@@ -46,6 +47,8 @@ class ImportedAnswers:
         if table.index.nlevels > 2:  # a column for each condition
             used |= {*table.index.get_level_values(2)}
         unused = source.cells[[name for name in source.cells if str(name).strip() and name not in used]]
+        if "percept" not in table:
+            note_few_trials(table, source.notices)
         said = tuple(source.notes), tuple(source.notices), tuple(source.problems)
         return cls(table, *said, unused=unused, **more)
 
