@@ -13,6 +13,7 @@ import pytest
 
 from focalgradient import InputError
 from focalgradient.report import make_report
+from focalgradient.report.reading import explained_table
 from focalgradient.statistics import OwnRatings, quality, read_ratings, read_reports
 from focalgradient.user_tables import read_conditions
 
@@ -279,6 +280,20 @@ def test_catch_trials_tell_the_standard(tmp_path: Path, standard: int, said: str
     assert [said in notice for notice in found.notices] == [True] * bool(said)
     table, judged = quality(found.table)
     assert judged.subjects_after == table["participant_id"].nunique() == kept
+
+
+def test_a_table_without_a_pinhole_leads_to_its_apertures(tmp_path: Path) -> None:
+    """The remedy was another column, though the apertures can be compared."""
+    found = read(tmp_path, [row for row in rows() if row[2] != "pinhole"])
+    [said] = found.notices
+    assert 'by=["aperture=f/22"], or take f/22 for the pinhole with conditions={"f/22": "pinhole"}.' in said
+    assert read(tmp_path, rows()).notices == ()
+
+
+def test_a_stated_scale_is_not_asked_for_by_explaining(tmp_path: Path) -> None:
+    read(tmp_path, [[*row[:4], str(1 + at % 5)] for at, row in enumerate(rows())])
+    said = [list(explained_table(tmp_path / "own.csv", steps=steps)) for steps in (False, True)]
+    assert [any("State the scale" in line for line in lines) for lines in said] == [True, False]
 
 
 def test_known_words_may_change_places(tmp_path: Path) -> None:

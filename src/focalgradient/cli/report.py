@@ -252,7 +252,7 @@ def report(
 
         with options_named(NAMES):
             for group in _data_sets(folders, pairs, separate)[0]:
-                for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate):
+                for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate, steps=ordinal):
                     click.echo(entries_as_options(line))
         return
     if effect is not None or far_effect is not None:
@@ -297,7 +297,8 @@ def report(
         for sentence in sentences:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
     if made.results and all("reason" in result for result in made.results):
-        remedy = " Test another column of the table with --by." if folder.is_file() and not by else ""
+        is_stated = by or not folder.is_file() or any("by=[" in notice for notice in made.notices)
+        remedy = "" if is_stated else " Test another column of the table with --by."
         click.echo(f"Note: No effect was tested. {made.results[0]['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}

@@ -144,6 +144,8 @@ def explained_table(
     by: Sequence[str] = (),
     order: Sequence[str] = (),
     guess_rate: float | None = None,
+    *,
+    steps: bool = False,
 ) -> Iterator[str]:
     """Yield lines that say what the table is taken for, and how each column is read.
 
@@ -160,13 +162,14 @@ def explained_table(
         "by": by,
         "order": order,
         "guess": guess_rate,
+        "steps": steps,
     }
     refuse_unused("the table", f"contains {kind.what}", {"order": tuple(order)}, kind.settings)
     is_wide = kind.schema is RATING_TABLE
     source = Source.read(table, kind.schema, long_columns(columns) if is_wide else columns)
     rows = f"{source.name}: {len(source.cells):,} rows, taken for"
     try:
-        own = kind.read(table, given | {"order": order, "guess": guess_rate})
+        own = kind.read(table, given)
     except InputError:
         yield f"{rows} {kind.what}"
         yield from _columns(source)

@@ -156,6 +156,8 @@ def read_ratings(
                 "'focalgradient report --focal-length'."
             )
         table["aperture_mm"] = [0.0 if name == PINHOLE else lens / float(name[2:]) for name in table["aperture"]]
+    if not (steps or choices):
+        _note_no_pinhole(source, table)
     _note_groups(source, table, conditions or {})
     _note_scenes(table[~table["catch"]], notices)
     checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
@@ -195,6 +197,19 @@ def _to_standard(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
             "all ratings by the number of the standard."
         )
     return table
+
+
+def _note_no_pinhole(source: Source, table: pd.DataFrame) -> None:
+    """Note that no aperture is the pinhole, with the call that compares apertures or takes the smallest for one."""
+    least = int(table["aperture_mm"].to_numpy().argmin())
+    column, name = source.columns.get("aperture"), str(table["aperture"].iloc[least])
+    if name != PINHOLE and column is not None:
+        name = source.cells.loc[table.index[least], column]
+        source.notices.append(
+            "No aperture is the pinhole, to which depth effects are ratios: compare apertures with "
+            f'by=["{printable(column)}={printable(name)}"], or take {printable(name)} for the pinhole with '
+            f'conditions={{"{printable(name)}": "{PINHOLE}"}}.'
+        )
 
 
 def _note_groups(source: Source, table: pd.DataFrame, conditions: Mapping[str, str]) -> None:
