@@ -158,7 +158,7 @@ def draw_thresholds(ax: Axes, conditions: Mapping[str, ThresholdResult]) -> Axes
                 values += np.clip([mean.low, mean.high], *limits).tolist()
             ax.plot(mean.estimate, row, "D", color=colour, markersize=5)
     every = math.ceil(len(names) / MOST_NAMES) if names else 1
-    ax.set_yticks([*range(0, len(names), every), len(names)], [*(shortened(who, 14) for who in names[::every]), "mean"])
+    ax.set_yticks([*range(0, len(names), every), len(names)], [*(shortened(who, 20) for who in names[::every]), "mean"])
     ax.set(ylim=(len(names) + 0.6, -0.6), xlabel=_axis(next(iter(conditions.values()))))
     ax.set_title("Thresholds, 95 % intervals")
     logarithmic(ax, values)

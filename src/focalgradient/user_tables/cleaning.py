@@ -253,6 +253,8 @@ def without_copied_files(cells: pd.DataFrame, notices: list[str], *, named: bool
 
     Files that do not name participants (`named`), and small ones, are copies only by their names, like "p01 (1).csv".
     """
+    if cells.index.get_level_values(0).nunique() < 2:
+        return cells
     hashes, alike = pd.util.hash_pandas_object(cells, index=False).to_numpy(), dict[bytes, list[str]]()
     for file, rows in cells.groupby(level=0, sort=False).indices.items():
         if len(rows) >= MIN_BLOCK_ROWS:

@@ -448,10 +448,10 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
         role = "participant_id" if given == "participant" else given
         theirs = by_name.get(column, by_name.get(clean(column).casefold()))
         if role not in schema.columns:
-            free = {role: definition for role, definition in schema.columns.items() if role not in columns}
-            words = {word: role for role, definition in free.items() for word in (role, *definition.names)}
-            word = nearest(given, words)
-            likely = words[word] if word else ", ".join(["participant", *list(schema.columns)[1:]])
+            open_roles = [role for role in schema.columns if role not in columns]
+            known = {word: role for role in open_roles for word in (role, *schema.columns[role].names)}
+            word = nearest(given, known)
+            likely = known[word] if word else ", ".join(["participant", *list(schema.columns)[1:]])
             wrong.append(f"{given} is not known: use {likely} = the file's name")
         elif theirs is None:
             wrong.append(f"{name} has no column {column} for {given}: it has {few(header)}")
