@@ -18,8 +18,8 @@ from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.ratings import check_rating, rated
-from focalgradient.user_tables.schema import RATINGS, Column
-from focalgradient.user_tables.source import Source, Where, completed, found_columns, where_like
+from focalgradient.user_tables.schema import RATINGS, Column, found_columns
+from focalgradient.user_tables.source import Source, Where, completed, where_like
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import long_columns, long_form, stem_of_columns
 from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, with_diameters

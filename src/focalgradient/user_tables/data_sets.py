@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from focalgradient.errors import InputError
 from focalgradient.user_tables.files import Paths, UserTable, file_labels, person_of, read_table
 from focalgradient.user_tables.names import clean, few, in_several
-from focalgradient.user_tables.schema import PARTICIPANT, Schema
-from focalgradient.user_tables.source import found_columns
+from focalgradient.user_tables.schema import PARTICIPANT, Schema, found_columns
 
 __all__ = ["data_sets", "of_one_data_set"]
 

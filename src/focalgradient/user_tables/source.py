@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import pandas as pd
 
-from focalgradient.errors import InputError, nearest
+from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.files.tables import TextTable
@@ -22,9 +22,9 @@ from focalgradient.user_tables.cleaning import (
     without_summaries,
 )
 from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table
-from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, stem_of, united
+from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
-from focalgradient.user_tables.schema import ABSENT, RATINGS, TIMES, Schema
+from focalgradient.user_tables.schema import ABSENT, RATINGS, TIMES, Schema, found_columns
 
 __all__ = [
     "Source",
@@ -436,54 +436,6 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
     found = found_columns(table.name, table.cells, schema, theirs)
     return any(roles <= set(found) for roles in schema.signs)
-
-
-def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
-    """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
-    header = [str(column) for column in table.columns]
-    by_name = {clean(column).casefold(): column for column in reversed(header)} | {column: column for column in header}
-    found: dict[str, str] = {}
-    wrong = []
-    for given, column in columns.items():
-        role = "participant_id" if given == "participant" else given
-        theirs = by_name.get(column, by_name.get(clean(column).casefold()))
-        if role not in schema.columns:
-            open_roles = [role for role in schema.columns if role not in columns]
-            known = {word: role for role in open_roles for word in (role, *schema.columns[role].names)}
-            word = nearest(given, known)
-            likely = known[word] if word else ", ".join(["participant", *list(schema.columns)[1:]])
-            wrong.append(f"{given} is not known: use {likely} = the file's name")
-        elif theirs is None:
-            wrong.append(f"{name} has no column {column} for {given}: it has {few(header)}")
-        elif theirs in found.values():
-            wrong.append(f"{column} is given for {given}, but for another column, too: give each a column of its own")
-        else:
-            found[role] = theirs
-    if wrong:
-        raise InputError(f"columns: {'; '.join(wrong)}.")
-    free = [column for column in reversed(header) if column not in found.values()]
-    lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
-    lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
-    for role, definition in schema.columns.items():
-        if role not in found:
-            words = [spelt for word in (role, *definition.names) for spelt in (word, heading(word))]
-            near = next((lower[word] for word in words if word in lower), None)
-            if near is not None and near not in found.values():
-                found[role] = near
-    stems = {heading(stem_of(column)): column for column in header if column not in found.values()}
-    for role, definition in schema.columns.items():
-        near = next((stems[stem] for stem in definition.stems if stem in stems), None)
-        if role not in found and near is not None:
-            found[role] = near
-    for column in found.values():
-        again = [other for other in header if re.fullmatch(re.escape(column) + r" \(column \d+\)", other)]
-        if column not in columns.values():
-            again += [
-                other for other in header if other != column and clean(other).casefold() == clean(column).casefold()
-            ]
-        if any((table[other] != table[column]).any() for other in again):
-            raise InputError(f"{name} has the column {column} twice, with different cells: remove or rename one.")
-    return found
 
 
 def _with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
