@@ -282,6 +282,11 @@ def test_catch_trials_tell_the_standard(tmp_path: Path, standard: int, said: str
     assert judged.subjects_after == table["participant_id"].nunique() == kept
 
 
+def test_words_of_conditions_leave_catch_trials_as_they_are(tmp_path: Path) -> None:
+    own = [[*row[:2], row[2].replace("pinhole", "1"), *row[3:], str(int(row[0] == "P02"))] for row in rows()]
+    assert read(tmp_path, own, [*HEAD, "catch"], conditions={"1": "pinhole"}).table["catch"].sum() == 16
+
+
 def test_a_table_without_a_pinhole_leads_to_its_apertures(tmp_path: Path) -> None:
     """The remedy was another column, though the apertures can be compared."""
     found = read(tmp_path, [row for row in rows() if row[2] != "pinhole"])

@@ -407,7 +407,8 @@ class Source:
         """Convert cells that say yes or no to booleans."""
         column = self.schema.columns[role]
         known = {**TRUTH, **column.words}
-        cells = table[role].str.strip().str.casefold().map(lambda cell: self.meanings.get(cell, cell))
+        meant = {word: meaning for word, meaning in self.meanings.items() if meaning in known}
+        cells = table[role].str.strip().str.casefold().map(lambda cell: meant.get(cell, cell))
         if (wrong := ~cells.isin(list(known))).any():
             raise invalid(table, role, wrong, f"but must be {column.expected}")
         return cells.map(known).astype(bool)
