@@ -166,10 +166,17 @@ def test_a_large_effect_on_the_cube_is_found_in_both_directions() -> None:
     assert all(share >= 0.9 for share in found.values())
 
 
-@pytest.mark.parametrize("people", [Model, LatentModel, CubeModel])
-def test_a_fall_which_no_test_would_count_is_refused(people) -> None:
+@pytest.mark.parametrize(
+    ("people", "design"),
+    [
+        (Model, DepthRatingDesign()),
+        (LatentModel, DepthRatingDesign(scale="steps")),
+        (CubeModel, NeckerDesign()),
+    ],
+)
+def test_a_fall_which_no_test_would_count_is_refused(people, design) -> None:
     with pytest.raises(InputError, match="a fall has the power of its inverse"):
-        people(effect=0.2)
+        Study(people(effect=0.2), design)
 
 
 def test_quick_power_of_the_cube_is_that_of_the_noncentral_t(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -20,7 +20,7 @@ from scipy import stats
 
 from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials, of_rise
+from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics.cube_questions import ODDS, PLAIN, condition_name, own_odds, primary_first
 from focalgradient.statistics.means import holm
@@ -74,7 +74,7 @@ class CubeModel(People):
         If a value is out of range.
     """
 
-    effect: Annotated[float, of_rise(ODDS_RATIOS)] = 1.5
+    effect: Annotated[float, ODDS_RATIOS] = 1.5
     between: Annotated[float, SPREAD] = 0.3
     nonrigid: Annotated[float, Range("proportions", 0.001, 0.999)] = 0.2  # beyond, one takes no video frame per trial
     between_levels: Annotated[float, SPREAD] = 0.7

@@ -23,7 +23,7 @@ from scipy import stats
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.ratings import Raters, main_questions
-from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study, of_rise
+from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
 from focalgradient.statistics import Effect, NotComputed
 from focalgradient.statistics.means import holm
 from focalgradient.statistics.records import ALPHA
@@ -60,7 +60,7 @@ class LatentModel(Raters):
         If a value is out of range.
     """
 
-    effect: Annotated[float, of_rise(ODDS_RATIOS)] = 3.0
+    effect: Annotated[float, ODDS_RATIOS] = 3.0
     far_effect: Annotated[float, ODDS_RATIOS] = 1.0
     between: Annotated[float, SPREAD] = 1.0
     between_scenes: Annotated[float, SPREAD] = 0.5

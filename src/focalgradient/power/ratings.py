@@ -20,7 +20,7 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials, of_rise
+from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics import rating_questions, slope_questions, step_questions
 from focalgradient.statistics.crossed import mean_tests
@@ -101,7 +101,7 @@ class Model(Raters):
         If a value is out of range.
     """
 
-    effect: Annotated[float, of_rise(RATIOS)] = 1.3
+    effect: Annotated[float, RATIOS] = 1.3
     far_effect: Annotated[float, RATIOS] = 1.0
     between: Annotated[float, SPREAD] = 0.15
     between_scenes: Annotated[float, SPREAD] = 0.05

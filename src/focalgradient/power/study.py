@@ -21,7 +21,7 @@ from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.tasks import task_named
 
-__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials", "of_rise"]
+__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials"]
 
 SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
 """Range of a standard deviation: 3 is a factor of 20 between people, far above any published variation of ratings or
@@ -29,13 +29,6 @@ durations.
 """
 LAPSES = Range("proportions", 0, 0.999)
 ODDS_RATIOS = Range("odds ratios, where 1 means none,", 0.01, 100)
-
-
-def of_rise(ratios: Range) -> Range:
-    """Return the range of ratios whose rise is the hypothesis: a fall has the power of its inverse, but no support."""
-    return dataclasses.replace(
-        ratios, least=1, remedy="give a ratio, 1.2 for a rise by 20 %; a fall has the power of its inverse"
-    )
 
 
 @cache
@@ -135,9 +128,14 @@ class People(ABC):
         return 0.0
 
     def check(self, design: Any) -> None:
-        """Raise `InputError` if a design is of another class, or lacks a comparison."""
+        """Raise `InputError` if a design is of another class or lacks a comparison, or the effect is not a rise."""
         if not isinstance(design, self.designs):
             raise InputError(f"design is {described(design)}, but must be a {self.designs.__name__}.")
+        if (effect := getattr(self, "effect", 1)) < 1:
+            raise InputError(
+                f"effect is {effect:g}, but must be 1 or more, as the hypothesis is a rise: give a ratio, 1.2 for a "
+                "rise by 20 %; a fall has the power of its inverse."
+            )
 
     def settings(self, design: Any) -> dict[str, object]:
         """Return the assumptions in the form stored in the file of experiments."""
