@@ -82,7 +82,8 @@ def test_wide_tables_are_analysed_by_conditions() -> None:
 
 def test_a_group_that_is_not_analysed_is_noted() -> None:
     """Only the provenance named the column."""
-    expected = 'group (a, b) is not analysed: compare the groups with by=["aperture", "group"].'
+    options = 'columns={"rating": "near_*"} by=["aperture", "group"]'
+    expected = f"group (a, b) is not analysed: compare the groups with {options}."
     assert expected in read_ratings(text_table(WIDE)).notices
     assert not any("not analysed" in notice for notice in read_conditions(text_table(WIDE), by=["group"]).notices)
 
@@ -144,6 +145,14 @@ def test_conditions_that_a_person_lacks_do_not_change_the_effect_within(tmp_path
         assert effects.to_numpy() == pytest.approx(np.log({"two": 2.0, "2": 2.0, "4": 4.0}[str(test.level)]))
     text = make_report(path, by=["eye", "size=factor"]).files["report.md"].decode()
     assert "> **3 of the 6 subjects lack answers" in text
+
+
+def test_conditions_of_a_wide_table_are_chosen_by_its_columns() -> None:
+    table = text_table("Vp,near_pinhole,near_f/4,far_pinhole,far_f/4\nA,1,1.4,1,1.1\nB,1,1.3,1,1\n")
+    notice = next(text for text in read_conditions(table, by=["aperture"]).notices if "means over" in text)
+    assert notice.endswith('add by=["fixation"], or choose a level with columns={"rating": "far_*"}.')
+    chosen = read_conditions(table, {"rating": "far_*"}, by=["aperture"]).table
+    assert chosen["rating"].tolist() == [1, 1.1, 1, 1]
 
 
 def test_columns_of_a_wide_table_are_levels_of_their_stem() -> None:

@@ -19,7 +19,7 @@ from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column, found_columns
-from focalgradient.user_tables.source import Source, Where, completed, where_like
+from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import long_columns, long_form, stem_of_columns
 from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, with_diameters
@@ -181,7 +181,7 @@ def read_conditions(
     for name, values in few_levels(cells[source.unused], [people]).items():
         source.notices.append(
             f"Ratings are means over {printable(name)} ({values}): if it is a condition, add "
-            f'by=["{printable(name)}"], or choose a level with {where_like(name, min(cells[name]))}.'
+            f'by=["{printable(name)}"], or choose a level with {choice_like(cells, name, min(cells[name]))}.'
         )
     return OwnConditions.of(replace(source, cells=file), table, conditions=levels, log=log, steps=steps or bool(order))
 

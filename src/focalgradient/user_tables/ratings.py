@@ -19,7 +19,7 @@ from focalgradient.user_tables.files import Paths
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.schema import ABSENT, RATINGS
-from focalgradient.user_tables.source import Source, Where, completed, conditions_like, where_like
+from focalgradient.user_tables.source import Source, Where, choice_like, completed, conditions_like, where_like
 from focalgradient.user_tables.tidy import FIXATIONS, PINHOLE, rating_table
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form, stem_of_columns
@@ -222,6 +222,8 @@ def _note_groups(source: Source, table: pd.DataFrame, conditions: Mapping[str, s
     cells, columns, options = source.cells.loc[index], source.columns, list[str]()
     if "fixation" in columns and not near.empty:
         options.append(where_like(columns["fixation"], str(cells.loc[near_index, columns["fixation"]].mode()[0])))
+    elif table.index.nlevels > 2 and not near.empty:
+        options.append(choice_like(table, "fixation", FIXATIONS[0]))
     if conditions:
         options.append(f"conditions={json.dumps(dict(conditions), ensure_ascii=False)}")
     by = [columns.get("aperture", columns.get("aperture_mm", "aperture"))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -65,7 +66,7 @@ NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"
 DEFAULTS = {"session": "", "condition": "", "kind": "human"}
 """Values of optional columns of a table without them."""
 
-LISTED = 12
+LISTED = 24
 """Maximum number of columns listed in an error message."""
 
 
@@ -78,6 +79,14 @@ def columns_like(*roles: str) -> str:
 def where_like(column: str, value: str) -> str:
     """Return the remedy that chooses the rows of a value."""
     return f'where={{"{printable(column)}": "{printable(value)}"}}'
+
+
+def choice_like(cells: pd.DataFrame, column: str, value: str) -> str:
+    """Return the remedy that chooses the rows of a value; in a table that was wide, the columns."""
+    if cells.index.nlevels < 3:
+        return where_like(column, value)
+    headings = [*cells.index[cells[column] == value].get_level_values(2)]
+    return f'columns={{"rating": "{printable(os.path.commonprefix(headings))}*"}}'  # noqa: RUF071  by character
 
 
 def conditions_like(meaning: str) -> str:
@@ -224,7 +233,9 @@ class Source:
             theirs = [name for name in self.schema.columns if name in roles_instead and name not in here]
             otherwise = remedy.format(columns_like(*theirs)) or otherwise
         if missing:
-            there = ", ".join([str(name)[:40] for name in self.cells if name][:LISTED])
+            names = [str(name)[:40] for name in self.cells if name]
+            more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+            there = ", ".join(names[:LISTED]) + more
             noun = "column" if len(missing) == 1 else "columns"
             raise InputError(
                 f"{self.name} has no {noun} for {', '.join(missing)} (its columns are {there}): "

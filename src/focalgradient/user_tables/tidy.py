@@ -35,7 +35,10 @@ REPORT_COLUMNS: Final = (
     "censored",
     "trial_duration",
 )
-ABOVE_0: Final = "above 0: a ratio to the standard (state the scale, ordinal, where answers are steps)"
+ABOVE_0: Final = (
+    "above 0: a ratio to the standard (state the scale, ordinal, where answers are steps; compare positions on a line "
+    'as they stand, by=["aperture"])'
+)
 """Requirement of ratings that are ratios."""
 
 CLOCK: Final = 0.05
