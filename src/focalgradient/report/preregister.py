@@ -133,7 +133,7 @@ class Preregistered:
                 f"{enough[0]} subjects are the fewest of those tried with a power of {WANTED:.0%} or more for each "
                 "hypothesis"
             )
-        return f"{number}, {self.subjects} These are assumptions: state your own effect."
+        return f"{number}, {self.subjects}"
 
     def _power(self) -> Table:
         there = [test for test in self.tests if test in next(iter(self.powers.values()))]
