@@ -113,7 +113,7 @@ def questions_of(
         kind="ratings",
         rules=(*OF_RATINGS, "bound") if statistic.ratios else OF_RATINGS,
         choices=("exclusions", *choices),
-        also=also,
+        also=[*asked.also, *also],
     )
 
 
