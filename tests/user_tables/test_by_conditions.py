@@ -214,7 +214,9 @@ def test_conditions_in_one_order_are_noted() -> None:
     head = "subject,session,trial,eye,rating"
     rows = [f"p{who},{1 + (trial > 4)},{trial},{'LR'[trial > 4]},1.{who}" for who in range(4) for trial in range(1, 9)]
     [notice] = noted([head, *rows], ORDER, by=["eye"])
-    assert notice == "Each session has one level of eye, so that its effect cannot be told from practice or fatigue."
+    assert (
+        notice == "Each session has one level of eye, so that its effect cannot be separated from practice or fatigue."
+    )
     blocks = [",".join(row.split(",")[::2]) + f",{row.split(',')[3]}" for row in rows]
     [notice] = noted(["subject,trial,rating,eye", *blocks], ORDER, by=["eye"])
     assert notice.startswith("All subjects answered at the levels of eye in one order (L, R)")
@@ -246,7 +248,7 @@ def test_apertures_of_different_scenes_are_noted() -> None:
         for scene in range(6)
     ]
     table = text_table("\n".join(["subject,scene,focus,aperture,rating", *rows]))
-    apertures = "No scene was shown at two apertures: depth effects cannot be told from those of scenes."
+    apertures = "No scene was shown at two apertures: depth effects cannot be separated from those of scenes."
     assert [notice for notice in read_ratings(table).notices if "No scene" in notice] == [apertures]
     crossed = text_table("\n".join(["subject,scene,focus,aperture,rating", *rows]).replace("f/11", "0"))
     assert not any("two fixations" in notice for notice in read_ratings(crossed).notices)

@@ -33,7 +33,7 @@ from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Model", "Raters", "quick_power", "simulated_ratings"]
 
-RATIOS = Range("ratios, where 1 means none,", 0.1, 10)
+RATIO = Range("ratios, where 1 means none,", 0.1, 10)
 
 
 class Raters(People):
@@ -101,8 +101,8 @@ class Model(Raters):
         If a value is out of range.
     """
 
-    effect: Annotated[float, RATIOS] = 1.3
-    far_effect: Annotated[float, RATIOS] = 1.0
+    effect: Annotated[float, RATIO] = 1.3
+    far_effect: Annotated[float, RATIO] = 1.0
     between: Annotated[float, SPREAD] = 0.15
     between_scenes: Annotated[float, SPREAD] = 0.05
     scenes: Annotated[float, SPREAD] = 0.1

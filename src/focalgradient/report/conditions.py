@@ -205,7 +205,7 @@ def condition_part(
         * (lacking > 0 and shared != factors[:1])
         + [
             f"{lacking} of the {people} {who}s lack answers at some levels of {few(sloped)}: their slopes are over "
-            "other levels, and differ where the effect is no straight line."
+            "other levels, and differ where the effect is not linear."
         ]
         * (lacking > 0 and bool(sloped))
         + [

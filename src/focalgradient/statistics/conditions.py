@@ -172,7 +172,7 @@ def condition_tests(
     planned
         Tests, from `planned_tests`.
     beside
-        Columns that are no conditions, over whose levels answers are also averaged, such as scene.
+        Other columns over whose levels answers are averaged, such as scene.
 
     Returns
     -------

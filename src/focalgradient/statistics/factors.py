@@ -40,25 +40,26 @@ def factor_questions(factors: Mapping[str, Any], *, ratios: bool, unit: str = ""
         answers = np.log(table["rating"]) if ratios else table["rating"]
         return table.assign(answer=answers.astype(float))
 
+    def is_paired(name: str) -> bool:
+        return bool(factors[name].get("vary", "within") == "within")
+
     def compared(table: pd.DataFrame, name: str, of: Measure) -> dict[str, Effect | NotComputed]:
         first, *others = factors[name]["levels"]
-        paired = factors[name].get("vary", "within") == "within"
         levels = {str(level): rows.droplevel(1) for level, rows in of(table, name).groupby(level=1)}
         none = pd.Series(dtype=float)
         return {
-            less(level, first): between_levels(levels.get(level, none), levels.get(first, none), paired=paired)
+            less(level, first): between_levels(levels.get(level, none), levels.get(first, none), paired=is_paired(name))
             for level in others
         }
 
     def stated(name: str) -> str:
         levels = ", ".join(map(str, factors[name]["levels"]))
-        paired = factors[name].get("vary", "within") == "within"
-        test = "within subjects: paired t-test" if paired else "between subjects: Welch’s t-test"
+        test = "within subjects: paired t-test" if is_paired(name) else "between subjects: Welch’s t-test"
         return f"Factor {name} ({levels}; {test})"
 
     def in_r(what: str, name: str, function: str) -> str:
         first, *others = factors[name]["levels"]
-        test = "paired" if factors[name].get("vary", "within") == "within" else "welch"
+        test = "paired" if is_paired(name) else "welch"
         of = function, "log_rating" if ratios else answer, name
         return "".join(
             f"show({quoted(what)}, {quoted(less(level, first))}, {test}({_at(*of, level)}, {_at(*of, first)}))\n"

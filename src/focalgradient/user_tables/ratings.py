@@ -172,7 +172,7 @@ def _note_scenes(table: pd.DataFrame, notices: list[str]) -> None:
     ):
         levels = table.groupby(of)[varied].nunique()
         if table[varied].nunique() > 1 == levels.max() and table["scene"].nunique() > 1:
-            notices.append(f"No scene was shown at two {varied}s: {what} cannot be told from those of scenes.")
+            notices.append(f"No scene was shown at two {varied}s: {what} cannot be separated from those of scenes.")
 
 
 def _to_standard(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:

@@ -83,7 +83,7 @@ def note_order(table: pd.DataFrame, conditions: Sequence[str], notices: list[str
             shown = few([f"{level:g}" if isinstance(level, float) else str(level) for level in orders.iloc[0]])
             what = f"All subjects answered at the levels of {printable(name)} in one order ({shown})"
         if what and levels > 1:
-            notices.append(f"{what}, so that its effect cannot be told from practice or fatigue.")
+            notices.append(f"{what}, so that its effect cannot be separated from practice or fatigue.")
 
 
 def _in_files(table: pd.DataFrame, *roles: str) -> pd.Series[bool]:
