@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, Literal
@@ -20,6 +20,9 @@ MOST = 1e9
 """Upper limit of any number in a session: 30 years in s, and more frames or trials than occur."""
 
 APERTURE = re.compile(r"pinhole|f/\d+(\.\d+)?")
+
+WRONG = object()
+"""Value of a cell that may not stand in its column."""
 
 FORMULA = ("=", "+", "-", "@")
 """Initial characters by which spreadsheets recognise a formula."""
@@ -165,47 +168,32 @@ def cell_test(column: Column) -> Callable[[Any], bool]:
 
 def converted(column: Column, texts: Sequence[str]) -> tuple[NDArray[Any], int | None]:
     """Convert a column's texts to values; also return the index of the first invalid one."""
-    absent = {"n/a"} if column.optional else set()
+    means = {text: _meaning(column, text) for text in dict.fromkeys(texts)}
+    wrong = next((texts.index(text) for text, value in means.items() if value is WRONG), None)
+    values = [means[text] for text in texts]
+    kind: type = {"bool": bool, "integer": np.int64, "number": float, "text": object}[column.form]
+    if column.form != "text" and None in means.values():
+        kind = float  # NaN where cells are missing
+    return np.array(values if wrong is None else [], kind), wrong
+
+
+def _meaning(column: Column, text: str) -> Any:
+    """Return the value of a cell: None if it is missing, `WRONG` if it may not stand in the column."""
+    if text == "n/a" and column.optional:
+        return None
     if column.form == "bool":
-        other = _first(texts, set(texts) - {"true", "false"} - absent)
-        if absent & {*texts}:
-            return np.array([{"true": 1.0, "false": 0.0}.get(text, np.nan) for text in texts]), other
-        return np.array([text == "true" for text in texts], bool), other
+        return {"true": True, "false": False}.get(text, WRONG)
     if column.form == "text":
-        kinds = set(texts) - absent
+        is_valid = text in column.levels if column.levels else text not in ("", "n/a")
         if column.name == "aperture":
-            wrong = {text for text in kinds if not APERTURE.fullmatch(text)}
-        else:
-            wrong = kinds - set(column.levels) if column.levels else kinds & {"", "n/a"}
-        means = {text: text[1:] if text.startswith("'") and text[1:].startswith(FORMULA) else text for text in kinds}
-        means |= dict.fromkeys(absent)  # type: ignore[arg-type]
-        return np.array([means[text] for text in texts], object), _first(texts, wrong)
-    numbers = np.array([_number(text) for text in texts], float)
-    with np.errstate(invalid="ignore"):
-        bad = ~np.isfinite(numbers)
-        if column.form == "integer":
-            bad |= (numbers % 1 != 0) | (np.abs(numbers) >= 2.0**63)
-        if column.least is not None:
-            bad |= numbers < column.least
-        if column.most is not None:
-            bad |= numbers > column.most
-        if column.above is not None:
-            bad |= numbers <= column.above
-    if absent:
-        bad &= np.array([text not in absent for text in texts], bool)
-    if bad.any():
-        return numbers, int(bad.argmax())
-    whole = column.form == "integer" and not (absent & {*texts})
-    return numbers.astype(np.int64) if whole else numbers, None
-
-
-def _number(text: str) -> float:
-    """Parse a number in the notation of JSON and tables; NaN for any other text."""
+            is_valid = bool(APERTURE.fullmatch(text))
+        is_kept = text.startswith("'") and text[1:].startswith(FORMULA)
+        return WRONG if not is_valid else text[1:] if is_kept else text
     try:
-        return float(text) if "_" not in text else float("nan")
+        value = float(text) if "_" not in text else math.nan
     except ValueError:
-        return float("nan")
-
-
-def _first(texts: Sequence[str], wrong: Collection[str]) -> int | None:
-    return min(map(texts.index, wrong)) if wrong else None
+        return WRONG
+    least, above = (-math.inf if limit is None else limit for limit in (column.least, column.above))
+    most = math.inf if column.most is None else column.most
+    is_whole = column.form != "integer" or (value % 1 == 0 and abs(value) < 2.0**63)
+    return value if math.isfinite(value) and least <= value <= most and value > above and is_whole else WRONG
