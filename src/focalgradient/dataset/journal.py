@@ -29,7 +29,8 @@ from focalgradient.dataset.append import append, writing
 from focalgradient.dataset.events import CellTests, Event, cell_tests, event_error
 from focalgradient.dataset.lock import try_lock, unlock
 from focalgradient.errors import InputError
-from focalgradient.files import flush, is_text, move, read_bytes, staged
+from focalgradient.files import is_text, move, read_bytes, staged
+from focalgradient.files.writing import flush_folder, make_file
 
 __all__ = [
     "Journal",
@@ -270,22 +271,12 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         raise FileExistsError(f"{path} already exists.")
     with staged(path.parent) as folder:
         hidden = folder / path.name
-        with os.fdopen(
-            os.open(hidden, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), 0o600), "wb"
-        ) as stream:
-            stream.write(content)
-            stream.flush()
-            flush(stream.fileno())
+        make_file(hidden, content, 0o600)
         if replace:
             move(hidden, path)
         else:
             _place(hidden, path, content)
-    if os.name == "posix":  # on Windows folders cannot be opened, and need no flush
-        number = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(number)
-        finally:
-            os.close(number)
+    flush_folder(path.parent)
 
 
 def _place(hidden: Path, path: Path, content: bytes) -> None:
@@ -299,10 +290,7 @@ def _place(hidden: Path, path: Path, content: bytes) -> None:
         if error.errno not in (errno.EPERM, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK):
             raise
         # Without hard links, as on FAT, a crash may leave a partial file, but never two owners.
-        with os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "wb") as stream:
-            stream.write(content)
-            stream.flush()
-            flush(stream.fileno())
+        make_file(path, content, 0o600)
 
 
 def read_journal(path: Path) -> Log:
@@ -409,25 +397,18 @@ class _Scan:
         if self.beheaded or not self.events:
             sentence = f"{self.path} does not start with the first line of a journal: restore the file from a copy."
             self.damaged.insert(0, sentence)
-        return Log(
-            self.path,
-            tuple(self.events),
-            tuple(self.broken),
-            tuple(self.damaged),
-            tuple(self.changed),
-            tuple(self.altered),
-            tuple(self.lines),
-            self.last,
-        )
+        found = (self.events, self.broken, self.damaged, self.changed, self.altered, self.lines)
+        return Log(self.path, *map(tuple, found), last=self.last)  # type: ignore[arg-type]  # of several types
 
 
 def _parsed(line: bytes) -> Event | None:
     """Parse a line; return None if it is truncated, as no part of a line is valid JSON."""
     try:
-        event = DECODER.decode(line.decode())
+        text = line.decode()
+        event = DECODER.decode(text)
     except (ValueError, RecursionError):
         return None
-    whole = isinstance(event, dict) and isinstance(event.get("event"), str) and is_text(line, event)
+    whole = isinstance(event, dict) and isinstance(event.get("event"), str) and is_text(text, event)
     return event if whole else None
 
 

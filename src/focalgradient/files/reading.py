@@ -74,8 +74,6 @@ _DOTTED = re.compile(rf"(?<![\w-])(?:(?:[\w-]++|\"[^\"\n]*+\"|'[^'\n]*+')[ \t]*+
 
 _SURROGATE = re.compile(r"\\u[dD][89a-fA-F]")
 _LONG = re.compile(r"\w{16}")  # 64 bits take 19 decimal or 16 hexadecimal digits
-_LONG_BYTES = re.compile(_LONG.pattern.encode())
-_SURROGATE_BYTES = re.compile(_SURROGATE.pattern.encode())
 
 
 @contextmanager
@@ -105,8 +103,13 @@ def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LA
         folder = os.path.isdir(path)  # Windows reports "access denied" for folders
         why = "is a folder" if folder else f"cannot be read ({error.strerror or error})"
         raise InputError(f"{name} {why}: give the path of {what}.") from error
-    with os.fdopen(number, "rb", closefd=True) if _regular(number) else _refused(number, name, what) as file:
-        size = os.fstat(number).st_size
+    status = os.fstat(number)
+    if not stat.S_ISREG(status.st_mode):
+        os.close(number)
+        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
+        raise InputError(f"{name} is {kind}: give the path of {what}.")
+    with os.fdopen(number, "rb") as file:
+        size = status.st_size
         if size > largest:
             raise InputError(
                 f"{name} has {size / MB:,.0f} MB, but {what} may have at most {largest / MB:,.0f} MB: give another."
@@ -117,16 +120,6 @@ def opened(path: str | os.PathLike[str], what: str = "a file", largest: int = LA
             if error.filename is not None or error.errno is None:  # an error of another file, or of a decoder
                 raise
             raise InputError(f"{name} cannot be read ({error.strerror or error}): give {what} that can.") from error
-
-
-def _regular(number: int) -> bool:
-    return stat.S_ISREG(os.fstat(number).st_mode)
-
-
-def _refused(number: int, name: str, what: str) -> NoReturn:
-    folder = stat.S_ISDIR(os.fstat(number).st_mode)
-    os.close(number)
-    raise InputError(f"{name} is {'a folder' if folder else 'not a regular file'}: give the path of {what}.")
 
 
 def read_bytes(path: str | os.PathLike[str], what: str = "a file", largest: int = LARGEST) -> bytes:
@@ -253,6 +246,8 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
         If it is not strict JSON, or is nested more than `DEEPEST` levels.
     """
     try:
+        if isinstance(text, bytes):
+            text = text.decode(json.detect_encoding(text))
         content = json.loads(text, parse_constant=_no_constant, parse_float=_number, object_pairs_hook=_each_once)
         _check_tree(text, content)
         if not is_text(text, content):
@@ -264,14 +259,13 @@ def parse_json(text: str | bytes, name: str, what: str = "a JSON file") -> Any:
         raise InputError(f"{name} is not valid JSON ({printable(str(error)).rstrip('.')}): give {what}.") from error
 
 
-def is_text(source: str | bytes, content: Any) -> bool:
+def is_text(source: str, content: Any) -> bool:
     r"""Return whether content parsed from JSON can be encoded as UTF-8, i.e. contains no lone surrogate.
 
     >>> is_text('"\\ud800"', "\ud800"), is_text('"\\ud83d\\ude00"', "\U0001f600")
     (False, True)
     """
-    escape = _SURROGATE if isinstance(source, str) else _SURROGATE_BYTES
-    if escape.search(source) is None:  # type: ignore[arg-type]
+    if _SURROGATE.search(source) is None:
         return True
     try:
         json.dumps(content, ensure_ascii=False).encode()
@@ -292,12 +286,9 @@ def _number(word: str) -> float:
     return value
 
 
-def _check_tree(text: str | bytes, content: Any) -> None:
+def _check_tree(text: str, content: Any) -> None:
     """Raise ValueError for integers beyond 64 bits, and RecursionError for more than `DEEPEST` levels."""
-    marks: Any = ("[", "{") if isinstance(text, str) else (b"[", b"{")
-    may_be_deep = sum(text.count(mark) for mark in marks) > DEEPEST
-    digits = _LONG if isinstance(text, str) else _LONG_BYTES
-    if not may_be_deep and digits.search(text) is None:  # type: ignore[arg-type]
+    if text.count("[") + text.count("{") <= DEEPEST and _LONG.search(text) is None:
         return
     level = [content]
     for _ in range(DEEPEST + 1):

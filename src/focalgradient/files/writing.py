@@ -22,7 +22,19 @@ from focalgradient.errors import InputError
 from focalgradient.files.marks import mark
 from focalgradient.files.names import plain_name, printable
 
-__all__ = ["existing", "flush", "move", "refuse_special", "replace_set", "replacing", "staged", "sweep", "write_whole"]
+__all__ = [
+    "existing",
+    "flush",
+    "flush_folder",
+    "make_file",
+    "move",
+    "refuse_special",
+    "replace_set",
+    "replacing",
+    "staged",
+    "sweep",
+    "write_whole",
+]
 
 STALE_S = 86400.0
 """Age in seconds beyond which a hidden folder is removed as stale, even if its process cannot be checked."""
@@ -52,7 +64,8 @@ def _flush_file(path: Path) -> None:
         os.close(number)
 
 
-def _flush_folder(path: Path) -> None:
+def flush_folder(path: Path) -> None:
+    """Flush a folder's entries to disk."""
     if os.name != "posix":  # on Windows folders cannot be opened, and need no flush
         return
     with suppress(OSError):  # unsupported by some network file systems
@@ -159,14 +172,15 @@ def write_whole(
     refuse_special([path])
     try:
         with staged(path.parent) as folder:
-            _make(folder / path.name, content, mode)
+            make_file(folder / path.name, content, mode)
             move(folder / path.name, path)
-        _flush_folder(path.parent)
+        flush_folder(path.parent)
     except OSError as error:
         raise InputError(f"{printable(path)} cannot be written ({error.strerror or error}): {remedy}.") from error
 
 
-def _make(path: Path, content: bytes | Callable[[Path], object], mode: int = 0o666) -> None:
+def make_file(path: Path, content: bytes | Callable[[Path], object], mode: int = 0o666) -> None:
+    """Write a file that does not exist yet, and flush it to disk."""
     number = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | getattr(os, "O_BINARY", 0), mode)
     with os.fdopen(number, "wb") as file:
         if isinstance(content, bytes):
@@ -195,7 +209,7 @@ def replace_set(
     places = {plain_name(name): Path(out, name) for name in contents}
     with replacing(list(places.values()), Path(out, summary), by) as hidden:
         for name, content in contents.items():
-            _make(hidden[places[name]], content)
+            make_file(hidden[places[name]], content)
 
 
 @contextmanager
@@ -246,7 +260,7 @@ def replacing(places: Sequence[Path], summary: Path, by: str = "") -> Iterator[d
                 move(made[place], place)
             left = "all files were written"
         for folder in hidden:
-            _flush_folder(folder)
+            flush_folder(folder)
     except OSError as error:
         named = error.filename is not None and _HIDDEN.search(str(error.filename)) is None
         raise InputError(
