@@ -15,8 +15,8 @@ from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.observers.front_end import block_means, blur_of, check_fixation, fixated_blur, seen_by
-from focalgradient.observers.looking import defocus
 from focalgradient.observers.observer import Observer
+from focalgradient.observers.perception import defocus
 
 __all__ = ["DistanceOfFixated", "Magnitude", "RelativeLayout"]
 

@@ -23,8 +23,9 @@ from focalgradient.design import BlurThresholdDesign
 from focalgradient.observers.encoding import PUPIL, EncodedStimulus, encode_light
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import relief
-from focalgradient.observers.pictures import ARRAYS, cache_folder, keep_arrays, kept_arrays
+from focalgradient.observers.pictures import cache_folder, kept_stimuli
 from focalgradient.observers.questions import more_blurred
+from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli import StimulusSet, blurred_scene, read_set
@@ -35,7 +36,7 @@ __all__ = ["JUDGEMENTS", "SeenBlur", "SeenDepth", "SeenLevels", "encoded_levels"
 ENCODED = 11
 """Number of encoded levels."""
 
-ENCODING = 1
+ENCODING = 2
 """Version of the encoding; cached data of other versions are ignored."""
 
 FIXATIONS = 40
@@ -146,26 +147,18 @@ def encoded_levels(
     for number, scene in enumerate(design.scenes):
         made_of = f"{check_stimuli(stimuli.folder).sha256} {scene} {named}"
         place = cache_folder() / f"levels-{hashlib.sha256(made_of.encode()).hexdigest()[:16]}.npz"
-        arrays = kept_arrays(place, (ENCODED, 2))
-        if arrays is None:
-            jobs = [(stimuli.folder, design, scene, float(level)) for level in levels]
-            pairs = []
-            for done, pair in enumerate(map(_pair, jobs) if executor is None else executor.map(_pair, jobs), start=1):
-                pairs.append(pair)
+        jobs = [(stimuli.folder, design, scene, float(level)) for level in levels]
+
+        def pairs(jobs: Sequence[Any] = jobs, number: int = number) -> list[EncodedStimulus]:
+            found: list[EncodedStimulus] = []
+            for done, pair in enumerate(in_order(executor, _pair, jobs), start=1):
+                found += pair
                 if progress is not None:
                     progress((number + done / len(jobs)) / len(design.scenes), "encoding levels")
-            arrays = {
-                name: np.array([[getattr(stimulus, name) for stimulus in pair] for pair in pairs]) for name in ARRAYS
-            }
-            keep_arrays(arrays, place)
-        without, added = (
-            [
-                EncodedStimulus(blur[at], float(fixated[at]), depth[at], log_sd[at])
-                for blur, fixated, depth, log_sd in zip(*(arrays[name] for name in ARRAYS), strict=True)
-            ]
-            for at in (0, 1)
-        )
-        seen_levels[scene] = kind(files[scene], levels, without, added, sampling)
+            return found
+
+        stored = kept_stimuli(place, 2 * ENCODED, pairs)
+        seen_levels[scene] = kind(files[scene], levels, stored[::2], stored[1::2], sampling)
     return seen_levels
 
 

@@ -107,7 +107,19 @@ class Answers:
         return Answers(names[rows[:, 0].astype(int)], conditions, rows[:, -1], count)
 
 
-class AnswerModel(Protocol):
+class Parameters(Protocol):
+    """Parameters of an observer."""
+
+    @property
+    def start(self) -> Values:
+        """Initial value of each parameter."""
+
+    @property
+    def positive(self) -> frozenset[str]:
+        """Names of the positive parameters."""
+
+
+class AnswerModel(Parameters, Protocol):
     """Distribution of answers predicted by an observer.
 
     `start` gives the initial value of each parameter; those in `positive` are fitted on their logarithm. `log_density`
@@ -115,32 +127,16 @@ class AnswerModel(Protocol):
     for all trials, or an array of trials x effects.
     """
 
-    @property
-    def start(self) -> Values:
-        """Initial value of each parameter."""
-
-    @property
-    def positive(self) -> frozenset[str]:
-        """Names of the positive parameters."""
-
     def log_density(self, answers: Answers, values: Values, own: FloatArray) -> FloatArray:
         """Return the log likelihood of each answer for each random effect."""
 
 
 @runtime_checkable
-class PersonModel(Protocol):
+class PersonModel(Parameters, Protocol):
     """Distribution of all answers of a person, for observers whose random effects are integrated in closed form.
 
     `start` and `positive` are as in `AnswerModel`.
     """
-
-    @property
-    def start(self) -> Values:
-        """Initial value of each parameter."""
-
-    @property
-    def positive(self) -> frozenset[str]:
-        """Names of the positive parameters."""
 
     def log_likelihoods(self, answers: Answers, values: Values) -> dict[str, float]:
         """Return the log likelihood of each person's answers."""

@@ -11,7 +11,7 @@ from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.observers.front_end import blur_of, fixated_blur, seen_by
 from focalgradient.observers.observer import Observer
-from focalgradient.observers.perception import SD_PER_RADIUS
+from focalgradient.observers.perception import defocus
 
 __all__ = ["Look", "blur_threshold", "look"]
 
@@ -75,11 +75,6 @@ def look(light: FloatArray, display: Display, fixation: tuple[float, float], obs
     blur = np.where(known, minute * np.exp(log_blur), np.nan)
     size = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)  # intrinsic blur cancels in the difference
     return Look(blur, np.where(known, estimated.log_sd, np.nan), observer.prior * size, slope)
-
-
-def defocus(blur: FloatArray, observer: Observer) -> FloatArray:
-    """Return the defocus in dioptres that causes blur of that standard deviation (arcmin) with the observer's pupil."""
-    return np.asarray(np.radians(np.asarray(blur) / 60) / SD_PER_RADIUS / (observer.pupil / 2))
 
 
 def blur_threshold(pedestal: float, observer: Observer) -> float:

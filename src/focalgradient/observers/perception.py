@@ -33,6 +33,7 @@ __all__ = [
     "amplitude",
     "blur_amplitude",
     "blur_depth",
+    "defocus",
     "off_layout",
     "perceive",
     "perceived_depth",
@@ -58,7 +59,7 @@ def blur_depth(stimulus: EncodedStimulus, observer: Observer) -> FloatArray:
     A blur disc of radius r on the retina corresponds to a defocus of 2 r / pupil.
     """
     blur, fixated = (np.hypot(sd, observer.intrinsic) for sd in (stimulus.blur, stimulus.fixated_blur))
-    depth = _dioptres(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)
+    depth = defocus(np.sqrt(np.maximum(blur**2 - fixated**2, 0.0)), observer)
     return np.sign(observer.prior) * depth
 
 
@@ -110,7 +111,7 @@ def response(amplitude: float | FloatArray, observer: Observer) -> FloatArray:
     >>> round(float(responses[1] - responses[0]), 3)  # log 2 / weber
     1.386
     """
-    floor = float(_dioptres(observer.intrinsic, observer))
+    floor = float(defocus(observer.intrinsic, observer))
     share = math.sqrt(observer.weber**2 + 1 - observer.prior**2)
     return abs(observer.prior) / share * np.arcsinh(share * np.asarray(amplitude, float) / floor)
 
@@ -224,6 +225,6 @@ def relief(stimulus: EncodedStimulus, observer: Observer, random: np.random.Gene
     return max(math.hypot(percept.along, percept.off), LEAST_DEPTH)
 
 
-def _dioptres(blur: float | FloatArray, observer: Observer) -> FloatArray:
-    """Return the defocus (D) that causes blur of that standard deviation (arcmin)."""
+def defocus(blur: float | FloatArray, observer: Observer) -> FloatArray:
+    """Return the defocus (D) that causes blur of that standard deviation (arcmin) with the observer's pupil."""
     return np.radians(np.asarray(blur) / 60) / SD_PER_RADIUS / (observer.pupil / 2)

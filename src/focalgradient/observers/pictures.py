@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from pathlib import Path
 from typing import Any
@@ -20,17 +20,16 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, read_arrays, write_whole
 from focalgradient.observers.answers import EncodedPictures, PictureKey
 from focalgradient.observers.encoding import EncodedStimulus, encode
+from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.stimuli import StimulusSet, make_depth_rating, read_set
 
 __all__ = [
-    "ARRAYS",
     "CACHE",
     "cache_folder",
     "check_pictures",
     "encoded_stimuli",
-    "keep_arrays",
-    "kept_arrays",
+    "kept_stimuli",
     "natural_set",
     "seen_pictures",
     "small_set",
@@ -53,14 +52,9 @@ def cache_folder() -> Path:
 
 def small_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
     """Return a cached set of small ray-cast pictures of plain spheres, rendered if necessary on any machine."""
+    place, display = cache_folder() / f"pictures-{scenes}", Display(pixel_pitch=0.5e-3)
     return make_depth_rating(
-        cache_folder() / f"pictures-{scenes}",
-        scenes=scenes,
-        size=256,
-        display=Display(pixel_pitch=0.5e-3),
-        engine="cast",
-        samples=64,
-        progress=progress,
+        place, scenes=scenes, size=256, display=display, engine="cast", samples=64, progress=progress
     )
 
 
@@ -72,14 +66,9 @@ def natural_set(scenes: int, progress: Progress | None = None) -> StimulusSet:
     InputError
         If Mitsuba is not available.
     """
+    place, display = cache_folder() / f"natural-{scenes}", Display(pixel_pitch=0.25e-3)
     return make_depth_rating(
-        cache_folder() / f"natural-{scenes}",
-        scenes=scenes,
-        size=512,
-        display=Display(pixel_pitch=0.25e-3),
-        engine="path",
-        samples=64,
-        progress=progress,
+        place, scenes=scenes, size=512, display=display, engine="path", samples=64, progress=progress
     )
 
 
@@ -102,22 +91,24 @@ def encoded_stimuli(
     InputError
         If the set does not match its manifest, or the cache cannot be written.
     """
-    kept = cache_folder() / f"encoded-{ENCODING}-{check_stimuli(stimuli.folder).sha256[:16]}.npz"
-    if (known := _kept(stimuli, kept)) is not None:
-        return known
-    files: dict[str, list[PictureKey]] = {}
-    for picture in stimuli.pictures:
-        files.setdefault(picture.png, []).append((picture.scene, picture.aperture, picture.fixation))
-    jobs = [(stimuli.folder, shown) for shown in files.values()]
-    by_key: dict[PictureKey, EncodedStimulus] = {}
-    encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
-    for number, (keys, stimuli_of_file) in enumerate(zip(files.values(), encoded, strict=True), start=1):
-        by_key.update(zip(keys, stimuli_of_file, strict=True))
-        if progress is not None:
-            progress(number / len(files), "encoding pictures")
-    arrays = _arrays(stimuli, by_key)
-    keep_arrays(arrays, kept)
-    return _by_key(stimuli, arrays)
+    place = cache_folder() / f"encoded-{ENCODING}-{check_stimuli(stimuli.folder).sha256[:16]}.npz"
+    keys: list[PictureKey] = [(picture.scene, picture.aperture, picture.fixation) for picture in stimuli.pictures]
+
+    def encoded() -> list[EncodedStimulus]:
+        files: dict[str, list[PictureKey]] = {}
+        for picture, key in zip(stimuli.pictures, keys, strict=True):
+            files.setdefault(picture.png, []).append(key)
+        by_key: dict[PictureKey, EncodedStimulus] = {}
+        found = in_order(executor, _encode, [(stimuli.folder, shown) for shown in files.values()])
+        for number, (shown, of_file) in enumerate(zip(files.values(), found, strict=True), start=1):
+            by_key.update(zip(shown, of_file, strict=True))
+            if progress is not None:
+                progress(number / len(files), "encoding pictures")
+        return [by_key[key] for key in keys]
+
+    stored = kept_stimuli(place, len(keys), encoded)
+    files = [picture.png for picture in stimuli.pictures]
+    return dict(zip(keys, zip(files, stored, strict=True), strict=True))
 
 
 def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
@@ -130,13 +121,18 @@ def _encode(job: tuple[Path, list[PictureKey]]) -> list[EncodedStimulus]:
     return encode(stimuli.pixels(picture), stimuli.display, fixations, stimuli.depth(picture.scene))
 
 
-def _arrays(stimuli: StimulusSet, found: Mapping[PictureKey, EncodedStimulus]) -> dict[str, NDArray[Any]]:
-    """Return the encoded stimuli as arrays, in the order of the set's pictures."""
-    ordered = [found[picture.scene, picture.aperture, picture.fixation] for picture in stimuli.pictures]
-    return {name: np.array([getattr(picture, name) for picture in ordered]) for name in ARRAYS}
+def kept_stimuli(place: Path, count: int, encoded: Callable[[], Sequence[EncodedStimulus]]) -> list[EncodedStimulus]:
+    """Return the encoded stimuli that a file of the cache keeps; else those of `encoded`, which are kept in it."""
+    arrays = _kept(place, count)
+    if arrays is None:
+        stimuli = encoded()
+        arrays = {name: np.array([getattr(stimulus, name) for stimulus in stimuli]) for name in ARRAYS}
+        _keep(arrays, place)
+    rows = zip(*(arrays[name] for name in ARRAYS), strict=True)
+    return [EncodedStimulus(blur, float(fixated), depth, log_sd) for blur, fixated, depth, log_sd in rows]
 
 
-def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
+def _keep(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
     """Write arrays to a file atomically."""
 
     def write(path: Path) -> None:
@@ -151,33 +147,16 @@ def keep_arrays(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
     write_whole(place, write, remedy=remedy)
 
 
-def _kept(stimuli: StimulusSet, place: Path) -> EncodedPictures | None:
-    """Read cached encoded stimuli; None if missing or damaged."""
-    arrays = kept_arrays(place, (len(stimuli.pictures),))
-    return None if arrays is None else _by_key(stimuli, arrays)
-
-
-def kept_arrays(place: Path, counts: tuple[int, ...]) -> dict[str, NDArray[Any]] | None:
-    """Read cached `ARRAYS` whose shapes begin with `counts`; None if missing or damaged."""
+def _kept(place: Path, count: int) -> dict[str, NDArray[Any]] | None:
+    """Read cached `ARRAYS` of so many stimuli; None if missing or damaged."""
     try:
         arrays = read_arrays(place, ARRAYS)
     except InputError:
         return None
     is_whole = len(arrays) == len(ARRAYS) and all(
-        array.shape[: len(counts)] == counts and np.issubdtype(array.dtype, np.number) for array in arrays.values()
+        array.shape[:1] == (count,) and np.issubdtype(array.dtype, np.number) for array in arrays.values()
     )
-    return arrays if is_whole and arrays["fixated_blur"].shape == counts else None
-
-
-def _by_key(stimuli: StimulusSet, arrays: Mapping[str, NDArray[Any]]) -> EncodedPictures:
-    blur, fixated, depth, log_sd = (arrays[name] for name in ARRAYS)
-    return {
-        (picture.scene, picture.aperture, picture.fixation): (
-            picture.png,
-            EncodedStimulus(blur[index], float(fixated[index]), depth[index], log_sd[index]),
-        )
-        for index, picture in enumerate(stimuli.pictures)
-    }
+    return arrays if is_whole and arrays["fixated_blur"].shape == (count,) else None
 
 
 def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:

@@ -16,6 +16,7 @@ from focalgradient.observers.encoding import PUPIL, SHARP, EncodedStimulus
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import blur_amplitude, blur_depth, response
 from focalgradient.observers.retinal_blur import LINE, estimate_blur, power_law, retinal_image
+from focalgradient.parallel import in_order
 from focalgradient.render import necker_frame
 from focalgradient.scenes import NeckerCube, departure_from_rigid
 from focalgradient.scenes.necker import EDGES, SYMMETRY
@@ -45,8 +46,7 @@ def encoded_cubes(design: NeckerDesign, executor: Executor | None = None) -> Enc
     """Encode the cube of a design in all conditions, in parallel if there is an executor."""
     shown = {_condition(trial): trial for trial in design.trials("01") if trial.is_ambiguous}
     jobs = [(cube_of(design, trial.direction), trial.gradient, trial.strength) for trial in shown.values()]
-    encoded = map(_encode, jobs) if executor is None else executor.map(_encode, jobs)
-    return dict(zip(shown, encoded, strict=True))
+    return dict(zip(shown, in_order(executor, _encode, jobs), strict=True))
 
 
 def cube_of(design: NeckerDesign, direction: Direction) -> NeckerCube:

@@ -20,8 +20,8 @@ from focalgradient.errors import InputError
 from focalgradient.observers.disparities import disparity_at_places
 from focalgradient.observers.distances import INDEPENDENT
 from focalgradient.observers.front_end import SPACING, blur_of, check_fixation, fixated_blur, seen_by
-from focalgradient.observers.looking import defocus
 from focalgradient.observers.observer import Observer
+from focalgradient.observers.perception import defocus
 
 __all__ = ["PerceivedSlant", "Slant"]
 
