@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -11,7 +9,6 @@ from focalgradient import InputError, recover_depth, scenes
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
 from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, eye_views, point_spread, score
 from focalgradient.render import blur_picture
-from focalgradient.view import View
 
 PIXEL = np.radians(1 / 60)
 PAIR = (0.125, 0.375)
@@ -61,18 +58,6 @@ def test_bands(pupil: float, beyond: float) -> None:
     assert found["valid"] > 0.2
     assert found["median_error_D"] < min(0.1, 3 * np.median(depth.vergence_sd[depth.valid]))
     assert found["side_right"] > 0.97
-
-
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
-def test_the_wrong_optics_give_nothing_or_the_wrong_depth() -> None:
-    """Which shows that the eye's own are used."""
-    eye = replace(aberrated(0.003), aberrations=((4, 0, 0.12),))
-    views = [one.view for one in accommodation_views(1 / 1.4, eye, PAIR, Oscillation(), (128, 128), PIXEL, noise=0.01)]
-    clear = [View(v.image, replace(v.optics, eye=replace(v.optics.eye, aberrations=())), PIXEL) for v in views]
-    right, wrong = (recover_depth(some, near=0.28) for some in (views, clear))
-    assert right.valid.mean() > 0.5
-    assert np.median(right.vergence[right.valid]) == pytest.approx(1.4, abs=0.03)
-    assert abs(np.median(wrong.vergence) - 1.4) > 0.3
 
 
 @pytest.mark.parametrize("finest", [0.5, 0.4])

@@ -6,7 +6,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pupil_waves import lommel_point_spread
 from scipy.integrate import quad
-from scipy.special import j0
 
 from focalgradient import FocalGradientWarning
 from focalgradient.eye import Eye, cutoff_cpd, mean_eye_mtf, optical_transfer, point_spread
@@ -102,14 +101,3 @@ def test_lommel_equals_wave_optics(pupil: float, nm: float, defocus: float) -> N
     series, waves = lommel_point_spread(angle, **setting) / peak, point_spread([0.0], angle, eye, 0.0)[0] / peak
     assert np.abs(series - waves).max() < 1e-6 * max(1, waves.max())
     assert series == pytest.approx(waves, abs=1e-10)
-
-
-def test_lommel_on_the_axis_and_at_the_rim_of_the_shadow() -> None:
-    """Known in closed form: (sin(u/4) / (u/4))^2 at v = 0; (1 - 2 J0(u) cos u + J0(u)^2) / u^2 at v = u."""
-    pupil, metres, defocus = 0.004, 555e-9, 0.4
-    u = np.pi * defocus * pupil**2 / (2 * metres)
-    peak = np.pi * pupil**2 / (4 * metres**2)
-    angle = np.array([0, u * (1 - 1e-12), u, u * (1 + 1e-12)]) * metres / (np.pi * pupil)
-    found = lommel_point_spread(angle, pupil_diameter=pupil, wavelength_nm=555, defocus=defocus) / peak
-    rim = (1 - 2 * j0(u) * np.cos(u) + j0(u) ** 2) / u**2
-    assert found == pytest.approx([(np.sin(u / 4) / (u / 4)) ** 2, rim, rim, rim], rel=1e-9)

@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from focalgradient.eye import (
-    Cones,
     Eye,
-    Light,
     Oscillation,
     Photons,
     SpectralBasis,
@@ -17,7 +15,6 @@ from focalgradient.eye import (
     band_light,
     band_picture,
     band_views,
-    chromatic_difference,
     cone_fundamentals,
     cone_images,
     illuminant,
@@ -52,17 +49,6 @@ def test_luminance_is_a_sum_of_l_and_m_and_illuminants_are_those_of_the_cie() ->
     assert illuminant([560, 600], "E") == pytest.approx([100, 100])
     assert float(illuminant(560)) == pytest.approx(100)
     assert illuminant(450, "A") < 40 < 110 < illuminant(450, "D65")
-
-
-def test_light_of_one_wavelength_and_of_two() -> None:
-    one = Light(np.array([500.0]), np.array([3.0]))
-    assert one.share == pytest.approx([1])
-    assert one.effective_wavelength_nm == pytest.approx(500)
-    two = Light(np.array([500.0, 600.0]), np.array([1.0, 3.0]))
-    assert two.difference() == pytest.approx(
-        0.25 * float(chromatic_difference(500)) + 0.75 * float(chromatic_difference(600))
-    )
-    assert two.difference(600) == pytest.approx(0.25 * float(chromatic_difference(500, 600)))
 
 
 def test_cone_images_of_white_of_sums_and_of_what_no_cone_catches() -> None:
@@ -149,14 +135,6 @@ def test_grey_reflectance_is_seen_as_grey() -> None:
     spectral = band_views((SpectralPicture.of_srgb(grey * np.ones(3)), distance), EYE, (32, 32), PIXEL)
     for one, other in zip(plain, spectral, strict=True):
         assert one.view.image == pytest.approx(other.view.image, abs=0.004)
-
-
-@pytest.mark.parametrize("nm", [470.0, 550.0, 630.0])
-def test_light_of_one_wavelength_is_in_the_focus_of_the_formula(nm: float) -> None:
-    wavelength = np.arange(400.0, 701.0, 10.0)
-    basis = SpectralBasis.of_reflectances(wavelength, np.eye(31)[:, [int((nm - 400) / 10)]])
-    cones = Cones.in_light(EYE, "L+M", basis.light("L+M", 0))
-    assert cones.focus_vergence == pytest.approx(1 - float(chromatic_difference(nm)), abs=1e-9)
 
 
 @pytest.mark.parametrize("band", ["L+M", "S"])

@@ -18,7 +18,6 @@ from focalgradient.eye import (
     Microfluctuations,
     Oscillation,
     Photons,
-    SpectralPicture,
     accommodation_views,
     band_views,
     eye_views,
@@ -180,15 +179,6 @@ def test_depth_of_a_picture_by_two_moments() -> None:
         valid = depth.valid[part]
         assert valid.mean() > 0.5
         assert np.median(depth.vergence[part][valid]) == pytest.approx(vergence, abs=0.03)
-
-
-def test_each_cone_class_sees_its_own_light() -> None:
-    """Of one colour all over, which blur leaves as it is."""
-    colour = np.full((64, 64, 1), 0.8) * np.array([0.9, 0.4, 0.1])
-    seen = band_views((colour, np.full((64, 64), 0.5)), Eye(0.003, 2.0), (64, 64), PIXEL)
-    for rendered, band in zip(seen, ("L+M", "S"), strict=True):
-        wanted = SpectralPicture.of(colour).catch(band).mean()
-        assert rendered.view.image == pytest.approx(wanted, rel=1e-4)
 
 
 PIXEL, SHAPE = np.radians(1 / 60), (112, 224)

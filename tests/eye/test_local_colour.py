@@ -29,7 +29,6 @@ from focalgradient.eye import (
     estimate_colours,
 )
 from focalgradient.eye.local_colour import FREQUENCIES, SCALES, LitCones, _passed
-from focalgradient.optics import Mixture
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(0.004, 1.0)
@@ -123,11 +122,7 @@ def test_without_chromatic_aberration_colour_moves_nothing() -> None:
     assert lit[0] == pytest.approx(Cones.of(eye, "L+M").transfer(frequency, 1.3), abs=0.02)
 
 
-def test_shares_of_a_mixture_add_up_and_fit_the_views() -> None:
-    with pytest.raises(InputError, match="sum to 1"):
-        Mixture((EYE,), np.full((1, 8, 8), 0.5), np.zeros((8, 8)))
-    with pytest.raises(InputError, match="C x H x W"):
-        Mixture((EYE, EYE), np.ones((1, 8, 8)), np.zeros((8, 8)))
+def test_colours_of_another_frame_are_refused() -> None:
     known = LocalColours.known(BASIS, RED, (64, 64))
     views = [one.view for one in band_views(wall(RED), EYE, (128, 128), PIXEL, colours=known)]
     with pytest.raises(InputError, match="at the views' pixels"):
@@ -208,23 +203,7 @@ def test_the_same_catches_in_another_light_are_the_same_colours_of_that_light() 
     assert np.abs(unmoved - wanted).max() > 0.1 * np.abs(wanted).max()
 
 
-def test_measured_reflectances_may_be_assumed_in_another_light() -> None:
-    """Six components give three catches, which three of sRGB in that light explain."""
-    nm = np.arange(390.0, 781.0, 5.0)
-    bumps = np.exp(-(((nm[:, None] - np.linspace(420, 680, 6)) / 40) ** 2))
-    basis = SpectralBasis.of_reflectances(nm, bumps)
-    amounts = np.clip(texture(64) * np.array((0.1, 0.2, 0.3, 0.4, 0.3, 0.2)), 0, None)
-    catch = np.stack([basis.catch(band) for band in "LMS"])
-    colours = estimate_colours(amounts @ catch.T, basis, EYE, PIXEL)
-    lit = colours.lit_by(SpectralBasis.of_srgb("A"))
-    whole = np.stack([lit.basis.catch(band) for band in "LMS"])
-    assert whole @ lit.mean == pytest.approx(catch @ colours.mean, rel=0.02)
-    known = LocalColours.known(basis, [1.0] * 6, (64, 64))
-    with pytest.raises(InputError, match="amounts of 6 components"):
-        known.lit_by(SpectralBasis.of_srgb("A"))
-
-
-@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("scale", SCALES[1:])
 def test_what_a_scale_passes_of_a_texture_is_what_two_gaussians_differ_by(scale):
     """Filtered in space: the share of the power up to each of some frequencies."""
     fine, coarse = (gaussian_filter(natural((512, 512), 1), sd, mode="wrap", truncate=8) for sd in scale)

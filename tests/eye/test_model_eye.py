@@ -12,7 +12,6 @@ from focalgradient.scenes import plane
 
 PIXEL = np.radians(1 / 60)
 MIDDLE = (slice(28, -28),) * 2  # light from beyond the frame reaches the rest
-EYES = st.builds(Eye, st.floats(1e-3, 9e-3), st.floats(-2, 6), st.floats(380, 780), st.floats(0, 2))
 
 
 @given(st.floats(1e-3, 9e-3), st.floats(0.2, 6), st.lists(st.floats(0.1, 1e3), min_size=1, max_size=5))
@@ -22,19 +21,6 @@ def test_in_yellow_light_it_is_a_lens_of_its_pupil(pupil: float, accommodation: 
     assert eye.focus_vergence == pytest.approx(lens.focus_vergence)
     assert eye.defocus(distance) == pytest.approx(lens.defocus(distance))
     assert eye.blur_radius(distance) == pytest.approx(lens.blur_radius(distance))
-
-
-@given(EYES, st.floats(0.1, 50))
-def test_distance_comes_back_from_its_blur(eye: Eye, distance: float) -> None:
-    side = "beyond" if eye.defocus(distance) > 0 else "nearer"
-    assert eye.distance_from_blur(eye.blur_radius(distance), side) == pytest.approx(distance, rel=1e-6)
-
-
-def test_blur_that_infinity_just_reaches() -> None:
-    eye = Eye(0.004, 2.0)
-    found = eye.distance_from_blur([0.004, 0.0041], "beyond")
-    assert found[0] == np.inf == eye.distance_from_blur(eye.blur_radius(np.inf), "beyond")
-    assert np.isnan(found[1])
 
 
 def test_moments_follow_the_course() -> None:

@@ -161,16 +161,6 @@ def test_people_off_axis_are_refracted_as_measured(people, angle, m, j0) -> None
     assert eye.accommodation == pytest.approx(1.0 - m, abs=0.14)  # myopic is focused nearer
 
 
-@pytest.mark.parametrize(("side", "degrees"), [(side, far) for side in ("temporal", "nasal") for far in (20.0, 30.0)])
-def test_an_eye_is_myopic_off_axis_by_default_and_the_schematic_eye_hyperopic(side, degrees) -> None:
-    """Measured of emmetropes at 20 and 30 degrees: M of -0.08 and -0.48 (temporal), -0.65 and -1.04 D (nasal field)."""
-    measured = {("temporal", 20): -0.08, ("temporal", 30): -0.48, ("nasal", 20): -0.65, ("nasal", 30): -1.04}
-    eye = Eye(0.004, age=30)
-    nearer = off_axis(eye, degrees, side).focus_vergence - eye.focus_vergence
-    assert nearer == pytest.approx(-measured[side, int(degrees)], abs=0.14)
-    assert nearer > 0 > off_axis(eye, degrees, side, foci=SCHEMATIC).focus_vergence - eye.focus_vergence
-
-
 def test_people_were_measured_along_the_horizontal_meridian_only() -> None:
     with pytest.raises(InputError, match="temporal and nasal field"):
         off_axis(Eye(0.004, 1.0), 10.0, "superior", foci=EMMETROPES)
@@ -191,10 +181,3 @@ def test_sampling_is_that_of_watson_and_falls_outwards() -> None:
     every = np.stack([resolved_cpd(far, meridian) for meridian in MERIDIANS])
     assert np.all(np.diff(every) < 0)
     assert np.all(every[0, 15:] >= every[:, 15:])
-
-
-def test_cones_away_from_the_fovea_lose_fine_detail() -> None:
-    there = Cones.of(Eye(0.004, 1.0), "L+M", finest_cpd=float(resolved_cpd(20.0)))
-    passed = there.transfer(np.degrees([2.0, 8.0]), 1.0)
-    assert passed[0] > 0.5
-    assert passed[1] == 0

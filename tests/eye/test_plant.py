@@ -258,13 +258,6 @@ def test_without_a_horizon_and_for_steps_and_still_targets_nothing_is_foretold()
         Predictor(0.5, 0.0)
 
 
-def test_a_forecast_between_two_frequencies_is_a_parabola_s():
-    """Errors of least at the 12.3rd frequency, and forecasts quadratic in its number, are interpolated exactly."""
-    one, number = Predictor(horizon=0.4, step=0.1), np.arange(48.0)
-    one._missed = 2 + (number - 12.3) ** 2
-    assert one._of_best(3 + 2 * number + 0.5 * number**2) == pytest.approx(3 + 2 * 12.3 + 0.5 * 12.3**2)
-
-
 def test_fluctuations_grow_with_the_response_as_expected_of_an_eye():
     """The law of `Microfluctuations.of`, relative to 2 D."""
     expected = [Microfluctuations.of(0.009, 1e9, response).rms for response in (0.5, 2.0, 5.0)]

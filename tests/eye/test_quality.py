@@ -59,24 +59,6 @@ def quality(lens, levels, pupil=0.004):
     return image_quality(Cones(Eye(pupil, 0.0, lens=lens), "luminance", (580.0,)), levels).visual_strehl
 
 
-@pytest.mark.parametrize("power", [1.0, -0.5])
-def test_one_zone_over_the_pupil_is_defocus(power):
-    lens = ZonedLens((0.009,), (power,))
-    f = np.degrees(np.linspace(1, 20, 8))
-    found = blur_transfer(0.0, f, Eye(0.004, 0.5, lens=lens), 1.0)
-    assert found == pytest.approx(blur_transfer(0.0, f, Eye(0.004, 0.5 + power), 1.0), abs=2e-3)
-
-
-def test_the_wavefront_is_continuous_and_curved_by_the_power():
-    lens = ZonedLens((0.002, 0.003, 0.006), (2.0, 0.0, 1.0))
-    r = np.linspace(0, 0.003, 3001)
-    wave = lens.wavefront(r) * 1e-6
-    assert np.abs(np.diff(wave)).max() < 3e-9
-    slope = np.gradient(wave, r)
-    inside = np.abs(r[:, None] - [0.001, 0.0015]).min(axis=1) > 5e-6
-    assert slope[inside][1:-1] == pytest.approx((lens.power(r) * r)[inside][1:-1], abs=2e-6)
-
-
 def test_centre_near_has_two_foci_with_a_large_pupil_and_one_with_a_small_one():
     """2 D within 2.4 mm: through 4 mm near and far, through 2 mm near alone."""
     lens = ZonedLens((0.0024, 0.009), (2.0, 0.0))
@@ -86,18 +68,6 @@ def test_centre_near_has_two_foci_with_a_large_pupil_and_one_with_a_small_one():
     assert np.abs(peaks[:, None] - [0.0, 2.0]).min(axis=0) == pytest.approx(0, abs=0.3)
     assert levels[quality(lens, levels, 0.002).argmax()] == pytest.approx(2.0, abs=0.1)
     assert both.max() < 0.8
-
-
-def test_many_zones_deepen_focus():
-    """Ten zones from 1.5 to 0 D, as an extended-depth lens."""
-    edges = tuple(float(one) for one in 0.004 * np.sqrt(np.arange(1, 11) / 10))
-    lens = ZonedLens(edges, tuple(np.linspace(1.5, 0.0, 10).tolist()))
-    levels = np.linspace(-1, 3, 81)
-    depth = [
-        image_quality(Cones(Eye(0.004, 0.0, lens=one), "luminance", (580.0,)), levels).depth_of_focus(0.5)
-        for one in (lens, None)
-    ]
-    assert depth[0] > 2 * depth[1]
 
 
 def strehl_ratio(pupil, lens, defocus, nm=580.0):

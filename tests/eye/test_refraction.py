@@ -67,19 +67,6 @@ def test_effectivity_of_textbooks():
         assert -focus[0, 0] == pytest.approx(ocular, abs=0.005)
 
 
-def test_the_demand_of_spectacles_against_vergence_traced_by_hand():
-    """A target at 1/3 m: -5 D spectacles at 14 mm ask for less accommodation than 3 D, +5 D for more."""
-    for power in (-5.0, 5.0):
-        worn = Correction(Refraction(power), 0.014)
-        at_lens = -1 / (1 / 3 - 0.014)
-        behind = at_lens + power
-        at_eye = behind / (1 - 0.014 * behind)
-        ocular = power / (1 - 0.014 * power)
-        focus = focus_of(Refraction(power), ocular - at_eye, worn, vertex=0.014)
-        assert focus[0, 0] == pytest.approx(3.0)
-        assert (ocular - at_eye < 3.0) is (power < 0)
-
-
 def test_full_corrections_focus_far_and_a_contact_lens_leaves_accommodation_as_it_is():
     one = Refraction(-4.0, -1.5, 20.0)
     for name in ("spectacles", "contact-lens"):
@@ -182,14 +169,6 @@ def test_everything_else_of_an_eye_goes_with_a_refraction():
     astigmatism = plain.aberrations[0][2]
     assert eye.aberrations == ((2, 2, pytest.approx(astigmatism + 0.1)), (4, 0, 0.05))
     assert eye == replace(plain, aberrations=eye.aberrations, lens=lens, **others)
-
-
-def test_the_blur_is_that_of_its_far_points():
-    """At 8 c/deg a relaxed eye of -2.00 D passes most from 1.953 D, as one that is focused there."""
-    fine = np.degrees(8.0)
-    near, far = (float(abs(Eye(0.004, refraction="-2.00").optical_transfer(0.0, fine, v))) for v in (1.953, 1.0))
-    assert near == pytest.approx(float(abs(Eye(0.004, 1.953).optical_transfer(0.0, fine, 1.953))), abs=1e-3)
-    assert far < 0.2 < 0.7 < near
 
 
 @pytest.mark.parametrize(

@@ -29,12 +29,6 @@ def test_without_blur_every_colour_comes_back() -> None:
             assert seen[row, column] == pytest.approx(colours[row, column], abs=0.02)
 
 
-def test_one_colour_all_over_stays_whatever_the_blur() -> None:
-    colour = np.full((32, 32, 3), (0.8, 0.3, 0.5))
-    seen = retinal_image(colour, np.full((32, 32), 0.5), Eye(0.004, 1.0), pixel_angle=PIXEL)
-    assert np.abs(seen - colour).max() < 1e-4
-
-
 def test_a_white_edge_has_a_blue_fringe_beyond_focus_and_a_red_one_before_it() -> None:
     """Accommodated nearer than the edge, blue is blurred most; farther than the edge, red is."""
     edge = np.zeros((24, 64, 3))
@@ -47,19 +41,6 @@ def test_a_white_edge_has_a_blue_fringe_beyond_focus_and_a_red_one_before_it() -
         ratios.append(blue / red)
     assert ratios[0] > 1.1
     assert ratios[1] < 0.9
-
-
-def test_more_wavelengths_change_little() -> None:
-    """Nine against twenty-seven, in what the cones catch of a natural texture: below 2 % of its contrast."""
-    random = np.random.default_rng(1)
-    picture = np.clip(0.5 + 0.2 * random.standard_normal((40, 40, 3)), 0, 1)
-    few, many = (
-        cone_images(retinal_image(picture, np.ones((40, 40)), Eye(0.003, 1.5), pixel_angle=PIXEL, wavelengths=count))[
-            12:-12, 12:-12
-        ]
-        for count in (9, 27)
-    )
-    assert np.all((few - many).std(axis=(0, 1)) < 0.02 * cone_images(picture).std(axis=(0, 1)))
 
 
 @pytest.mark.parametrize(("pupil", "accommodation"), [(0.003, 1.5), (0.006, 1.0)])

@@ -8,7 +8,6 @@ from scipy.ndimage import distance_transform_edt
 
 import focalgradient as fg
 from focalgradient.errors import InputError
-from focalgradient.eye import Cones
 from focalgradient.optics import Aperture
 from focalgradient.psf import disc_transfer
 from focalgradient.render import blur_picture, cast
@@ -51,24 +50,12 @@ def test_spheres_a_slant_and_what_is_in_focus() -> None:
     assert np.allclose(blurred, picture, atol=1e-5)
 
 
-@pytest.mark.parametrize("depth", [2.0, np.inf])
-def test_width_of_the_blur(depth: float) -> None:
-    """A line's light spreads over a disc: its second moment is a quarter of the radius squared."""
-    line = np.zeros((64, 81), np.float32)
-    line[:, 40] = 1
-    spread = blur_picture(line, np.full(line.shape, depth), Aperture(0.01, 0.5 + 1 / depth), pixel_angle=PIXEL)
-    spread, place = spread.mean(axis=0), np.arange(81) - 40
-    radius = 0.005 * 0.5 / PIXEL
-    assert spread.sum() == pytest.approx(1, rel=1e-4)
-    moment = np.sum(spread * place**2) / spread.sum()
-    assert moment == pytest.approx(radius**2 / 4, rel=0.02)  # 1.2 % off: no light is negative
-
-
 @pytest.mark.parametrize("radius", [0.6, 1.7, 5.0, 6.5, 12.0])
 def test_the_disc_has_the_transfer_of_theory(radius: float) -> None:
-    point = np.zeros((128, 128), np.float32)
+    point, distance = np.zeros((128, 128), np.float32), 2.0 if radius < 5 else np.inf
     point[64, 64] = 1
-    spread = blur_picture(point, np.full(point.shape, 2.0), Aperture(2 * radius * PIXEL, 1.5), pixel_angle=PIXEL)
+    optics = Aperture(2 * radius * PIXEL, 1 + 1 / distance)
+    spread = blur_picture(point, np.full(point.shape, distance), optics, pixel_angle=PIXEL)
     found = np.abs(np.fft.rfft2(spread))[0]
     expected = np.abs(disc_transfer(np.fft.rfftfreq(128), radius))
     error = np.abs(found - expected)
@@ -76,7 +63,7 @@ def test_the_disc_has_the_transfer_of_theory(radius: float) -> None:
     assert error[:38].max() < 0.017  # up to 0.3: what weights that must be positive leave
 
 
-@pytest.mark.parametrize("radius", [0.3, 0.6, 1.0, 1.7, 2.0, 3.0, 5.0, 6.5, 15.0])
+@pytest.mark.parametrize("radius", [0.3, 1.0, 2.0, 6.5, 15.0])
 def test_a_bright_point_becomes_a_disc_without_halo(radius: float) -> None:
     """Nothing around it is darker than it was, and the disc is even."""
     picture = np.full((64, 64), 0.05, np.float32)
@@ -146,29 +133,6 @@ def test_a_wide_point_spread_is_not_cut_off() -> None:
     down, right = np.fft.fftfreq(65)[:, None], np.fft.rfftfreq(65)
     error = np.abs(np.fft.rfft2(np.fft.ifftshift(spread)) - eye.optical_transfer(down / angle, right / angle, 1.0))
     assert error[(np.abs(down) < 0.35) & (right < 0.35)].max() < 0.02  # 0.084 where it is cut off at 12 pixels
-
-
-def test_cones_are_optics_as_well() -> None:
-    cones = Cones.of(fg.Eye(0.004, 1.0), "L+M", wavelengths=3)
-    picture = np.random.default_rng(2).random((48, 48))
-    view = fg.blur(picture, np.full((48, 48), 0.8), cones, pixel_angle=np.radians(1 / 60))
-    assert view.optics is cones
-    assert view.image.std() < 0.6 * picture.std()
-
-
-def test_blur_then_depth_gives_the_distance_back() -> None:
-    scene = slant(0.9, 1.6, 0.12, seed=5)
-    sharp = cast(scene, Aperture(0.0, 1.0), (192, 256), 4.7e-4, samples=64)
-    lenses = [fg.Lens(0.025, n, 0.8) for n in (16, 5.6)]
-    views = [fg.blur(sharp.view.image, sharp.distance, lens, pixel_angle=4.7e-4) for lens in lenses]
-    random = np.random.default_rng(6)
-    noisy = [
-        fg.View(v.image + 0.003 * v.image.mean() * random.standard_normal(v.shape), v.optics, 4.7e-4) for v in views
-    ]
-    depth = fg.recover_depth(noisy, near=0.8)
-    wrong = (depth.distance / sharp.distance - 1)[depth.valid]
-    assert depth.valid.mean() > 0.8
-    assert np.median(np.abs(wrong)) < 0.01
 
 
 @pytest.mark.parametrize(

@@ -199,15 +199,6 @@ def test_the_loop_closes(gradient) -> None:
     assert same(frames[5], necker_frame(cube, 0.25 * 5 / 12, **picture))
 
 
-@pytest.mark.parametrize("gradient", ["none", "rigid", "nonrigid"])
-def test_a_cube_that_turns_left_is_the_mirror_of_one_that_turns_right(gradient) -> None:
-    right, left = (
-        necker_frame(NeckerCube(size=0.3, line_width=0.003, direction=way), 0.04, **PICTURE, gradient=gradient)
-        for way in ("right", "left")
-    )
-    assert same(left[:, ::-1], right)
-
-
 def test_the_picture_s_axis_is_the_middle_and_y_runs_down() -> None:
     """The cube from above, in perspective: more of the light below the middle than above, and left as right."""
     picture = necker_frame(CUBE, 0.0, **PICTURE)

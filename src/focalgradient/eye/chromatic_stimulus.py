@@ -18,11 +18,10 @@ from scipy import fft
 from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, checked
 from focalgradient.eye.colours import PRIMARIES
-from focalgradient.eye.cones import Cones
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.ranges import PixelAngle
-from focalgradient.eye.retinal_image import CLASSES, caught_by_cones, parts_needed
-from focalgradient.eye.spectral import SpectralBasis
+from focalgradient.eye.retinal_image import caught_by_cones, parts_needed
+from focalgradient.eye.spectral import CLASSES, SpectralBasis
 from focalgradient.progress import Progress, silent
 from focalgradient.quantities import Range
 
@@ -162,10 +161,9 @@ def _through_display(
     down, right = fft.fftfreq(size[0])[:, None] / pixel_angle, fft.rfftfreq(size[1])[None] / pixel_angle
     total = np.zeros((size[0], size[1] // 2 + 1, 3, 3), complex)
     for number, band in enumerate(CLASSES):
-        for component, share in enumerate(basis.catch(band)):
-            cones = Cones.in_light(eye, band, basis.light(band, component), wavelengths=wavelengths)
-            total[:, :, component, number] = share * cones.optical_transfer(down, right, vergence)
-    return total
+        for component, cones in enumerate(basis.cones(eye, band, wavelengths=wavelengths)):
+            total[:, :, component, number] = cones.optical_transfer(down, right, vergence)
+    return total * basis.class_catches.T
 
 
 def _filtered(through: NDArray[np.complex128], light: NDArray[np.complex128], size: tuple[int, ...]) -> FloatArray:

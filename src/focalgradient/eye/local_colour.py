@@ -23,13 +23,11 @@ from focalgradient.depth.filters import SCENE_SLOPE
 from focalgradient.errors import InputError
 from focalgradient.eye.cones import Cones
 from focalgradient.eye.protocol import EyeModel, chromatic_scale
-from focalgradient.eye.spectral import SpectralBasis
+from focalgradient.eye.spectral import CLASSES, SpectralBasis
 from focalgradient.optics import Mixture
 
 __all__ = ["ColouredCones", "KnownSpectrum", "LocalColours", "SeenContrast", "estimate_colours"]
 
-CLASSES = ("L", "M", "S")
-"""Classes of cones."""
 
 SCALES = ((3.0, 12.0), (3.0, 12.0), (6.0, 20.0))
 """Standard deviations (pixels) of the Gaussians between which detail of L, M and S images is compared: the light of
@@ -106,25 +104,22 @@ class SeenContrast:
         """Return the amounts of the primaries whose blurred contrasts have these ratios, at each vergence (D)."""
         return _seen_amounts(self, basis, tuple(vergences.tolist()))
 
-    def _solve(self, basis: SpectralBasis, vergences: FloatArray) -> FloatArray:
-        classes, both = _blurs(basis, self.eye, self.pixel_angle, tuple(vergences.tolist()))
-        catch, whole = np.stack([basis.catch(band) for band in CLASSES]), basis.catch("L+M")
-        weight = np.stack([_passed(*scale) for scale in SCALES])  # class x F
-        found = np.broadcast_to(_amounts(basis, np.asarray(self.slopes)), (len(vergences), basis.components))
-        for _ in range(ROUNDS):
-            seen = np.einsum("lk,k,klf->lf", found, whole, both)
-            size = np.einsum("cf,lf->lc", weight, seen**2)
-            ratio = np.einsum("cf,cklf,lf->lck", weight, classes, seen) / np.maximum(size, 1e-9)[..., None]
-            # Towards no difference of blur where next to nothing passes.
-            ratio = np.clip(ratio, 0.3, 3.0)
-            found = _normed(np.linalg.pinv(catch * ratio) @ np.asarray(self.slopes), whole)
-        return found
-
 
 @lru_cache(maxsize=32)
 def _seen_amounts(spectrum: SeenContrast, basis: SpectralBasis, vergences: tuple[float, ...]) -> FloatArray:
     """Return the amounts of a spectrum at each vergence; kept, as every view asks for them."""
-    return spectrum._solve(basis, np.asarray(vergences))
+    classes, both = _blurs(basis, spectrum.eye, spectrum.pixel_angle, vergences)
+    catch, whole, slopes = basis.class_catches, basis.catch("L+M"), np.asarray(spectrum.slopes)
+    weight = np.stack([_passed(*scale) for scale in SCALES])  # class x F
+    found = np.broadcast_to(_amounts(basis, slopes), (len(vergences), basis.components))
+    for _ in range(ROUNDS):
+        seen = np.einsum("lk,k,klf->lf", found, whole, both)
+        size = np.einsum("cf,lf->lc", weight, seen**2)
+        ratio = np.einsum("cf,cklf,lf->lck", weight, classes, seen) / np.maximum(size, 1e-9)[..., None]
+        # Towards no difference of blur where next to nothing passes.
+        ratio = np.clip(ratio, 0.3, 3.0)
+        found = _normed(np.linalg.pinv(catch * ratio) @ slopes, whole)
+    return found
 
 
 @lru_cache(maxsize=8)
@@ -135,9 +130,8 @@ def _blurs(
     levels = np.asarray(vergences)
 
     def of(band: str) -> FloatArray:
-        parts = [Cones.in_light(eye, band, basis.light(band, one)) for one in range(basis.components)]
         at = FREQUENCIES / pixel_angle
-        return np.stack([part.through_focus(np.zeros_like(at), at, levels).real for part in parts])
+        return np.stack([part.through_focus(np.zeros_like(at), at, levels).real for part in basis.cones(eye, band)])
 
     return np.stack([of(band) for band in CLASSES]), of("L+M")
 
@@ -151,8 +145,7 @@ def _passed(fine: float, coarse: float) -> FloatArray:
 
 def _amounts(basis: SpectralBasis, slopes: FloatArray) -> FloatArray:
     """Return the amounts of components (... x K) whose contrast has these ratios (... x 3) without blur."""
-    catch = np.stack([basis.catch(band) for band in CLASSES])
-    return _normed(slopes @ np.linalg.pinv(catch).T, basis.catch("L+M"))
+    return _normed(slopes @ np.linalg.pinv(basis.class_catches).T, basis.catch("L+M"))
 
 
 def _normed(amounts: FloatArray, whole: FloatArray) -> FloatArray:
@@ -209,11 +202,7 @@ class LitCones:
 
         def parts(light: str, finest_cpd: float) -> list[NDArray[Any]]:
             """Return the transfer of the light of each component."""
-            given = [self.basis.light(light, number) for number in range(self.basis.components)]
-            every = [
-                Cones.in_light(self.whole.eye, light, one, finest_cpd=finest_cpd, model=self.whole.model)
-                for one in given
-            ]
+            every = self.basis.cones(self.whole.eye, light, finest_cpd=finest_cpd, model=self.whole.model)
             keys = *_kept(frequency_y), *_kept(frequency_x), tuple(levels.tolist())
             return [_component_transfer(one, *keys) for one in every]
 
@@ -320,8 +309,7 @@ class LocalColours:
                     f"another light must be of {basis.components}: give them in SpectralBasis.of_srgb()."
                 )
             return replace(self, basis=basis)
-        catch = np.stack([self.basis.catch(band) for band in CLASSES])
-        mean, light = (_amounts(basis, catch @ one) for one in (self.mean, self.light))
+        mean, light = (_amounts(basis, self.basis.class_catches @ one) for one in (self.mean, self.light))
         return replace(self, basis=basis, mean=mean, light=light)
 
     def rest_of_amounts(self) -> tuple[tuple[float, ...], ...]:
@@ -329,7 +317,7 @@ class LocalColours:
         if not self.rest:
             return ()
         both = self.basis.catch("L+M")
-        back = np.linalg.pinv(np.stack([self.basis.catch(band) for band in CLASSES]))
+        back = np.linalg.pinv(self.basis.class_catches)
         # L and M cones together see none of it.
         without = (np.eye(len(both)) - np.outer(self.mean / (self.mean @ both), both)) @ back
         return tuple(tuple(row) for row in (without @ np.asarray(self.rest) @ without.T).tolist())
@@ -398,13 +386,11 @@ def estimate_colours(
     >>> from focalgradient import Eye
     >>> texture = 1 + 0.2 * np.random.default_rng(1).standard_normal((64, 64, 1))
     >>> basis = SpectralBasis.of_srgb()
-    >>> catch = np.stack([basis.catch(band) for band in "LMS"])
-    >>> colours = estimate_colours(texture * (catch @ [0.8, 0.1, 0.1]), basis, Eye(0.002, 1.0), 3e-4)
+    >>> colours = estimate_colours(texture * (basis.class_catches @ [0.8, 0.1, 0.1]), basis, Eye(0.002, 1.0), 3e-4)
     >>> (colours.mean / colours.mean.sum()).round(2).tolist()
     [0.8, 0.1, 0.1]
     """
-    catch = np.stack([basis.catch(band) for band in CLASSES])  # class x component
-    both = basis.catch("L+M")
+    catch, both = basis.class_catches, basis.catch("L+M")
     # What L and M cones catch together is this mix of either's.
     mix = np.append(np.linalg.lstsq(catch[:2].T, both, rcond=None)[0], 0.0)
     found, variance, power, gain_sd = [], [], np.zeros(cones.shape[:2]), 0.0

@@ -20,7 +20,7 @@ import numpy as np
 
 from focalgradient.errors import InputError, check_number, checked, described
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
-from focalgradient.eye.periphery import Measured, Meridian, check_meridian
+from focalgradient.eye.periphery import TOWARDS, Measured, Meridian, check_meridian
 from focalgradient.eye.protocol import check_eye
 from focalgradient.eye.ranges import Pupil
 
@@ -44,9 +44,6 @@ STOP, BEFORE_STOP = 3.60e-3, 2
 FAN = 0.5e-3
 """Height (m) in the pupil of the marginal rays from which coma is computed: higher orders are small in a pupil of 1
 mm."""
-
-TOWARDS: dict[str, tuple[int, int]] = {"temporal": (1, 1), "nasal": (1, -1), "superior": (-1, -1), "inferior": (-1, 1)}
-"""Meridional frequency and sign of coma towards each side of a right eye's field: x to the right and y down."""
 
 
 @checked
@@ -156,13 +153,13 @@ def off_axis(
     tangential, sagittal = _pair(foci)
     for focus in (tangential, sagittal):
         check_number("foci", focus, "dioptres")
-    across = 1 if meridian in ("temporal", "nasal") else -1  # whether the tangential plane is horizontal
+    right, down = TOWARDS[meridian]
+    across = 1 if right else -1  # whether the tangential plane is horizontal
     # c (x^2 - y^2) sqrt(6) / a^2 is half the difference of the powers times (x^2 - y^2) / 2.
     um = across * (tangential - sagittal) * (1e3 * eye.aperture_diameter) ** 2 / (16 * math.sqrt(6))
     added = [(2, 2, um)]
     if coma:
-        order, way = TOWARDS[meridian]
-        added.append((3, order, way * field_coma(eccentricity_deg, eye.aperture_diameter)))
+        added.append((3, across, (right + down) * field_coma(eccentricity_deg, eye.aperture_diameter)))
     return eye.refocused(eye.focus_vergence + (tangential + sagittal) / 2).aberrated(added)
 
 

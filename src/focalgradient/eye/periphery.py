@@ -24,6 +24,14 @@ __all__ = ["Meridian", "midget_density", "resolved_cpd"]
 Meridian = Literal["temporal", "superior", "nasal", "inferior"]
 """Meridian of the visual field, named as by Watson: the temporal field falls on the nasal retina."""
 
+TOWARDS: dict[Meridian, tuple[int, int]] = {
+    "temporal": (1, 0),
+    "nasal": (-1, 0),
+    "superior": (0, -1),
+    "inferior": (0, 1),
+}
+"""Direction of each meridian in a right eye's field, x to the right and y down."""
+
 Measured = Annotated[float, Range("degrees (people were measured to 40)", 0, 40)]
 """Eccentricity in degrees to which people were measured (Jaeken & Artal 2012), and up to which the schematic eye is
 used, a choice: its astigmatism reaches 3.9 D there and grows ever faster beyond, more than in most eyes."""

@@ -6,10 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import Annotated, cast
 
-import numpy as np
-
 from focalgradient.errors import check_fields
-from focalgradient.eye.light import Band, band_light, illuminant, luminosity
+from focalgradient.eye.light import Band, band_light, band_sensitivity, illuminant, luminosity
 from focalgradient.eye.ranges import check_pupil
 from focalgradient.eye.wavefront import share_of_light
 from focalgradient.quantities import Range
@@ -52,7 +50,7 @@ class Photons:
     In daylight indoors, in a pixel of a minute of arc.
 
     >>> photons = Photons(luminance=100.0)
-    >>> [round(photons.caught(band, 0.004, np.radians(1 / 60))) for band in ("L+M", "S")]
+    >>> [round(photons.caught(band, 0.004, math.radians(1 / 60))) for band in ("L+M", "S")]
     [25124, 385]
     """
 
@@ -71,14 +69,12 @@ class Photons:
         With `stiles_crawford` (rho in 1/mm^2, see `Eye`) light through the rim of the pupil counts less.
         """
         check_pupil(pupil_diameter)
-        light = band_light(cast(Band, band), self.illuminant)
-        nm = light.wavelength_nm
+        nm = band_light(cast(Band, band), self.illuminant).wavelength_nm
         step = float(nm[1] - nm[0])
         energy = illuminant(nm, self.illuminant)
         radiance = self.luminance / (LUMENS_PER_WATT * float(energy @ luminosity(nm)) * step) * energy  # W / m^2 sr nm
         # To quanta, sensitivity is that to energy over the wavelength.
-        with np.errstate(invalid="ignore", divide="ignore"):
-            seen = np.nan_to_num(light.weight / energy) / nm
+        seen = band_sensitivity(band, nm) / nm
         quanta = radiance * nm * 1e-9 / PLANCK_LIGHT @ (seen / seen.max()) * step
         share = self.s_efficiency if band == "S" else self.efficiency
         share *= share_of_light(pupil_diameter, stiles_crawford)

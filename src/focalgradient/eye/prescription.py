@@ -13,21 +13,13 @@ from focalgradient.eye.ranges import AGE, check_pupil
 from focalgradient.eye.refraction import Correction, Refraction, focus_of, worn_of
 from focalgradient.eye.wavefront import Aberrations, added_terms, check_aberrations
 
-__all__ = ["PersonalOptics", "Prescribed"]
+__all__ = ["PersonalOptics"]
 
 LUMINANCE, FIELD_DEG = 100.0, 20.0
 """Adapting field of the natural pupil, unless given: cd/m^2, an indoor scene or a display, and degrees; choices."""
 
 SMALLEST_UM = 1e-12
 """Magnitude in micrometres below which an astigmatic term is a rounding error."""
-
-
-class Prescribed(NamedTuple):
-    """Optics of a prescribed eye: pupil (m), mean vergence in focus at 580 nm (D), and Zernike terms."""
-
-    pupil_diameter: float
-    accommodation: float
-    aberrations: Aberrations
 
 
 class PersonalOptics(NamedTuple):
@@ -46,8 +38,10 @@ class PersonalOptics(NamedTuple):
         """Whether an eye's optics follow: from a refraction or an age."""
         return self.refraction is not None or self.age is not None
 
-    def prescribed(self, pupil_diameter: float | None, aberrations: Aberrations) -> Prescribed:
-        """Return the optics of the eye, with a pupil (m; None: its natural one) and further `aberrations`.
+    def prescribed(self, pupil_diameter: float | None, aberrations: Aberrations) -> tuple[float, float, Aberrations]:
+        """Return pupil (m), mean vergence in focus at 580 nm (D) and Zernike terms of the eye.
+
+        Of a pupil (m; None: its natural one) and further `aberrations`.
 
         Raises
         ------
@@ -57,7 +51,7 @@ class PersonalOptics(NamedTuple):
         Examples
         --------
         >>> found = PersonalOptics("-2.00", *[None] * 6).prescribed(0.004, ())
-        >>> round(found.accommodation, 2)  # the far point of 1 / 2 m before the spectacles, from the cornea
+        >>> round(found[1], 2)  # the far point of 1 / 2 m before the spectacles, from the cornea
         1.95
         """
         if self.looking_at is not None and self.response is not None:
@@ -85,7 +79,7 @@ class PersonalOptics(NamedTuple):
         # As the defocus term is V r^2 / (4 sqrt 3), those of astigmatism are J r^2 / (2 sqrt 6); r in mm.
         um = (1e3 * pupil / 2) ** 2 / (2 * math.sqrt(6))
         own = (2, 2, um * float(focus[0, 0] - focus[1, 1]) / 2), (2, -2, um * float(focus[0, 1]))
-        return Prescribed(pupil, float(np.trace(focus)) / 2, added_terms(*own, *aberrations, least=SMALLEST_UM))
+        return pupil, float(np.trace(focus)) / 2, added_terms(*own, *aberrations, least=SMALLEST_UM)
 
     def _response(self, refraction: Refraction, worn: Correction) -> float:
         """Return the dioptres by which the eye accommodates."""

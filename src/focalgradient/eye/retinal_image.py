@@ -12,19 +12,14 @@ from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, checked
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.colours import PRIMARIES
-from focalgradient.eye.cones import Cones
-from focalgradient.eye.light import Band
 from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest
 from focalgradient.eye.protocol import AnyEye, EyeModel, chromatic_scale
-from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
+from focalgradient.eye.spectral import CLASSES, SpectralBasis, SpectralPicture, band_picture
 from focalgradient.progress import Progress
 from focalgradient.quantities import Whole
 
 __all__ = ["caught_by_cones", "parts_needed", "retinal_image"]
-
-CLASSES: tuple[Band, ...] = ("L", "M", "S")
-"""Cone classes."""
 
 
 def retinal_image(
@@ -113,7 +108,7 @@ def caught_by_cones(
         if progress is not None:
             progress(number / len(CLASSES), f"blurring what {band} cones catch")
         cones[..., number] = band_picture(shown, distance, eye, band, pixel_angle=pixel_angle, wavelengths=wavelengths)
-    return cones, np.stack([shown.basis.catch(band) for band in CLASSES], axis=1)
+    return cones, shown.basis.class_catches.T
 
 
 def parts_needed(
@@ -148,15 +143,14 @@ def _basis(basis: SpectralBasis | None, primaries: str) -> SpectralBasis:
 
 def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> FloatArray:
     """Return the retinal image of a step from black to white at each vergence: levels x 3 x pixels."""
-    caught = np.stack([basis.catch(band) for band in CLASSES])  # class x primary
+    caught = basis.class_catches
     # Two dioptres more than the widest are what light of other wavelengths is out of focus by.
     widest = max(abs(level - eye.focus_vergence) for level in levels) + 2
     side = 2 ** math.ceil(math.log2(64 + 4 * widest * eye.pupil_diameter / pixel_angle))
     frequency = np.fft.rfftfreq(side) / pixel_angle
     steps = np.zeros((len(CLASSES), len(levels), side))
     for band, shares, seen in zip(CLASSES, caught, steps, strict=True):
-        for component, share in enumerate(shares):
-            cones = Cones.in_light(eye, band, basis.light(band, component), wavelengths=count)
+        for share, cones in zip(shares, basis.cones(eye, band, wavelengths=count), strict=True):
             for one, level in zip(seen, levels, strict=True):
                 line = np.fft.irfft(cones.optical_transfer(0.0, frequency, level), side)
                 one += share * np.cumsum(np.fft.fftshift(line))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,13 +19,16 @@ from focalgradient.errors import InputError, check_finite, described
 from focalgradient.eye.age import lens_passes
 from focalgradient.eye.colours import PRIMARIES, display_primaries
 from focalgradient.eye.cones import Cones
-from focalgradient.eye.light import Light, band_sensitivity, illuminant, spectra
+from focalgradient.eye.light import Band, Light, band_sensitivity, illuminant, spectra
 from focalgradient.eye.protocol import EyeModel
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.transfer import BlurName
 from focalgradient.render import blur_picture
 
 __all__ = ["SpectralBasis", "SpectralPicture", "band_picture"]
+
+CLASSES: tuple[Band, ...] = ("L", "M", "S")
+"""The cone classes, in the order of catches."""
 
 STEP_NM = 5.0
 """Distance between the wavelengths of reflectances and illuminants (nm), from 390 to 780 nm."""
@@ -78,8 +82,7 @@ class SpectralBasis:
     def grey(cls, light: str = "D65") -> SpectralBasis:
         """Return surfaces that reflect all wavelengths alike, in the `light` of an illuminant: one component."""
         nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, 1.0), np.float64)  # as `band_light` has it
-        white = illuminant(nm, light)
-        return cls(nm, white[:, None], white)
+        return cls.of_reflectances(nm, np.ones((len(nm), 1)), light)
 
     @classmethod
     @lru_cache(maxsize=16)
@@ -87,9 +90,8 @@ class SpectralBasis:
         """Return reflectances from linear sRGB by Mallett and Yuksel (2019), in the `light` of an illuminant."""
         basis = spectra().recovery.MSDS_BASIS_FUNCTIONS_sRGB_MALLETT2019
         nm = np.asarray(np.arange(390.0, 780.0 + 1e-6, STEP_NM), np.float64)
-        white = illuminant(nm, light)
         own = np.stack([np.interp(nm, basis.wavelengths, column) for column in basis.values.T], axis=1)
-        return cls(nm, own * white[:, None], white)
+        return cls.of_reflectances(nm, own, light)
 
     @classmethod
     @lru_cache(maxsize=8)
@@ -135,6 +137,15 @@ class SpectralBasis:
         """Return what a band's cones catch of each component (K), over what they catch of white."""
         seen = band_sensitivity(band, self.wavelength_nm)
         return np.asarray(seen @ self.radiance / (seen @ self.white))
+
+    @property
+    def class_catches(self) -> FloatArray:
+        """Catch of each component by L, M and S cones (3 x K), over what they catch of white."""
+        return np.stack([self.catch(band) for band in CLASSES])
+
+    def cones(self, eye: EyeModel, band: str, **given: Any) -> list[Cones]:
+        """Return a band's cones in the light of each component (K), `given` as for `Cones.in_light`."""
+        return [Cones.in_light(eye, band, self.light(band, one), **given) for one in range(self.components)]
 
     def light(self, band: str, component: int) -> Light:
         """Return the light that a band's cones catch of one component."""

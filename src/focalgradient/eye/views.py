@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -23,7 +24,7 @@ from focalgradient.eye.model_eye import TimeCourse
 from focalgradient.eye.photons import Photons
 from focalgradient.eye.protocol import EyeModel, check_eye
 from focalgradient.eye.ranges import ordered_times
-from focalgradient.eye.spectral import SpectralBasis, SpectralPicture, band_picture
+from focalgradient.eye.spectral import CLASSES, SpectralBasis, SpectralPicture, band_picture
 from focalgradient.parallel import in_order
 from focalgradient.progress import Progress
 from focalgradient.psf import pixel_transfer
@@ -52,22 +53,29 @@ SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
 """Scene, distance of a wall, or picture with the distance of each pixel."""
 
 
+class Forming(TypedDict, total=False):
+    """How views are formed: keywords of `eye_views`, with its defaults."""
+
+    correlation: float
+    gain: float
+    noise: float | Photons
+    samples: int
+    seed: int
+    colours: LocalColours | None
+    executor: Executor | None
+    progress: Progress | None
+
+
 def band_views(
     scene: SceneInput,
     eye: EyeModel,
     shape: tuple[int, int],
     pixel_angle: float,
     *,
-    correlation: float = 1.0,
-    gain: float = 1.0,
     s_finest_cpd: float = S_FINEST_CPD,
     illuminant: str = "D65",
     wavelengths: int | None = None,
-    noise: float | Photons = 0.0,
-    samples: int = 64,
-    seed: int = 0,
-    colours: LocalColours | None = None,
-    progress: Progress | None = None,
+    **forming: Unpack[Forming],
 ) -> list[Rendered]:
     """Return the views of the L and M cones together and of the S cones, at one moment.
 
@@ -124,19 +132,7 @@ def band_views(
         Cones.of(eye, "L+M", illuminant=illuminant, wavelengths=wavelengths),
         Cones.of(eye, "S", illuminant=illuminant, wavelengths=wavelengths, finest_cpd=s_finest_cpd),
     ]
-    return eye_views(
-        scene,
-        cones,
-        shape,
-        pixel_angle,
-        correlation=correlation,
-        gain=gain,
-        noise=noise,
-        samples=samples,
-        seed=seed,
-        colours=colours,
-        progress=progress,
-    )
+    return eye_views(scene, cones, shape, pixel_angle, **forming)
 
 
 def accommodation_views(
@@ -149,12 +145,7 @@ def accommodation_views(
     *,
     illuminant: str = "D65",
     wavelengths: int | None = None,
-    noise: float | Photons = 0.0,
-    samples: int = 64,
-    seed: int = 0,
-    colours: LocalColours | None = None,
-    executor: Executor | None = None,
-    progress: Progress | None = None,
+    **forming: Unpack[Forming],
 ) -> list[Rendered]:
     """Return the views of the L and M cones at `times` (s, in order) of a time `course` of accommodation.
 
@@ -173,18 +164,7 @@ def accommodation_views(
     changes = course.at(ordered_times(check_list("times", times, "seconds")))
     moments = [eye.refocused(eye.focus_vergence + change) for change in changes.tolist()]
     cones = [Cones.of(one, "L+M", illuminant=illuminant, wavelengths=wavelengths) for one in moments]
-    return eye_views(
-        scene,
-        cones,
-        shape,
-        pixel_angle,
-        noise=noise,
-        samples=samples,
-        seed=seed,
-        colours=colours,
-        executor=executor,
-        progress=progress,
-    )
+    return eye_views(scene, cones, shape, pixel_angle, **forming)
 
 
 def eye_views(
@@ -265,7 +245,7 @@ def cone_catches(
     [0.5, 0.5, 0.5]
     """
     seen = []
-    for number, band in enumerate(("L", "M", "S")):
+    for number, band in enumerate(CLASSES):
         image = band_picture(picture, distance, eye, band, pixel_angle=pixel_angle)
         cones = Cones(eye, band, (REFERENCE_NM,))
         seen.append(_noisy(image, cones, pixel_angle, noise, np.random.default_rng([seed, 4, number])))

@@ -14,6 +14,7 @@ points beyond it to the left, as in a left eye: the sign of defocus shows in one
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Annotated
 
 import numpy as np
@@ -93,40 +94,13 @@ class DualPixel:
         """Whether the asymmetry is constant over the field."""
         return not any(self.field)
 
-    @property
-    def aperture_diameter(self) -> float:
-        """Diameter of the whole aperture in metres."""
-        return self.lens.aperture_diameter
-
-    @property
-    def focus_vergence(self) -> float:
-        """Vergence of the plane in exact focus, in dioptres."""
-        return self.lens.focus_vergence
-
-    @property
-    def focal_length(self) -> float:
-        """Focal length in metres."""
-        return self.lens.focal_length
-
-    @property
-    def sensor_distance(self) -> float:
-        """Distance from lens to sensor in metres."""
-        return self.lens.sensor_distance
-
-    @property
-    def focus_tolerance(self) -> float:
-        """Relative standard deviation of the focus vergence."""
-        return self.lens.focus_tolerance
-
-    @property
-    def field_sd(self) -> float:
-        """That of the lens."""
-        return self.lens.field_sd
-
-    @property
-    def aperture_tolerance(self) -> float:
-        """Relative standard deviation of aperture times asymmetry."""
-        return self.lens.aperture_tolerance
+    aperture_diameter = property(attrgetter("lens.aperture_diameter"), doc="Diameter of the whole aperture in metres.")
+    focus_vergence = property(attrgetter("lens.focus_vergence"), doc="Vergence of the plane in focus, in dioptres.")
+    focal_length = property(attrgetter("lens.focal_length"), doc="Focal length in metres.")
+    sensor_distance = property(attrgetter("lens.sensor_distance"), doc="Distance from lens to sensor in metres.")
+    focus_tolerance = property(attrgetter("lens.focus_tolerance"), doc="Relative SD of the focus vergence.")
+    field_sd = property(attrgetter("lens.field_sd"), doc="That of the lens.")
+    aperture_tolerance = property(attrgetter("lens.aperture_tolerance"), doc="Relative SD of aperture x asymmetry.")
 
     def over(self, shape: tuple[int, int]) -> FloatArray:
         """Return the relative asymmetry at each pixel of a frame of `shape`, H x W; 1 in the middle.

@@ -96,7 +96,13 @@ class OwnBlur:
     def check_forms(self, vergence: float, frequency: float) -> None:
         """Raise `InputError` unless the OTF is Hermitian, and the same by every method that the optics implement."""
         y, x = np.meshgrid(*2 * [np.linspace(-frequency / 2, frequency / 2, 5)], indexing="ij")
-        given = {form: getattr(self, f"_by_{form}")(y, x, vergence) for form in FORMS if self._offers(form)}
+        level = np.full(y.shape, vergence)
+        by_form: dict[str, Callable[[], Transfer]] = {
+            "through_focus": lambda: self.through_focus(y, x, [vergence])[0],
+            "optical_transfer": lambda: self.optical_transfer(y, x, vergence),
+            "transfer": lambda: self._checked(self.optics.transfer(np.hypot(y, x), level), y.shape),
+        }
+        given = {form: otf() for form, otf in by_form.items() if self._offers(form)}
         for form, values in given.items():
             turned = float(np.abs(values[::-1, ::-1] - np.conj(values)).max())
             if turned > TRANSFER_TOLERANCE:
@@ -124,15 +130,6 @@ class OwnBlur:
                 f"{self.name} states tells_side = True, but its blur at equal distances in dioptres from focus is the "
                 "same on both sides: leave tells_side out."
             )
-
-    def _by_transfer(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
-        return self._checked(self.optics.transfer(np.hypot(y, x), np.full(y.shape, vergence)), y.shape)
-
-    def _by_optical_transfer(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
-        return self.optical_transfer(y, x, vergence)
-
-    def _by_through_focus(self, y: FloatArray, x: FloatArray, vergence: float) -> Transfer:
-        return self.through_focus(y, x, [vergence])[0]
 
     @property
     def name(self) -> str:

@@ -111,15 +111,9 @@ def psf_of(psf: Any, k: float | None = None, others: tuple[str, ...] = (), calle
         known = ", ".join([*others, *names()])
         raise InputError(f"{called} is {described(psf)}, but must be a Psf or one of {known}.")
     shape = shape_class(psf, others, called)
-    keys = [parameter.key for parameter in shape.parameters()]
     if k is not None:
-        _check_k(k)
-    return shape.of({"k": k} if k is not None and "k" in keys else {})
-
-
-def _check_k(k: Any) -> None:
-    """Validate `k` even for a shape without it: callers pass a calibrated camera's k with any shape."""
-    Gaussian.parameters()[0].check(k)
+        Gaussian.parameters()[0].check(k)  # for a shape without it, too: callers pass a camera's k with any shape
+    return _with_k(shape, {}, k)
 
 
 def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
@@ -134,10 +128,13 @@ def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
     name = values.pop("shape", None)
     if not isinstance(name, str):
         raise InputError('psf has no shape: give a name, or a table such as {shape = "polygon", blades = 6}.')
-    shape = shape_class(name)
-    if k is not None and "k" in [parameter.key for parameter in shape.parameters()]:
-        values = {"k": k} | values
-    return shape.of(values)
+    return _with_k(shape_class(name), values, k)
+
+
+def _with_k(shape: type[Psf], values: Mapping[str, Any], k: float | None) -> Psf:
+    """Return the shape of these parameters, with `k` where it has one that they leave open."""
+    has_k = k is not None and "k" in [parameter.key for parameter in shape.parameters()]
+    return shape.of(({"k": k} if has_k else {}) | values)
 
 
 MAX_ERROR = 1e-3

@@ -243,6 +243,7 @@ class Annulus(Psf):
 
     name = "annulus"
 
+    edge_reach = 1.0
     obstruction: float = parameter(0.35, "diameter of the obstruction / diameter of the aperture", least=0.0, most=0.95)
     """Obstruction ratio; mirror lenses for photography have 0.35 to 0.5."""
 
@@ -250,11 +251,6 @@ class Annulus(Psf):
     def sd_per_radius(self) -> float:
         """Standard deviation per blur radius of a uniform annulus, whose variance is (1 + obstruction^2) / 4."""
         return DISC_K * math.sqrt(1 + self.obstruction**2)
-
-    @property
-    def edge_reach(self) -> float:
-        """Radius of the rim, 1."""
-        return 1.0
 
     def transfer(self, frequency: ArrayLike, radius: ArrayLike) -> FloatArray:
         """Return the area-weighted difference between the transfers of the full disc and of the obstruction."""

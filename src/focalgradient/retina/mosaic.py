@@ -18,7 +18,7 @@ from scipy.ndimage import map_coordinates
 
 from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, check_number, checked
-from focalgradient.eye.periphery import FARTHEST, Meridian
+from focalgradient.eye.periphery import FARTHEST, TOWARDS, Meridian
 from focalgradient.eye.ranges import PixelAngle
 from focalgradient.quantities import Range, Seed
 from focalgradient.retina.cone_density import cone_density
@@ -32,14 +32,6 @@ GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 APERTURE = 0.7
 """Diameter of a cone's aperture over the distance between cones, as in ISETBio."""
-
-TOWARDS: dict[Meridian, tuple[int, int]] = {
-    "temporal": (1, 0),
-    "nasal": (-1, 0),
-    "superior": (0, -1),
-    "inferior": (0, 1),
-}
-"""Direction of each side of a right eye's visual field in the image: x to the right and y down."""
 
 STEP_DEG = 0.005
 """Spacing in degrees of the radii in the table of cumulative cone counts."""
