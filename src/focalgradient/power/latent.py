@@ -18,15 +18,12 @@ import numpy as np
 import pandas as pd
 from numpy.random import default_rng
 from numpy.typing import NDArray
-from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.ratings import Raters, main_questions
+from focalgradient.power.ratings import Raters, main_questions, shares_found
 from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
 from focalgradient.statistics import Effect, NotComputed
-from focalgradient.statistics.means import holm
-from focalgradient.statistics.records import ALPHA
 from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["LatentModel", "latent_power", "simulated_answers"]
@@ -200,9 +197,4 @@ def _share(
     ]
     estimates = mean + np.column_stack([normal, *apart]) if apart else mean + normal
     errors = np.sqrt(error * rng.chisquare(df, size=(DRAWS, len(mean))) / df)
-    t = estimates / errors
-    p = np.asarray(2 * stats.t.sf(np.abs(t), df))
-    found = (np.column_stack([p[:, :singles], holm(p[:, singles:])]) < ALPHA) & (t > 0)
-    shares = {"near_rise": float(found[:, 0].mean())}
-    first = [singles + at for at, (one, _) in enumerate(pairs) if one == 0]
-    return shares | ({"interaction": float(found[:, first].all(axis=1).mean())} if first else {})
+    return shares_found(estimates, errors, df, singles)

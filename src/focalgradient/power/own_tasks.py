@@ -56,11 +56,11 @@ class Observers(People):
                 "number or a bool, or define planned and tested."
             )
 
-    def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
+    def analysis(self, design: Any, bound: float) -> Analysis:
         asked = self.task.analysis(design)
         if asked.estimates == THRESHOLDS:
-            asked = replace(asked, prepare=lambda results: results, exclusions=None, also=())
-        return replace(asked, generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed))
+            return replace(asked, prepare=lambda results: results, exclusions=None, also=())
+        return asked
 
     def claims(self, design: Any, bound: float) -> Mapping[str, Claim]:
         claims = {}

@@ -18,6 +18,7 @@ import pandas as pd
 from numpy.random import SeedSequence, default_rng
 from scipy import stats
 
+from focalgradient.arrays import FloatArray
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
@@ -31,7 +32,7 @@ from focalgradient.statistics.rating_questions import EQUIVALENT
 from focalgradient.statistics.records import ALPHA
 from focalgradient.user_tables.tidy import in_order
 
-__all__ = ["Model", "Raters", "quick_power", "simulated_ratings"]
+__all__ = ["Model", "Raters", "quick_power", "shares_found", "simulated_ratings"]
 
 RATIO = Range("ratios, where 1 means none,", 0.1, 10)
 
@@ -237,15 +238,34 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     ]
     pairs = list(combinations(range(len(rises)), 2))
     found = [mean_tests(cells) for cells in [*rises, *(rises[first] - rises[second] for first, second in pairs)]]
-    p = np.stack([2 * stats.t.sf(np.abs(mean / error), df) for mean, error, df in found], axis=-1)
-    shares = {"near_rise": float(((p[:, 0] < ALPHA) & (found[0][0] > 0)).mean())}
+    estimates, errors, df = np.moveaxis(np.array(found), 0, -1)
+    shares = shares_found(estimates, errors, df, len(rises))
     if not pairs:
         return shares
-    none = np.ones(experiments, bool)
-    for mean, error, df in found[1 : len(rises)]:
-        none &= np.maximum(*one_sided(mean, error, df, math.log(study.bound))) < ALPHA
-    larger, apart = np.ones(experiments, bool), holm(p[:, len(rises) :])
-    for at, (first, _) in enumerate(pairs):
-        if first == 0:
-            larger &= (apart[:, at] < ALPHA) & (found[len(rises) + at][0] > 0)
-    return shares | {"far_equivalent": float(none.mean()), "interaction": float(larger.mean())}
+    far = slice(1, len(rises))
+    none = np.maximum(*one_sided(estimates[:, far], errors[:, far], df[:, far], math.log(study.bound))) < ALPHA
+    return shares | {"far_equivalent": float(none.all(axis=1).mean())}
+
+
+def shares_found(estimates: FloatArray, errors: FloatArray, df: FloatArray, effects: int) -> dict[str, float]:
+    """Return how often the first effect is found, and that it exceeds each other one, differences by Holm's p.
+
+    Parameters
+    ----------
+    estimates, errors, df
+        Estimates of experiments (rows), standard errors and degrees of freedom: of the effects, then of the differences
+        of each pair of them, if these are tested.
+    effects
+        Number of effects.
+
+    Examples
+    --------
+    >>> shares_found(np.array([[1.0, 0.1, 0.9], [1.0, 0.9, 0.1]]), np.array(0.2), np.array(11), 2)
+    {'near_rise': 1.0, 'interaction': 0.5}
+    """
+    t = estimates / errors
+    p = np.asarray(2 * stats.t.sf(np.abs(t), df))
+    found = (np.column_stack([p[:, :effects], holm(p[:, effects:])]) < ALPHA) & (t > 0)
+    shares = {"near_rise": float(found[:, 0].mean())}
+    larger = found[:, effects : 2 * effects - 1]  # than each other one: the first pairs
+    return shares | ({"interaction": float(larger.all(axis=1).mean())} if larger.size else {})

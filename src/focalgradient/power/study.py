@@ -99,13 +99,10 @@ class People(ABC):
     designs: ClassVar[type[Any]] = object
     """Class of the design."""
 
-    def analysis(self, design: Any, bound: float, seed: int) -> Analysis:
-        """Return the analysis of the design's task, with exclusions and the generator of these people."""
+    def analysis(self, design: Any, bound: float) -> Analysis:
+        """Return the analysis of the design's task, with exclusions."""
         asked = task_named(design.task).analysis(design, AnalysisOptions(bound=bound))
-        # Further questions are of values that the models do not simulate.
-        return dataclasses.replace(
-            asked, also=(), generator=lambda subjects, rng: self.simulated(design, subjects, rng, seed)
-        )
+        return dataclasses.replace(asked, also=())  # further questions are of values that the models do not simulate
 
     @abstractmethod
     def simulated(self, design: Any, subjects: int, rng: np.random.Generator, seed: int) -> Any:
@@ -193,8 +190,8 @@ class Study:
 
     @property
     def analysis(self) -> Analysis:
-        """Questions of the report, with exclusions and the generator of the model's people."""
-        return self.model.analysis(self.design, self.bound, self.seed)
+        """Questions of the report, with exclusions."""
+        return self.model.analysis(self.design, self.bound)
 
     def settings(self) -> dict[str, object]:
         """Return all settings in the form stored in the file of experiments."""
@@ -204,9 +201,7 @@ class Study:
 
     def table(self, subjects: int, rng: np.random.Generator) -> Any:
         """Simulate the answers of a number of subjects, as the analysis takes them."""
-        generator = self.analysis.generator
-        assert generator is not None
-        return generator(subjects, rng)
+        return self.model.simulated(self.design, subjects, rng, self.seed)
 
     def outcome(self, table: Any) -> dict[str, float | None]:
         """Apply exclusion criteria to answers and analyse them as a report does.

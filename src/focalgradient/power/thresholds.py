@@ -60,8 +60,8 @@ class ThresholdModel(People):
     def __post_init__(self) -> None:
         check_fields(self)
 
-    def analysis(self, design: BlurThresholdDesign, bound: float, seed: int) -> Analysis:
-        return replace(People.analysis(self, design, bound, seed), exclusions=fitted)
+    def analysis(self, design: BlurThresholdDesign, bound: float) -> Analysis:
+        return replace(People.analysis(self, design, bound), exclusions=fitted)
 
     def simulated(
         self, design: BlurThresholdDesign, subjects: int, rng: np.random.Generator, seed: int

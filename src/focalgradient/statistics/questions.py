@@ -9,7 +9,6 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any, Literal, Protocol
 
-import numpy as np
 import pandas as pd
 
 from focalgradient.statistics.bootstrap import BootstrapT
@@ -347,9 +346,6 @@ class Analysis:
         Function of a table of trials that returns what the questions are asked of.
     exclusions
         Function of a table that applies the exclusion rules: it returns the table kept, and the data quality.
-    generator
-        Function of a number of subjects and a random generator that returns a table of simulated people with assumed
-        effects.
     kind
         Kind of data that the questions are about, by which figures and models of simulated people are chosen.
     rules
@@ -379,7 +375,6 @@ class Analysis:
     after: str = ""
     prepare: Callable[[Any], Any] = lambda table: table
     exclusions: Exclusions | None = None
-    generator: Callable[[int, np.random.Generator], Any] | None = None
     kind: Kind = "conditions"
     rules: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
