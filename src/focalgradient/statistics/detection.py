@@ -7,9 +7,8 @@ type-2 ROC.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -355,9 +354,6 @@ def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analy
     """
     first, *others = conditions
 
-    def found(name: str) -> Callable[[Any], Mapping[str, Outcome | Tested]]:
-        return lambda data: data[name]
-
     def means(level: str, answers: Answers) -> str:
         d, c = (with_interval(answers.to(f"mean {what}")[level]) for what in (D_PRIME, CRITERION))
         where = f" in {level}" if level else ""
@@ -374,22 +370,14 @@ def detection_questions(conditions: Sequence[str], *, confidence: bool) -> Analy
         CRITERION: 'for (k in conditions) show("mean criterion c", k, interval(of(k, "c")))\n',
     }
     asked = [
-        Question(
-            f"mean {what}",
-            found(f"mean {what}"),
-            "main",
-            headline=f"mean {what}, {{level}}",
-            r_code=r_code.get(what, ""),
-        )
+        Question(f"mean {what}", role="main", headline=f"mean {what}, {{level}}", r_code=r_code.get(what, ""))
         for what in (D_PRIME, CRITERION, *(OF_CONFIDENCE if confidence else ()))
     ]
     asked[0] = replace(asked[0], sentence=means)
     if others:
-        asked.append(
-            Question(DIFFERENCE, found(DIFFERENCE), "main", family=DIFFERENCE, sentence=differed, r_code=DIFFERENCE_R)
-        )
+        asked.append(Question(DIFFERENCE, role="main", family=DIFFERENCE, sentence=differed, r_code=DIFFERENCE_R))
     asked += [
-        Question(what, found(what), "description", r_code=code)
+        Question(what, role="description", r_code=code)
         for what, code in ((D_PRIME, EACH_R.format("d'", "d", 1)), (CRITERION, EACH_R.format(CRITERION, "c", 2)))
     ]
     method = " ".join([METHOD, *[CONFIDENCE_METHOD] * confidence])

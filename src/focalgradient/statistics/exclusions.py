@@ -153,40 +153,37 @@ def quality(
         _count(after),
         tuple(subjects),
         tuple(exclusions),
-        tuple(Unjudged(name, reasons[name]) for name in concern if name in reasons and _stated(rules, name)),
+        tuple(
+            Unjudged(name, reasons[name]) for name in concern if name in reasons and getattr(rules, name) is not None
+        ),
     )
-
-
-NO_CATCH = "there are no catch trials"
-NO_RIGHT_ANSWER = "no answer to the catch trials is right or wrong whatever blur does"
-NO_TIMES = "response times were not recorded"
-NO_FRAMES = "dropped frames were not counted"
-NOT_REPEATED = "no picture was rated twice by a subject"
-FEW_OF_CONDITION = "no condition was rated three times by a subject"
-NOT_DIFFERENT = (
-    "there are no pictures whose answers must differ whatever blur does: neither five catch trials with different "
-    "right answers, nor scenes that most subjects tell apart at the pinhole"
-)
-NO_STARTS = "where the marker first stood was not recorded"
-FEW_PLACES = "where the marker first stood was recorded in too few trials of a subject to exclude chance"
-NO_PLAIN_TRIALS = "there are no trials without a gradient"
 
 
 def _unjudged_ratings(table: pd.DataFrame, subjects: list[SubjectQuality], analysis: Analysis) -> dict[str, str]:
     """Return the reasons why rules cannot be applied to these ratings, by field."""
     reasons = _unjudged_reports(table, subjects)
     if reasons.get("catch_passed") and table["catch"].any():
-        reasons["catch_passed"] = NO_RIGHT_ANSWER
+        reasons["catch_passed"] = "no answer to the catch trials is right or wrong whatever blur does"
     if "response_time" not in table or table["response_time"].isna().all():
-        reasons["response_time"] = reasons["fast"] = NO_TIMES
-    for name, few in (("repeat_factor", NOT_REPEATED), ("lapses", FEW_OF_CONDITION)):
+        reasons["response_time"] = reasons["fast"] = "response times were not recorded"
+    for name, few in (
+        ("repeat_factor", "no picture was rated twice by a subject"),
+        ("lapses", "no condition was rated three times by a subject"),
+    ):
         if all(getattr(one, name) is None for one in subjects):
             reasons[name] = few if analysis.ratios else analysis.no_ratios
     if all(one.same_answer is None for one in subjects):
-        reasons["same_answer"] = NOT_DIFFERENT
+        reasons["same_answer"] = (
+            "there are no pictures whose answers must differ whatever blur does: neither five catch trials with "
+            "different right answers, nor scenes that most subjects tell apart at the pinhole"
+        )
     if all(one.first_press is None for one in subjects):
         recorded = "start" in table and table["start"].notna().any()
-        reasons["first_press"] = FEW_PLACES if recorded else NO_STARTS
+        reasons["first_press"] = (
+            "where the marker first stood was recorded in too few trials of a subject to exclude chance"
+            if recorded
+            else "where the marker first stood was not recorded"
+        )
     return reasons
 
 
@@ -194,11 +191,11 @@ def _unjudged_reports(table: pd.DataFrame, subjects: list[SubjectQuality]) -> di
     """Return the reasons why rules of both experiments cannot be applied, by field."""
     reasons = {}
     if not any(one.catch_trials for one in subjects):
-        reasons["catch_passed"] = NO_CATCH
+        reasons["catch_passed"] = "there are no catch trials"
     if "dropped_frames" not in table or table["dropped_frames"].isna().all():
-        reasons["dropped_frames"] = NO_FRAMES
+        reasons["dropped_frames"] = "dropped frames were not counted"
     if all(one.lapses is None for one in subjects):
-        reasons["lapses"] = NO_PLAIN_TRIALS
+        reasons["lapses"] = "there are no trials without a gradient"
     return reasons
 
 
@@ -257,7 +254,3 @@ def _bad_subject(subject: SubjectQuality, rules: Rules) -> list[str]:
         if value < limit if name == "catch_passed" else value > limit:
             bad.append(rule.reason.format(limit))
     return bad
-
-
-def _stated(rules: Rules, name: str) -> bool:
-    return getattr(rules, name) is not None

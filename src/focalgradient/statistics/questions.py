@@ -87,7 +87,7 @@ class Question:
         Quantity in question.
     fit
         Function of the data that returns uncorrected outcomes by level, with the values tested where it has them: a
-        condition, a pair of conditions, or "" if there is one.
+        condition, a pair of conditions, or "" if there is one. None: the data have these outcomes under the name.
     role
         "primary" (of which the first level is the primary outcome, the others are secondary), "main" (tests of equal
         rank), "secondary", "check" or "description".
@@ -115,7 +115,7 @@ class Question:
     """
 
     name: str
-    fit: Callable[[Any], Mapping[str, Outcome | Tested]] = field(default=lambda data: {}, compare=False)
+    fit: Callable[[Any], Mapping[str, Outcome | Tested]] | None = field(default=None, compare=False)
     role: Role = "secondary"
     unit: str = ""
     family: str = ""
@@ -427,7 +427,7 @@ class Analysis:
         rows = [
             _answer(one, level, found, "secondary" if one.role == "primary" and place else one.role)
             for one in asked
-            for place, (level, found) in enumerate(one.fit(data).items())
+            for place, (level, found) in enumerate((one.fit(data) if one.fit else data[one.name]).items())
         ]
         for name in dict.fromkeys(one.family for one in asked if one.family):
             places = [n for n, row in enumerate(rows) if row.question.family == name and row.role != "primary"]

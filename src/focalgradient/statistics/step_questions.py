@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import combinations
-from typing import Any
 
 from focalgradient.statistics.crossed import FEWEST_SCENES, random_scenes
 from focalgradient.statistics.means import family
@@ -59,9 +58,6 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
     pairs = {less(*pair): pair for pair in combinations(fixations, 2)}
     unit = "log odds ratio"
 
-    def found(name: str) -> Callable[[Any], Mapping[str, Outcome]]:
-        return lambda data: data[name]
-
     def changed(level: str, answers: Answers) -> str:
         test, fixed = answers.to(EFFECT)[level], answers.to(EFFECT + HERE)[level]
         if isinstance(test, NotComputed):
@@ -96,11 +92,10 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
     asked = [
         Question(
             EFFECT,
-            found(EFFECT),
-            "primary",
-            unit,
-            SECONDARY,
-            "odds ratio of a higher answer at the largest aperture, {level} in focus",
+            role="primary",
+            unit=unit,
+            family=SECONDARY,
+            headline="odds ratio of a higher answer at the largest aperture, {level} in focus",
             ratio=True,
             sentence=changed,
             hypothesis=(expected_rise(fixations, "the odds of a higher answer change"),),
@@ -110,18 +105,15 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
         ),
         Question(
             DIFFERENCE,
-            found(DIFFERENCE),
-            "secondary",
-            unit,
-            "differences" * (len(pairs) > 1),
-            "ratio of the odds ratios, {pair}",
+            unit=unit,
+            family="differences" * (len(pairs) > 1),
+            headline="ratio of the odds ratios, {pair}",
             ratio=True,
             sentence=differed,
             hypothesis=expected_differences(fixations),
         ),
-        Question(EFFECT + HERE, found(EFFECT + HERE), "check", unit, ratio=True),
-        Question(DIFFERENCE + HERE, found(DIFFERENCE + HERE), "check", unit, ratio=True),
-        Question(SLOPE, found(SLOPE), "secondary", "log odds per mm"),
+        *(Question(name + HERE, role="check", unit=unit, ratio=True) for name in (EFFECT, DIFFERENCE)),
+        Question(SLOPE, unit="log odds per mm"),
     ]
     return Analysis(
         [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],
