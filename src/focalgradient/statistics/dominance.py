@@ -187,7 +187,7 @@ class _Likelihood:
             [np.ones((*log_median.shape, 1)), -log_median[..., None], -preference[..., None], shared], axis=-1
         )
         products = self.squares - model.serial * self.mixed + model.serial**2 * self.before_squares
-        square = np.einsum("pni,pij,pnj->pn", along, products, along, optimize=True)
+        square = (along @ products * along).sum(axis=-1)
         count = self.count[:, None]
         found = -square * np.exp(-2 * log_spread) / 2 - count * (log_spread + math.log(2 * math.pi) / 2)
         found -= self.logs[:, None]
@@ -196,10 +196,11 @@ class _Likelihood:
         return np.asarray(found)
 
     def _integrated(self, model: DominanceModel) -> tuple[FloatArray, FloatArray, FloatArray]:
-        own = self.centre[:, None] + np.einsum("pij,nj->pni", self.root, self.nodes)
+        own = self.centre[:, None] + self.nodes @ self.root.transpose(0, 2, 1)
         density = self._given(model, own) - (own**2).sum(-1) / 2 + self.weights
-        found = special.logsumexp(density, axis=1)
-        return found + np.log(np.abs(np.linalg.det(self.root))), density, own
+        peak = density.max(axis=1)
+        volume = np.log(np.diagonal(self.root, axis1=1, axis2=2)).sum(axis=1)  # a Cholesky factor
+        return peak + np.log(np.exp(density - peak[:, None]).sum(axis=1)) + volume, density, own
 
     def adapt(self, model: DominanceModel) -> None:
         """Centre and scale the nodes on each person's posterior."""
