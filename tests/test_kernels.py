@@ -25,7 +25,7 @@ RELATIVE, ABSOLUTE = 1e-6, 1e-9
 
 
 REPORTS = "ratings", "incomplete", "own_steps", "comparisons", "cube", "thresholds", "detection"
-"""Cases of `test_kept_reports`."""
+"""Cases of `reported`."""
 
 KERNELS: Mapping[str, Mapping[str, str]] = {
     "Haswell": {"OPENBLAS_CORETYPE": "Haswell", "NPY_DISABLE_CPU_FEATURES": "AVX512F"},
@@ -47,14 +47,14 @@ def processor_features() -> set[str]:
 
 def report_numbers() -> Iterator[tuple[str, np.ndarray]]:
     """Every number of every table of the reports, and whether each is given; no figure is rendered."""
-    import test_kept_reports
+    from reported import CASES
 
     from focalgradient.report import parts
 
     parts.as_files = lambda figure: {"png": b"\x89PNG", "pdf": b"%PDF"}
     for name in REPORTS:
         with tempfile.TemporaryDirectory() as folder:
-            report = test_kept_reports.report_of(name, Path(folder))
+            report = CASES[name].report(Path(folder) / "data")
         for file, content in sorted(report.files.items()):
             # The dictionary of columns counts the seconds in which sittings began.
             if file.endswith(".csv") and not file.startswith(("files", "versions")) and "_dictionary" not in file:
