@@ -12,6 +12,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files.cells import name_and_unit
+from focalgradient.statistics.crossed import additive_means
 from focalgradient.statistics.means import between_levels, family, paired_effect, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
 from focalgradient.statistics.records import Effect, Interval, NotComputed
@@ -409,17 +410,8 @@ def shared_conditions(rows: pd.DataFrame, factors: Sequence[str]) -> list[str]:
 
 
 def _over_columns(cells: pd.DataFrame) -> pd.Series[float]:
-    """Return the mean of each row over all columns; where cells are empty, as if rows and columns add.
-
-    These are the least-squares means of an additive model; NaN if the cells do not connect the rows.
-    """
-    known = cells.notna().to_numpy()
-    shares = known / known.sum(axis=1, keepdims=True)
-    row, column = np.nonzero(known)
-    model = np.eye(known.shape[1])[column] - shares[row]
-    values, means = cells.to_numpy(float), cells.mean(axis=1)
-    effects, _, rank, _ = np.linalg.lstsq(model, values[row, column] - means.to_numpy()[row], rcond=None)
-    return means - shares @ effects + (effects.mean() if rank == known.shape[1] - 1 else math.nan)
+    """Return the mean of each row over all columns: see `additive_means`."""
+    return pd.Series(additive_means(cells.to_numpy(float)), cells.index)
 
 
 def _effect(test: ConditionTest) -> Effect | NotComputed:

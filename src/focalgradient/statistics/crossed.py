@@ -26,6 +26,7 @@ __all__ = [
     "FEWEST_SCENES",
     "Components",
     "Moments",
+    "additive_means",
     "components",
     "crossed_effect",
     "mean_tests",
@@ -316,7 +317,19 @@ def own_means(cells: FloatArray) -> FloatArray:
     cells = _used(cells)
     if not cells.size:
         return np.empty(0)
-    return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.nanmean(cells, axis=1))
+    means = additive_means(cells)
+    return np.nanmean(cells, axis=1) if np.isnan(means).any() else means
+
+
+def additive_means(cells: FloatArray) -> FloatArray:
+    """Return the means of rows over all columns, with gaps imputed by row + column; NaN if cells do not connect rows.
+
+    These are the least-squares means of an additive model.
+
+    >>> additive_means(np.array([[0.1, 0.3], [0.2, np.nan]])).round(2).tolist()
+    [0.2, 0.3]
+    """
+    return np.asarray(_filled(cells).mean(axis=1) if _connected(cells) else np.full(len(cells), np.nan))
 
 
 def _used(cells: ArrayLike) -> FloatArray:
