@@ -86,13 +86,9 @@ def trial_files(
     data
         Data set whose sidecars describe the columns, if there is one.
     """
-    out = table.assign(
-        log_rating=np.log(table["rating"].where(table["rating"] > 0)),
-        included=table.index.isin(kept.index) & ~table["catch"].astype(bool),
-    )
-    out = _ordered(out, OF_RATINGS)
-    files = table_files("depth_rating_trials", out)
-    files["depth_rating_trials_dictionary.csv"] = _dictionary(out, "depthrating", data)
+    out = table.assign(log_rating=np.log(table["rating"].where(table["rating"] > 0)))
+    out = _ordered(out, kept, OF_RATINGS)
+    files = _described("depth_rating_trials", out, "depthrating", data)
     if isinstance(result, ComparisonResult):
         files["headline_comparisons.R"] = r_script("headline_comparisons", result.answers)
     if result is not None and not result.analysis.ratios:
@@ -150,10 +146,7 @@ def report_files(
     data
         Data set whose sidecars describe the columns, if there is one.
     """
-    out = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
-    out = _ordered(out, OF_CUBE)
-    files = table_files("necker_reports", out)
-    files["necker_reports_dictionary.csv"] = _dictionary(out, "necker", data)
+    files = _described("necker_reports", _ordered(table, kept, OF_CUBE), "necker", data)
     if result is not None:
         odds = {
             (each.participant_id, f"{each.gradient} {each.strength:g}"): each.log_odds for each in result.subject_shares
@@ -186,30 +179,31 @@ def reader(file: str, table: pd.DataFrame) -> bytes:
     return f'{head}d <- read.csv("{file}", na.strings = "", colClasses = c({types}))\n'.encode()
 
 
-def _ordered(table: pd.DataFrame, first: Sequence[str]) -> pd.DataFrame:
-    """Return every column of a table, the usual ones first; `kind` says whether observers are simulated."""
+def _ordered(table: pd.DataFrame, kept: pd.DataFrame, first: Sequence[str]) -> pd.DataFrame:
+    """Return every column of a table, the usual ones first, and `included`; `kind` says if observers are simulated."""
+    table = table.assign(included=table.index.isin(kept.index) & ~table["catch"].astype(bool))
     usual = [name for name in first if name in table]
     return table[[*usual, *(name for name in table if name not in {*usual, "simulated"})]]
 
 
-def _dictionary(table: pd.DataFrame, task: str, data: DataSet | None) -> bytes:
-    """Describe each column: meaning (as the sidecars state it, else as the task does), type, and numbers of values."""
+def _described(name: str, table: pd.DataFrame, task: str, data: DataSet | None) -> dict[str, bytes]:
+    """Return the files of a table, with a dictionary of its columns.
+
+    It has the meaning of each (as the sidecars state it, else as the task does), its type, and numbers of values.
+    """
     meaning = {column.name: _with_unit(column.about, column.units) for column in task_named(task).columns()}
     for sidecar in () if data is None else data.sidecars.values():
         entries = {name: entry for name, entry in sidecar.items() if isinstance(entry, dict) and "Description" in entry}
         meaning |= {name: _with_unit(entry["Description"], entry.get("Units")) for name, entry in entries.items()}
     meaning |= ADDED
-    rows = [
-        (
-            name,
-            meaning.get(name, "as in the table"),
-            str(each.dtype),
-            int(each.nunique(dropna=True)),
-            int(each.isna().sum()),
-        )
-        for name, each in ((str(column), table[column]) for column in table)
-    ]
-    return safe_csv(pd.DataFrame(rows, columns=["column", "meaning", "type", "values", "missing"]))
+    described = {
+        "column": [*map(str, table)],
+        "meaning": [meaning.get(str(column), "as in the table") for column in table],
+        "type": table.dtypes.astype(str).to_list(),
+        "values": table.nunique().to_list(),
+        "missing": table.isna().sum().to_list(),
+    }
+    return table_files(name, table) | {f"{name}_dictionary.csv": safe_csv(pd.DataFrame(described))}
 
 
 def _with_unit(about: str, unit: str | None) -> str:

@@ -17,7 +17,7 @@ from focalgradient.files.columns import Column
 from focalgradient.scales.controls import Control
 from focalgradient.words import Words
 
-__all__ = ["AnswerColumn", "ResponseScale", "filled"]
+__all__ = ["AnswerColumn", "ResponseScale", "WholeSteps", "filled"]
 
 
 ROUNDING = 1e-6
@@ -213,3 +213,12 @@ class ResponseScale(ABC):
         """
         least, most = self.bounds
         return least + (most - least) / (1 + np.exp(-log_odds))
+
+
+class WholeSteps(ResponseScale):
+    """Response scale whose answers are whole numbers."""
+
+    off: ClassVar[str] = "has whole steps"
+
+    def is_answer(self, value: float) -> bool:
+        return super().is_answer(value) and value % 1 == 0

@@ -10,7 +10,7 @@ import numpy as np
 from focalgradient.analyses import BIPOLAR
 from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
-from focalgradient.scales.base import AnswerColumn, ResponseScale
+from focalgradient.scales.base import AnswerColumn, WholeSteps
 from focalgradient.scales.controls import Steps
 from focalgradient.scales.steps import check_labels
 from focalgradient.words import Words
@@ -19,7 +19,7 @@ __all__ = ["SignedComparison"]
 
 
 @dataclass(frozen=True)
-class SignedComparison(ResponseScale):
+class SignedComparison(WholeSteps):
     """Signed step from -(`steps` - 1) / 2 (much flatter than the reference) to +(`steps` - 1) / 2 (much deeper).
 
     Parameters
@@ -43,7 +43,6 @@ class SignedComparison(ResponseScale):
 
     name: ClassVar[str] = "bipolar"
     standard: ClassVar[float | None] = 0.0
-    off: ClassVar[str] = "has whole steps"
     middle = 0.0
     example = 1.0
     analysis = BIPOLAR
@@ -62,9 +61,6 @@ class SignedComparison(ResponseScale):
     @property
     def answered(self) -> str:
         return f"Answers were one of {self.steps} steps from much flatter to much deeper."
-
-    def is_answer(self, value: float) -> bool:
-        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Steps:
         labels = self.labels or tuple(texts(f"depth.{name}") for name in ("much_flatter", "alike", "much_deeper"))

@@ -10,7 +10,7 @@ import numpy as np
 from focalgradient.analyses import Analysis, OrdinalSteps
 from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError
-from focalgradient.scales.base import AnswerColumn, ResponseScale
+from focalgradient.scales.base import AnswerColumn, WholeSteps
 from focalgradient.scales.controls import Steps
 from focalgradient.words import Words
 
@@ -30,7 +30,7 @@ def check_labels(scale: str, labels: tuple[str, ...], allowed: set[int]) -> None
 
 
 @dataclass(frozen=True)
-class OrdinalScale(ResponseScale):
+class OrdinalScale(WholeSteps):
     """Ordinal step from 1 to `steps`.
 
     Parameters
@@ -50,7 +50,6 @@ class OrdinalScale(ResponseScale):
     labels: tuple[str, ...] = ()
 
     name: ClassVar[str] = "steps"
-    off: ClassVar[str] = "has whole steps"
     column = AnswerColumn("How three-dimensional it looked, in steps of the scale of the design.", least=1.0)
 
     def __post_init__(self) -> None:
@@ -77,9 +76,6 @@ class OrdinalScale(ResponseScale):
     @property
     def example(self) -> float:
         return float((self.steps + 1) // 2 + 1)
-
-    def is_answer(self, value: float) -> bool:
-        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Steps:
         labels = self.labels or (texts("depth.flat"), texts("depth.very_deep"))

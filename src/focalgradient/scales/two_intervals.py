@@ -9,7 +9,7 @@ import numpy as np
 
 from focalgradient.analyses import Choices
 from focalgradient.arrays import FloatArray
-from focalgradient.scales.base import AnswerColumn, ResponseScale
+from focalgradient.scales.base import AnswerColumn, WholeSteps
 from focalgradient.scales.controls import Ways
 from focalgradient.words import Words
 
@@ -17,7 +17,7 @@ __all__ = ["TwoIntervals"]
 
 
 @dataclass(frozen=True)
-class TwoIntervals(ResponseScale):
+class TwoIntervals(WholeSteps):
     """Choice of the deeper picture: 1 if the test picture is chosen, 0 if the reference is.
 
     Examples
@@ -29,7 +29,6 @@ class TwoIntervals(ResponseScale):
     name: ClassVar[str] = "choice"
     intervals: ClassVar[int] = 2
     again: ClassVar[str] = "depth.practice_again_choice"
-    off: ClassVar[str] = "has whole steps"
     bounds = (0.0, 1.0)
     middle = 0.5
     analysis = Choices()
@@ -37,9 +36,6 @@ class TwoIntervals(ResponseScale):
         "1 where the picture was judged deeper than the reference, 0 where the reference was.", least=0.0
     )
     answered = "The answer was which of two pictures looked deeper."
-
-    def is_answer(self, value: float) -> bool:
-        return super().is_answer(value) and value % 1 == 0
 
     def control(self, texts: Words) -> Ways:
         return Ways(texts("depth.question_choice"), (texts("depth.first"), texts("depth.second")))

@@ -170,10 +170,8 @@ def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonM
     interval = share_interval if analysis.binary else t_interval
     found = []
     for fixation in fixations_of(table):
-        rows = table[table["fixation"] == fixation]
-        names = rows.drop_duplicates("aperture_mm").sort_values("aperture_mm")
-        for mm, name in zip(names["aperture_mm"], names["aperture"], strict=True):
-            cell = rows[rows["aperture_mm"] == mm]
-            own = cell.groupby("participant_id")["rating"].mean().to_numpy(float)
-            found.append(ComparisonMean(fixation, str(name), float(mm), len(own), interval(own)))
+        for mm, rows in table[table["fixation"] == fixation].groupby("aperture_mm"):
+            own = rows.groupby("participant_id")["rating"].mean().to_numpy(float)
+            name = str(rows["aperture"].iloc[0])
+            found.append(ComparisonMean(fixation, name, float(mm), len(own), interval(own)))  # type: ignore[arg-type]
     return tuple(found)
