@@ -163,21 +163,9 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
                 odds = CATCH_LOG_ODDS
             if rng.random() < model.lapses:
                 odds = 0.0
+            shown = trial.trial, trial.gradient, trial.strength, trial.catch
             for onset, lasts, percept in _reports(trial.trial_s, odds, dominance, model, rng):
-                cut = onset + lasts >= trial.trial_s
-                rows.append(
-                    (
-                        trial.trial,
-                        trial.gradient,
-                        trial.strength,
-                        trial.catch,
-                        onset,
-                        lasts,
-                        percept,
-                        cut,
-                        trial.trial_s,
-                    )
-                )
+                rows.append((*shown, onset, lasts, percept, onset + lasts >= trial.trial_s, trial.trial_s))
         table = pd.DataFrame(rows, columns=list(ROWS))
         tables.append(table.assign(participant_id=f"sub-{number:02}", session="", kind="simulated", dropped_frames=0))
     return pd.concat(tables, ignore_index=True)
