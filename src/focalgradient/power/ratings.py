@@ -16,9 +16,9 @@ from typing import Annotated, ClassVar
 import numpy as np
 import pandas as pd
 from numpy.random import SeedSequence, default_rng
+from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.arrays import FloatArray
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
@@ -34,6 +34,7 @@ from focalgradient.user_tables.tidy import in_order
 
 __all__ = ["Model", "Raters", "quick_power", "shares_found", "simulated_ratings"]
 
+Array = NDArray[np.float64]
 RATIO = Range("ratios, where 1 means none,", 0.1, 10)
 
 
@@ -247,7 +248,7 @@ def quick_power(study: Study, subjects: int, experiments: int = 2000) -> dict[st
     return shares | {"far_equivalent": float(none.all(axis=1).mean())}
 
 
-def shares_found(estimates: FloatArray, errors: FloatArray, df: FloatArray, effects: int) -> dict[str, float]:
+def shares_found(estimates: Array, errors: Array, df: Array, effects: int) -> dict[str, float]:
     """Return how often the first effect is found, and that it exceeds each other one, differences by Holm's p.
 
     Parameters
