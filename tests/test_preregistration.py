@@ -60,8 +60,8 @@ WORDS = {
 }
 
 CASES = [
-    *((scale, 2, BOTH) for scale in WORDS),
-    *((scale, 5, NEAR) for scale in WORDS),
+    *((scale, 2, BOTH) for scale in ("ratio", "steps", "choice")),
+    *((scale, 5, NEAR) for scale in ("steps", "bipolar")),
     ("ratio", 5, OWN),
     ("bipolar", 2, OWN),
 ]

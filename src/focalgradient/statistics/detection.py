@@ -40,8 +40,8 @@ LARGEST = 6.0
 """Maximum absolute d' and criterion in a search, in noise standard deviations: larger values cannot be distinguished.
 """
 
-LEAST_TRIALS = 1
-"""Minimum number of trials with signal, and with noise."""
+NORMAL = float(special.ndtri((1 + CONFIDENCE) / 2))
+"""Half width of an interval, in standard errors."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,22 +92,22 @@ def sensitivity(hits: int, misses: int, false_alarms: int, correct_rejections: i
     counts = (hits, misses, false_alarms, correct_rejections)
     if min(counts) < 0 or not all(float(count).is_integer() for count in counts):
         raise InputError(f"Counts must be whole numbers of 0 or more, got {counts}.")
-    if hits + misses < LEAST_TRIALS or false_alarms + correct_rejections < LEAST_TRIALS:
+    if not (hits + misses and false_alarms + correct_rejections):
         raise InputError("Signal and noise must each have been shown once or more.")
     if intervals not in (1, 2):
         raise InputError(f"intervals is {intervals}, but must be 1 (yes or no) or 2 (forced choice).")
     signal, noise = hits + misses + 1, false_alarms + correct_rejections + 1
     h, f = (hits + 0.5) / signal, (false_alarms + 0.5) / noise
     zh, zf = float(special.ndtri(h)), float(special.ndtri(f))
-    variance = sum(p * (1 - p) / n / stats.norm.pdf(z) ** 2 for p, n, z in ((h, signal, zh), (f, noise, zf)))
-    error = math.sqrt(float(variance))
+    variance = sum(p * (1 - p) / n * 2 * math.pi * math.exp(z**2) for p, n, z in ((h, signal, zh), (f, noise, zf)))
+    error = math.sqrt(variance)
     unit = math.sqrt(intervals)
     d, c = (zh - zf) / unit, -(zh + zf) / 2
     return Detection(_normal(d, error / unit), _normal(c, error / 2), h, f)
 
 
 def _normal(estimate: float, error: float) -> Interval:
-    half = float(stats.norm.ppf((1 + CONFIDENCE) / 2)) * error
+    half = NORMAL * error
     return Interval(estimate, estimate - half, estimate + half)
 
 
@@ -316,15 +316,13 @@ def rating_roc(signal: ArrayLike, noise: ArrayLike) -> RatingRoc | NotComputed:
     sd = math.exp(log_sd)
     root = math.sqrt((1 + sd**2) / 2)
     turn = np.array([1 / root, -mean * sd**2 / (2 * root**3)])
-    z = float(stats.norm.ppf((1 + CONFIDENCE) / 2))
     error, sd_error = math.sqrt(turn @ covariance[:2, :2] @ turn), math.sqrt(covariance[1, 1])
-    d_a = float(mean / root)
     return RatingRoc(
         tuple(map(float, alarms)),
         tuple(map(float, hits)),
         roc_area(signal, noise),
-        Interval(d_a, d_a - z * error, d_a + z * error),
-        Interval(sd, sd * math.exp(-z * sd_error), sd * math.exp(z * sd_error)),
+        _normal(float(mean / root), error),
+        _normal(log_sd, sd_error).ratio,
         tuple(map(float, ascending(found[2:]))),
         float(special.ndtr(mean / math.sqrt(1 + sd**2))),
         float(stats.chi2.sf(max(0.0, 2 * (cost(equal, 1.0) - cost(found))), 1)),
