@@ -25,7 +25,7 @@ from focalgradient.report.export import trial_files
 from focalgradient.report.parts import Output
 from focalgradient.report.ratings import gaze_blocks
 from focalgradient.report.tables import EFFECTS
-from focalgradient.statistics import DepthRatingResult, depth_rating
+from focalgradient.statistics import DepthRatingResult, NotComputed, depth_rating
 from focalgradient.statistics.questions import COLUMNS
 from focalgradient.statistics.residuals import rating_residuals
 
@@ -50,7 +50,11 @@ def ratings(data):
 
 @pytest.fixture(scope="module")
 def cube(data):
-    return analyse_necker(data)
+    with pytest.MonkeyPatch.context() as unfitted:
+        unfitted.setattr(
+            "focalgradient.statistics.cube.fit_dominance", lambda data: NotComputed("not fitted")
+        )  # slow, and not looked at
+        return analyse_necker(data)
 
 
 def table(made, name: str) -> pd.DataFrame:

@@ -67,7 +67,7 @@ def write(folder: Path, table: pd.DataFrame, name: str = "own.csv", **how: objec
 
 
 def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
-    path = write(tmp_path, answers().drop(columns=["interval", "response"]))
+    path = write(tmp_path, answers(people=3).drop(columns=["interval", "response"]))
     with pytest.raises(SystemExit, match=r"^0$"):
         main(["report", str(path), "--columns", "condition=where", "--out", str(tmp_path / "out")])
     results = json.loads((tmp_path / "out" / "results.json").read_text())["results"]
@@ -76,7 +76,7 @@ def test_the_report_recovers_known_thresholds(tmp_path: Path) -> None:
         assert found[condition]["low"] < threshold < found[condition]["high"]
         assert found[condition]["estimate"] == pytest.approx(threshold, rel=0.15)
     each = pd.read_csv(tmp_path / "out" / "thresholds.csv")
-    assert len(each) == 8
+    assert len(each) == 6
     assert each["threshold"].map(lambda value: len(repr(value)) > 8).all()  # as computed, not as displayed
     table = pd.read_csv(tmp_path / "out" / "results.csv")
     (ratio,) = table[table["name"] == "log ratio of thresholds"].itertuples()

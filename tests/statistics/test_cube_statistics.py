@@ -88,7 +88,7 @@ def test_the_primary_gradient_is_not_corrected_and_the_others_are_one_family() -
 def test_a_reading_that_appears_only_with_the_gradient_is_tested_and_named() -> None:
     """The strongest effect there is had no test of its odds before."""
     table = reports(6, 0.8)
-    found = necker(table[(table["gradient"] == "nonrigid") | (table["percept"] == "rigid")])
+    found = necker(table[(table["gradient"] == "nonrigid") | (table["percept"] == "rigid")], durations=False)
     assert found.effects[0].odds_of_time.p < 0.001
     assert found.effects[0].odds_of_time.low > 0
     assert "nobody reported the nonrigid reading without a gradient" in found.remarks[0]
@@ -124,7 +124,7 @@ def test_unequal_times_of_the_conditions_are_named() -> None:
 def test_a_subject_who_saw_neither_is_left_out_and_named() -> None:
     table = reports(6, 0.8)
     silent = (table["participant_id"] == "04") & (table["gradient"] == "none")
-    found = necker(table.assign(percept=table["percept"].mask(silent, "none")))
+    found = necker(table.assign(percept=table["percept"].mask(silent, "none")), durations=False)
     assert found.effects[0].odds_of_time.subjects == 5
     assert "04" in found.remarks[0]
 
@@ -187,6 +187,6 @@ def test_a_report_may_last_three_frames_beyond_its_trial() -> None:
     table = reports(2, 0.5)
     last = table.groupby(["participant_id", "trial"]).cumcount(ascending=False) == 0
     for frames in (0, 2.9):
-        necker(table.assign(duration=table["duration"] + last * frames / 60))
+        necker(table.assign(duration=table["duration"] + last * frames / 60), durations=False)
     with pytest.raises(InputError, match="must end with its trial"):
         necker(table.assign(duration=table["duration"] + last * 3.5 / 60))
