@@ -5,9 +5,10 @@ from __future__ import annotations
 import difflib
 import math
 from pathlib import Path
-from typing import Any, TypeVar, get_args
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
+from pydantic.fields import FieldInfo
 
 from focalgradient.errors import InputError, described
 
@@ -17,17 +18,59 @@ __all__ = ["Table", "check_table", "load_table", "shown"]
 class Table(BaseModel):
     """Base class of the tables of settings files; rejects unknown keys.
 
-    The description of each field completes "..., but must be " and "... is missing: give ". A table's own validator
-    raises ValueError with the rest of the sentence.
+    The description of each field completes "..., but must be " and "... is missing: give "; without one it follows from
+    the field's type and bounds. A table's own validator raises ValueError with the rest of the sentence.
     """
 
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _lists(cls, data: Any) -> Any:
+        """Convert lists of a settings file or journal to tuples, where fields declare them."""
+        if not isinstance(data, dict):
+            return data
+        tuples = {field.alias or name for name, field in cls.model_fields.items() if _is_tuple(field.annotation)}
+        return {key: tuple(one) if key in tuples and isinstance(one, list) else one for key, one in data.items()}
 
     @classmethod
     def nested(cls) -> dict[str, type[Table]]:
         """Return the classes of nested tables, also within lists and dictionaries, by key."""
         within = {field.alias or name: _table_in(field.annotation) for name, field in cls.model_fields.items()}
         return {key: kind for key, kind in within.items() if kind is not None}
+
+
+BOUNDS = ("ge", "le")
+"""Names of the bounds of a whole number in pydantic's metadata."""
+
+
+def _is_tuple(annotation: Any) -> bool:
+    """Return whether a type is a tuple, or one of its alternatives is."""
+    return get_origin(annotation) is tuple or any(get_origin(part) is tuple for part in get_args(annotation))
+
+
+def _expected(field: FieldInfo) -> str | None:
+    """Return what a field must be: its description, or what follows from its type and bounds."""
+    kind, parts = field.annotation, get_args(field.annotation)
+    if field.description is not None:
+        return field.description
+    if kind is bool:
+        return "true or false"
+    if kind is int:
+        least, most = (
+            next((getattr(one, name) for one in field.metadata if hasattr(one, name)), None) for name in BOUNDS
+        )
+        return f"a whole number of {least or 0} or more" if most is None else f"a whole number from {least} to {most}"
+    if get_origin(kind) is Literal:
+        return _listed(parts, "or")
+    if get_origin(kind) is tuple and get_origin(parts[0]) is Literal:
+        return f"a list of {_listed(get_args(parts[0]), 'and')}"
+    return None
+
+
+def _listed(names: tuple[Any, ...], last: str) -> str:
+    *first, end = map(repr, names)
+    return f"{', '.join(first)} {last} {end}" if first else end
 
 
 def _table_in(annotation: Any) -> type[Table] | None:
@@ -74,7 +117,7 @@ def _sentence(error: ValidationError, kind: type[Table]) -> str:
     table = kind
     for part in place[:-1]:
         table = table.nested().get(str(part), table)
-    fields = {field.alias or name: field.description for name, field in table.model_fields.items()}
+    fields = {field.alias or name: _expected(field) for name, field in table.model_fields.items()}
     if len(place) > 1 and str(place[0]) in kind.nested() and isinstance(place[1], int):
         place = (f"{place[0]} {place[1] + 1}", *place[2:])
     if problem["type"] != "extra_forbidden" and place[-1] not in fields:  # an item of a list, or a member of a union

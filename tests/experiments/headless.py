@@ -12,7 +12,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -36,10 +36,30 @@ LONGEST = 480.0
 LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
 """A folder to keep what each screen looked like in."""
 
+PAGES = frozenset({"instructions", "ready", "example", "break", "feedback", "thanks", "debriefing"})
+"""Events of pages that the space bar leaves."""
+
 HOOK = """
 def mark(code, name, seconds):
     print("event", code, name, seconds, flush=True)
 """
+
+
+def design(task: str, **settings: Any) -> str:
+    """A design as TOML; of experiment 1 a short one, but for the settings given."""
+    short = {"scenes": ["spheres-01"], "apertures": ["pinhole", "f/5.6"], "repetitions": 1, "longest_run": 4}
+    short |= dict.fromkeys(("catch_trials", "practice_trials", "standard_every", "break_every"), 0)
+    short |= dict.fromkeys(("mark_s", "picture_s", "standard_s", "blank_s", "pause_s"), 0.1)
+    settings = {"task": task, **(short if task == "depthrating" else {}), **settings}
+    return "".join(f"{name} = {json.dumps(value)}\n" for name, value in settings.items())
+
+
+def session(folder: Path, text: str) -> list[object]:
+    """Options of a session of participant 01 in a folder, by this design, with the pictures of the folder's set."""
+    (folder / "design.toml").write_text(text)
+    pictures = ["--stimuli", folder / "set"] if (folder / "set").exists() else []
+    given = ["--data", folder / "data", "--uncalibrated", "--participant", "01", "--design", folder / "design.toml"]
+    return [*given, *pictures]
 
 
 class Headless:
@@ -157,6 +177,21 @@ class Running:
                 self.hub.append(line[4:].strip())
             else:
                 self.printed.append(line.strip())
+
+    def answer(self, *question: str, code: int = 0, **meet: Callable[[], object]) -> list[str]:
+        """Take part to the end: press these keys at questions, or call what meets an event; return all events."""
+        came: list[str] = []
+        for event in self.events():
+            came.append(event)
+            keep(self.screen, f"{self.screen.folder.parent.name}-{event.strip('?')}-{came.count(event)}")
+            if event in meet:
+                meet[event]()
+            elif event == "question":
+                self.screen.keys(*question)
+            elif event in PAGES:
+                self.screen.keys("space")
+        assert self.end() == code, self.errors
+        return came
 
     @property
     def errors(self) -> str:

@@ -22,50 +22,22 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from headless import Headless, headless, make_set
+from headless import PAGES, Headless, design, headless, make_set
 
 from focalgradient.dataset import Files, bids_problems, export, read_dataset, read_journal, validate
 from focalgradient.design import load_design
 from focalgradient.lab import EXPERIMENTS, run
 
-RATING = """
-task = "depthrating"
-scenes = ["spheres-01"]
-apertures = ["pinhole", "f/5.6"]
-repetitions = 3
-longest_run = 6
-catch_trials = 0
-practice_trials = 1
-break_every = 5
-standard_every = 0
-mark_s = 0.05
-picture_s = 0.05
-standard_s = 0.05
-least_break_s = 0.05
-catch_pictures = ["standard"]
-blank_s = 0.0
-pause_s = 0.0
-"""
-THRESHOLD = """
-task = "blurthreshold"
-scenes = ["spheres-01"]
-repetitions = 10
-catch_trials = 2
-practice_trials = 1
-break_every = 5
-mark_s = 0.05
-picture_s = 0.05
-least_break_s = 0.05
-blank_s = 0.05
-pause_s = 0.05
-"""
+BRIEF = {"practice_trials": 1, "break_every": 5, "mark_s": 0.05, "picture_s": 0.05, "least_break_s": 0.05}
+PAUSES = {"blank_s": 0.05, "pause_s": 0.05}
+RATING = {"repetitions": 3, "longest_run": 6, "standard_s": 0.05, "catch_pictures": ["standard"], **BRIEF}
+THRESHOLD = {"scenes": ["spheres-01"], "repetitions": 10, "catch_trials": 2, **BRIEF, **PAUSES}
 DESIGNS = {
-    "depth-rating": ("depth-rating", RATING),
-    "blur-threshold": ("blur-threshold", THRESHOLD),
-    "gaze": ("depth-rating", RATING + 'gaze = "mouse"\n'),
+    "depth-rating": ("depth-rating", design("depthrating", **RATING, blank_s=0.0, pause_s=0.0)),
+    "blur-threshold": ("blur-threshold", design("blurthreshold", **THRESHOLD)),
+    "gaze": ("depth-rating", design("depthrating", **RATING, blank_s=0.0, pause_s=0.0, gaze="mouse")),
 }
-KEYS = {"question": ("Right", "Return"), "instructions": ("space",), "ready": ("space",), "break": ("space",)}
-KEYS |= {"example": ("space",), "debriefing": ("space",), "feedback": ("space",)}
+KEYS = {"question": ("Right", "Return"), **dict.fromkeys(PAGES - {"thanks"}, ("space",))}
 LONGEST = 60.0  # seconds of a life, if it is not killed
 
 
@@ -132,7 +104,7 @@ def life(
 
 
 def main(kills: int = 200, seed: int = 1, which: str = "depth-rating") -> None:
-    experiment, design = DESIGNS[which]
+    experiment, text = DESIGNS[which]
     chance = random.Random(seed)
     total: Counter[str] = Counter()
     moments: Counter[str] = Counter()
@@ -140,7 +112,7 @@ def main(kills: int = 200, seed: int = 1, which: str = "depth-rating") -> None:
     with tempfile.TemporaryDirectory() as name, headless(Path(name, "x")) as screen:
         folder = Path(name)
         make_set(folder / "set", ["spheres-00", "spheres-01"], (64, 48))
-        (folder / "design.toml").write_text(design)
+        (folder / "design.toml").write_text(text)
         trials = len(load_design(folder / "design.toml").trials("01"))
         while total["SIGKILL"] + total["SIGTERM"] < kills:
             total["sessions"] += 1

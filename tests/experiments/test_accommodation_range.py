@@ -6,33 +6,25 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
-from headless import PROGRAMS, Running, headless, keep, psychopy_here
+from headless import PROGRAMS, Running, design, headless, psychopy_here, session
 
 from focalgradient.dataset import bids_problems
 
 pytestmark = psychopy_here
 
-DESIGN = 'task = "accommodation"\nrepetitions = 1\ndemands_d = [0.0, 3.0, 6.0]\nletter_s = 0.3\nlanguage = "{}"\n'
+DESIGN: dict[str, Any] = {"task": "accommodation", "repetitions": 1, "demands_d": [0.0, 3.0, 6.0], "letter_s": 0.3}
 PROGRAM = PROGRAMS / "accommodation_range.py"
 
 
 @pytest.mark.slow
 def test_a_letter_is_clear_up_to_a_vergence(tmp_path: Path) -> None:
-    (tmp_path / "own.toml").write_text(DESIGN.format("en"))
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
+    answers = iter(["Left", "Right", "Left"])
     with headless(tmp_path / "x") as screen:
-        running, events, demands = Running(screen, str(PROGRAM), *given), [], []
-        for event in running.events():
-            events.append(event)
-            keep(screen, f"accommodation-{event.strip('?')}-{events.count(event)}")
-            if event == "question":
-                screen.keys("Left" if len(demands) % 2 == 0 else "Right")
-                demands.append(0)
-            elif event in ("instructions", "thanks", "debriefing", "ready"):
-                screen.keys("space")
-        assert running.end() == 0, running.errors
+        running = Running(screen, str(PROGRAM), *session(tmp_path, design(**DESIGN)))
+        events = running.answer(question=lambda: screen.keys(next(answers)))
     assert [events.count(name) for name in ("focus", "picture", "question", "recorded")] == [3, 3, 3, 3]
     names, *rows = (
         line.split("\t") for line in next(tmp_path.glob("data/sub-01/**/*_beh.tsv")).read_text().splitlines()
@@ -51,20 +43,9 @@ def test_a_letter_is_clear_up_to_a_vergence(tmp_path: Path) -> None:
 def test_a_lens_that_does_not_answer_or_reach_is_refused_before_the_window(tmp_path: Path) -> None:
     pytest.importorskip("serial")
     for lens, sentence in (("optotune:/dev/no-such", "cannot be opened"), ("planes:0,2", "from 0 to 2 dioptres")):
-        (tmp_path / "own.toml").write_text(DESIGN.format("en") + f'lens = "{lens}"\n')
-        given = [
-            "--data",
-            tmp_path / "data",
-            "--uncalibrated",
-            "--participant",
-            "01",
-            "--design",
-            tmp_path / "own.toml",
-        ]
         with headless(tmp_path / lens[:4]) as screen:
-            running = Running(screen, str(PROGRAM), *given)
-            assert list(running.events()) == []
-            assert running.end() == 2
+            running = Running(screen, str(PROGRAM), *session(tmp_path, design(**DESIGN, lens=lens)))
+            assert running.answer(code=2) == []
         assert sentence in running.errors
         assert "Traceback" not in running.errors
         assert not (tmp_path / "data").exists()

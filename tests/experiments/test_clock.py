@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from headless import PROGRAMS, Running, headless, make_set, psychopy_here
+from headless import PROGRAMS, Running, design, headless, make_set, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import load_design
@@ -16,24 +16,9 @@ from focalgradient.tasks import task_named
 
 pytestmark = psychopy_here
 
-DESIGN = """
-task = "depthrating"
-scenes = ["spheres-01", "spheres-02"]
-apertures = ["pinhole", "f/5.6"]
-fixations = ["nearest"]
-repetitions = 1
-longest_run = 4
-catch_trials = 0
-practice_trials = 0
-standard_every = 0
-break_every = 0
-mark_s = 0.3
-picture_s = 0.8
-standard_s = 0.1
-answer = "typed"
-"""
-
-OWN = 'task = "borderblur"\nask = []\nrepetitions = 1\npractice_trials = 0\npicture_s = 0.8\n'
+SCENES = ["spheres-01", "spheres-02"]
+DESIGN = design("depthrating", scenes=SCENES, fixations=["nearest"], mark_s=0.3, picture_s=0.8, answer="typed")
+OWN = design("borderblur", ask=[], repetitions=1, practice_trials=0, picture_s=0.8)
 
 STEPS = {1: ("mark", -3600), 2: ("picture", -1), 3: ("question", 1), 4: ("picture", 3600)}
 """Of each trial: at which event the clock is set, and by how many seconds."""
@@ -55,16 +40,14 @@ def test_steps_of_the_clock_lose_nothing_and_the_trial_is_shown_again(name, text
     source = Path(__file__).with_name("clock_shim.c")
     subprocess.run(["cc", "-shared", "-fPIC", "-O1", "-o", str(shim), str(source), "-ldl"], check=True)
     step.write_text("0")
-    (tmp_path / "mine.toml").write_text(text)
-    trials = load_design(tmp_path / "mine.toml").trials("01")
-    given = [str(PROGRAMS / name)] if own else ["--stimuli", tmp_path / "set"]
-    given += ["--data", tmp_path / "data", "--design", tmp_path / "mine.toml", "--participant", "01"]
     if not own:
-        make_set(tmp_path / "set", ["spheres-00", "spheres-01", "spheres-02"], (64, 48))
+        make_set(tmp_path / "set", ["spheres-00", *SCENES], (64, 48))
+    given = [*[str(PROGRAMS / name)] * own, *session(tmp_path, text), "--windowed"]
+    trials = load_design(tmp_path / "design.toml").trials("01")
     total, done, made = 0, 0, set()
     with headless(tmp_path / "x") as screen:
         screen.environment |= {"LD_PRELOAD": str(shim), "CLOCK_STEP": str(step)}
-        running = Running(screen, "from-file" if own else name, *given, "--uncalibrated", "--windowed")
+        running = Running(screen, "from-file" if own else name, *given)
         for event in running.events():
             at, by = steps.get(done + 1, ("", 0))
             if event == at and done not in made:

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from headless import Running, headless, make_set, psychopy_here
+from headless import Running, design, headless, make_set, psychopy_here, session
 
 from focalgradient.dataset import bids_problems, read_dataset, repair, validate
 from focalgradient.design import load_design
@@ -16,24 +16,7 @@ from focalgradient.report import make_report
 
 pytestmark = psychopy_here
 
-DESIGN = """
-task = "depthrating"
-scenes = ["spheres-01"]
-apertures = ["pinhole", "f/5.6"]
-repetitions = 1
-longest_run = 4
-catch_trials = 0
-practice_trials = 0
-standard_every = 0
-break_every = 0
-mark_s = 1.0
-picture_s = 0.5
-standard_s = 0.1
-blank_s = 0.1
-pause_s = 0.1
-scale = "steps"
-gaze_within_deg = 1.5
-"""
+DESIGN = design("depthrating", mark_s=1.0, picture_s=0.5, scale="steps", gaze_within_deg=1.5)
 TARGETS = {"nearest": (40.0, 90.0), "farthest": (120.0, 30.0)}  # of the pictures of 160 x 121 pixels
 AWAY = 2  # number of the trial that is looked at somewhere else
 
@@ -41,11 +24,10 @@ AWAY = 2  # number of the trial that is looked at somewhere else
 @pytest.mark.slow
 def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(tmp_path):
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
-    (tmp_path / "mine.toml").write_text(DESIGN)
-    trials = load_design(tmp_path / "mine.toml").trials("01")
+    given = session(tmp_path, DESIGN)
+    trials = load_design(tmp_path / "design.toml").trials("01")
     with headless(tmp_path / "x") as screen:
-        given = ["--data", tmp_path / "data", "--stimuli", tmp_path / "set", "--uncalibrated", "--participant", "01"]
-        running = Running(screen, "depth-rating", *given, "--design", tmp_path / "mine.toml", "--gaze", "tracker")
+        running = Running(screen, "depth-rating", *given, "--gaze", "tracker")
         done = 0
 
         def look(number: int) -> None:

@@ -6,9 +6,10 @@ import shlex
 import signal
 import sys
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
-from headless import Running, headless, psychopy_here
+from headless import PAGES, Running, design, headless, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design.words import words_text
@@ -18,16 +19,8 @@ from focalgradient.lab.preparation import import_screen
 
 pytestmark = psychopy_here
 
-WATCHING = """
-task = "necker"
-gradients = ["none", "nonrigid"]
-strengths_mm = [4.0]
-directions = ["left"]
-repetitions = 1
-practice_trials = 0
-catch_trials = 0
-trial_s = 1.0
-"""
+WATCHING: dict[str, Any] = {"gradients": ["none", "nonrigid"], "strengths_mm": [4.0], "directions": ["left"]}
+WATCHING |= {"repetitions": 1, "practice_trials": 0, "catch_trials": 0, "trial_s": 1.0}
 
 
 FACE = SimpleNamespace(get_character_index=lambda one: int(one.isascii() or one in "äß"))
@@ -40,17 +33,15 @@ def answered(running: Running, until: tuple[str, int]) -> None:
         came += event == until[0]
         if came == until[1] and event == until[0]:
             return
-        if event in ("instructions", "ready", "break", "feedback", "thanks", "debriefing"):
+        if event in PAGES:
             running.screen.keys("space")
 
 
 @pytest.mark.slow
 def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> None:
     """By Ctrl-C, and as it goes on by SIGTERM."""
-    (tmp_path / "mine.toml").write_text(WATCHING)
     data = tmp_path / "data"
-    given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
-    given += ["--gaze", "mouse", "--photodiode", "left"]
+    given = [*session(tmp_path, design("necker", **WATCHING)), "--windowed", "--gaze", "mouse", "--photodiode", "left"]
     with headless(tmp_path / "x") as screen:
         for stop, code, cubes, more in ((signal.SIGINT, 130, 2, ()), (signal.SIGTERM, 143, 1, ("--resume",))):
             stopped = Running(screen, "from-file", "necker", *given, *more)
@@ -65,12 +56,12 @@ def test_an_interrupted_run_says_what_is_saved_and_how_to_go_on(tmp_path) -> Non
             log = read_journal(stopped.journal())
             assert any("does not report its frames" in one for one in log.of("note")[0]["warnings"])
 
-        (tmp_path / "mine.toml").write_text(WATCHING.replace("trial_s = 1.0", "trial_s = 2.0"))
+        session(tmp_path, design("necker", **WATCHING | {"trial_s": 2.0}))
         changed = Running(screen, "from-file", "necker", *given, "--resume")
         assert changed.end() == 2
-        assert "mine.toml has another trial_s than the session began with" in changed.errors
+        assert "design.toml has another trial_s than the session began with" in changed.errors
 
-        (tmp_path / "mine.toml").write_text(WATCHING)
+        session(tmp_path, design("necker", **WATCHING))
         last = Running(screen, "from-file", *call[call.index("run") + 1 :])
         answered(last, ("end", 99))
         assert last.end() == 0, last.errors
@@ -108,13 +99,12 @@ def test_a_missing_library_of_the_keyboard_is_named_with_its_package(monkeypatch
 
 @pytest.mark.slow
 def test_a_session_ends_after_practice_that_the_design_requires(tmp_path) -> None:
-    more = "practice_trials = 1\npractice_s = 1.0\npractice_rounds = 2\npractice_required = true\n"
-    (tmp_path / "mine.toml").write_text('language = "zh.toml"\n' + WATCHING.replace("practice_trials = 0\n", more))
+    more = {"practice_trials": 1, "practice_s": 1.0, "practice_rounds": 2, "practice_required": True}
     thanks = "Finished\\n\\nThank you for taking part."
     assert thanks in words_text("en")
     (tmp_path / "zh.toml").write_text(words_text("en").replace(thanks, "谢谢参与"), encoding="utf-8")
     data = tmp_path / "data"
-    given = ["--data", data, "--participant", "01", "--design", tmp_path / "mine.toml", "--uncalibrated", "--windowed"]
+    given = [*session(tmp_path, design("necker", language="zh.toml", **WATCHING | more)), "--windowed"]
     with headless(tmp_path / "x") as screen:
         running = Running(screen, "from-file", "necker", *given)
         answered(running, ("end", 99))

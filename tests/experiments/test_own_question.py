@@ -7,26 +7,11 @@ import re
 from pathlib import Path
 
 import pytest
-from headless import PROGRAMS, Running, headless, keep, make_set, psychopy_here
+from headless import PROGRAMS, Running, design, headless, make_set, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, validate
 
 pytestmark = psychopy_here
-
-DESIGN = """
-task = "depthrating"
-apertures = ["pinhole", "f/5.6"]
-scenes = ["spheres-01"]
-repetitions = 1
-catch_trials = 0
-practice_trials = 0
-picture_s = 0.1
-standard_s = 0.1
-mark_s = 0.1
-blank_s = 0.1
-pause_s = 0.1
-longest_run = 4
-"""
 
 
 @pytest.mark.slow
@@ -37,20 +22,10 @@ def test_the_question_of_the_document_is_recorded(tmp_path: Path) -> None:
     pasted = "".join(f"    {line}\n" for line in block.splitlines())
     program = tmp_path / "mine.py"
     program.write_text(source.replace("    return answer", pasted + "    return answer"), encoding="utf-8")
-    (tmp_path / "own.toml").write_text(DESIGN)
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
     with headless(tmp_path / "x") as screen:
-        running = Running(screen, str(program.with_suffix("")), *given, "--stimuli", tmp_path / "set")
-        asked = 0
-        for event in running.events():
-            if event == "question":
-                asked += 1
-                screen.keys("Right", "Right", "Return")
-                keep(screen, f"question-{asked}")
-            elif event in ("instructions", "ready", "thanks", "example", "break", "debriefing"):
-                screen.keys("space")
-        assert running.end() == 0, running.errors
+        running = Running(screen, str(program.with_suffix("")), *session(tmp_path, design("depthrating")))
+        asked = running.answer("Right", "Right", "Return").count("question")
     assert validate(tmp_path / "data").problems == ()
     table = read_dataset(tmp_path / "data").depth_rating
     assert len(table) * 2 == asked

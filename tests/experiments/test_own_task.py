@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from extended import ROOT, build, command
-from headless import SIZE, Running, headless, keep, psychopy_here
+from headless import SIZE, Running, headless, psychopy_here, session
 
 from focalgradient.display import Display
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH
@@ -28,20 +28,10 @@ unit = "points"
 @pytest.mark.slow
 def test_the_task_of_the_document_runs_with_a_person(tmp_path: Path) -> None:
     installed = build("A task", "edge_blur.py", tmp_path)
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", tmp_path / "own.toml"]
-    (tmp_path / "own.toml").write_text('task = "edgeblur"\nrepetitions = 1\n\n' + ALSO)
     with headless(tmp_path / "x") as screen:
         screen.environment["PYTHONPATH"] = os.pathsep.join([str(installed), str(ROOT / "src")])
-        running = Running(screen, "edgeblur", *given)
-        events = []
-        for event in running.events():
-            events.append(event)
-            keep(screen, f"own-{event.strip('?')}-{events.count(event)}")
-            if event == "question":
-                screen.keys(*["Right"] * 3, "Return")
-            elif event in ("instructions", "thanks"):
-                screen.keys("space")
-        assert running.end() == 0, running.errors
+        running = Running(screen, "edgeblur", *session(tmp_path, f'task = "edgeblur"\nrepetitions = 1\n\n{ALSO}'))
+        events = running.answer(*["Right"] * 3, "Return")
     assert f"Saved in {tmp_path / 'data'}." in running.printed
     assert [events.count(name) for name in ("instructions", "picture", "question", "recorded")] == [1, 3, 6, 3]
     done = command(installed, "validate", tmp_path / "data")

@@ -6,28 +6,12 @@ import time
 from pathlib import Path
 
 import pytest
-from headless import Running, headless, keep, make_set, psychopy_here
+from headless import Running, design, headless, keep, make_set, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, validate
 
 pytestmark = psychopy_here
 
-RATING = """
-task = "depthrating"
-scenes = ["spheres-01"]
-apertures = ["pinhole", "f/5.6"]
-fixations = ["nearest"]
-repetitions = 1
-catch_trials = 0
-practice_trials = 1
-standard_every = 0
-break_every = 0
-mark_s = 0.1
-picture_s = 0.2
-standard_s = 0.1
-blank_s = 0.1
-pause_s = 0.1
-"""
 LOWEST = round(768 / 2 + 0.33 * 768)
 """Row of the buttons, in pixels from above."""
 
@@ -36,10 +20,9 @@ LOWEST = round(768 / 2 + 0.33 * 768)
 @pytest.mark.parametrize(("scale", "language"), [("ratio", "en"), ("steps", "de")])
 def test_ratings_by_the_mouse_alone(scale: str, language: str, tmp_path: Path) -> None:
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
-    (tmp_path / "mine.toml").write_text(RATING + f'scale = "{scale}"\nlanguage = "{language}"\n')
     (tmp_path / "consent.txt").write_text("Consent\nI take part.")
-    given = ["--data", tmp_path / "data", "--stimuli", tmp_path / "set", "--uncalibrated", "--participant", "01"]
-    given += ["--design", tmp_path / "mine.toml", "--pointer", "--consent", tmp_path / "consent.txt"]
+    made = design("depthrating", fixations=["nearest"], practice_trials=1, scale=scale, language=language)
+    given = [*session(tmp_path, made), "--pointer", "--consent", tmp_path / "consent.txt"]
     with headless(tmp_path / "x") as screen:
         running = Running(screen, "depth-rating", *given)
         stopped = False

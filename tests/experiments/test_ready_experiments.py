@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
+from headless import PROGRAMS, Headless, Running, design, headless, keep, psychopy_here
 
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
-from focalgradient.design import answers_of, check_design
+from focalgradient.design import answers_of, load_design
 from focalgradient.design.pages import pages_of
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
@@ -49,22 +49,22 @@ def test_each_is_a_full_citizen_in_both_languages(name: str, tmp_path: Path) -> 
     lines = (PROGRAMS / f"{name}.py").read_text(encoding="utf-8").splitlines()
     assert 60 <= len(lines) <= 150
     assert task.described
-    design = task.design()
+    made = task.design()
     for language in ("en", "de"):
         words = load_words(language)
         assert all(task.text(words, entry) for entry in task.texts["en"])
-        pages = pages_of(design, words, "01")
-        assert len(pages.opening()) == 1
+        assert len(pages_of(made, words, "01").opening()) == 1
         if task.adjusts:
-            assert task.adjustment(design, words, design.trials("01")[0], 20.0).question
+            assert task.adjustment(made, words, made.trials("01")[0], 20.0).question
         else:
-            assert task.control(words, design.trials("01")[0]).form()["question"]
-    simulate(design, tmp_path / "data", observers=3, seed=1)
+            assert task.control(words, made.trials("01")[0]).form()["question"]
+    simulate(made, tmp_path / "data", observers=3, seed=1)
     assert validate(tmp_path / "data").problems == ()
     (table,) = (one for one in read_dataset(tmp_path / "data", [task.name]).tables.values() if len(one))
-    assert len(table) == 3 * sum(trial.phase == "main" for trial in design.trials("01"))
+    assert len(table) == 3 * sum(trial.phase == "main" for trial in made.trials("01"))
 
 
+@pytest.mark.usefixtures("unrendered")
 def test_a_staircase_has_its_trace_drawn_and_its_thresholds_compared(tmp_path: Path) -> None:
     task = task_of("blur_discrimination")
     assert task.adapted_fields == ("level",)
@@ -117,15 +117,9 @@ SHORT: dict[str, dict[str, Any]] = {
 
 def written(folder: Path, name: str, language: str) -> Path:
     task = task_of(name)
-    design = check_design(name, {"task": task.name, "language": language, "ask": [], **SHORT[name]})
-    lines = [
-        f"{key} = {str(value).lower() if isinstance(value, bool) else repr(value)}"
-        for key, value in SHORT[name].items()
-    ]
-    text = f'task = "{task.name}"\nlanguage = "{language}"\nask = []\n' + "\n".join(lines) + "\n"
     path = folder / "design.toml"
-    path.write_text(text.replace("(", "[").replace(")", "]"))
-    assert len(design.trials("01")) <= 8
+    path.write_text(design(task.name, language=language, ask=[], **SHORT[name]))
+    assert len(load_design(path).trials("01")) <= 8
     return path
 
 

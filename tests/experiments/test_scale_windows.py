@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
-from headless import LOOK, Headless, Running, headless, keep, make_set, psychopy_here
+from headless import LOOK, PAGES, Headless, Running, design, headless, keep, make_set, psychopy_here, session
 from walked import walked
 
 from focalgradient.dataset import read_dataset, read_journal, validate
@@ -20,41 +20,18 @@ from focalgradient.report import make_report
 
 pytestmark = psychopy_here
 
-DESIGN = """
-task = "depthrating"
-scenes = ["spheres-01", "spheres-02"]
-apertures = ["pinhole", "f/11", "f/5.6"]
-fixations = ["nearest"]
-repetitions = 1
-longest_run = 4
-catch_trials = 2
-practice_trials = 3
-standard_every = 0
-break_every = 2
-least_break_s = 0.5
-mark_s = 0.1
-picture_s = 0.3
-standard_s = 0.1
-reference_s = 0.1
-blank_s = 0.1
-mask = "noise"
-mask_s = 0.1
-pause_s = 0.1
-"""
+SCENES, APERTURES = ["spheres-01", "spheres-02"], ["pinhole", "f/11", "f/5.6"]
+SHORT = {"scenes": SCENES, "apertures": APERTURES, "fixations": ["nearest"], "catch_trials": 2, "practice_trials": 3}
+SHORT |= {"break_every": 2, "least_break_s": 0.5, "picture_s": 0.3, "reference_s": 0.1, "mask": "noise", "mask_s": 0.1}
 
 Answer = Callable[[Headless, DepthTrial], None]
 
 
-def take_part(
-    screen: Headless, folder: Path, design: str, answer: Answer, *options: object
-) -> tuple[Running, list[str]]:
+def take_part(screen: Headless, folder: Path, settings: Mapping[str, str], answer: Answer) -> tuple[Running, list[str]]:
     """Answer each question until the end: what ran, and its events."""
-    make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"])
-    text = DESIGN.replace("repetitions = 1\n", "") if "repetitions" in design else DESIGN
-    (folder / "mine.toml").write_text(text + design)
-    given = ["--data", folder / "data", "--stimuli", folder / "set", "--uncalibrated", "--participant", "01"]
-    running = Running(screen, "depth-rating", *given, "--design", folder / "mine.toml", *options)
-    trials = list(load_design(folder / "mine.toml").trials("01"))
+    make_set(folder / "set", ["spheres-00", *SCENES])
+    running = Running(screen, "depth-rating", *session(folder, design("depthrating", **SHORT, **settings)))
+    trials = list(load_design(folder / "design.toml").trials("01"))
     practice = [trial for trial in trials if trial.phase == "practice"]
     events: list[str] = []
     done = 0
@@ -70,7 +47,7 @@ def take_part(
             assert (page[60:95].min() < 60) == (trials[done].phase == "practice"), "practice is marked"
             answer(screen, trials[done])
             done += 1
-        elif event in ("instructions", "ready", "break", "thanks", "debriefing", "example", "feedback"):
+        elif event in PAGES:
             screen.keys("space")
     assert running.end() == 0, running.errors
     return running, events
@@ -95,21 +72,21 @@ def which(screen: Headless, trial: DepthTrial) -> None:
 
 
 SCALES = {
-    "ratio": ('scale = "ratio"\nlanguage = "de"\n', by_arrows, (0.25, 4.0)),
-    "steps": ('scale = "steps"\n', by_digits, (2.0, 6.0)),
-    "choice": ('scale = "choice"\nreference = "same-scene"\n', which, (0.0, 1.0)),
+    "ratio": ({"language": "de"}, by_arrows, (0.25, 4.0)),
+    "steps": ({}, by_digits, (2.0, 6.0)),
+    "choice": ({"reference": "same-scene"}, which, (0.0, 1.0)),
 }
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("scale", SCALES)
 def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
-    design, answer, (low, high) = SCALES[scale]
+    settings, answer, (low, high) = SCALES[scale]
     folder = tmp_path / scale
     folder.mkdir()
     with headless(folder / "x") as screen:
-        running, events = take_part(screen, folder, design, answer)
-    made = load_design(folder / "mine.toml")
+        running, events = take_part(screen, folder, {"scale": scale, **settings}, answer)
+    made = load_design(folder / "design.toml")
     words = load_words(made.language)
     steps = sequence(made, words, pages_of(made, words, "01"), made.trials("01"))
     wanted = ["question" if event == "trial" else event for event, _ in walked(steps, 1 + events.count("feedback"))]
@@ -121,17 +98,16 @@ def test_each_scale_from_its_first_page_to_a_valid_data_set(scale, tmp_path):
     other = ~deep & (table["scene"] != "spheres-00")
     assert (table["rating"][deep] == high).all()
     assert (table["rating"][other] == low).all()
-    moved = scale in ("ratio", "bipolar", "visual-analogue")
-    assert table["start"].notna().all() == moved
-    if moved:
+    assert table["start"].notna().all() == (scale == "ratio")
+    if scale == "ratio":
         assert table["start"].between(low, high).all()
         assert table["start"].nunique() > 1
     log = read_journal(running.journal())
     assert [note["passed"] for note in log.of("note") if note["kind"] == "practice"] == [True]
     head = next(note for note in log.of("note") if note["kind"] == "sitting")
-    assert head["words"]["language"] == ("de" if "de" in design else "en")
+    assert head["words"]["language"] == made.language
     _frames(log)
-    assert Counter(events)["reference"] == (len(log.of("trial")) if "same-scene" in design else 0)
+    assert Counter(events)["reference"] == (len(log.of("trial")) if scale == "choice" else 0)
     report = make_report(folder / "data")
     assert report.problems == ()
     assert len(report.files["depth_rating_trials.csv"].splitlines()) == 1 + len(table)

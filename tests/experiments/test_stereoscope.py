@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import subprocess
 import sys
 from pathlib import Path
@@ -11,11 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from headless import PROGRAMS, Headless, Running, headless, keep, psychopy_here
+from headless import PAGES, PROGRAMS, Headless, Running, design, headless, keep, psychopy_here, session
 
 from focalgradient.dataset import validate
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab import described_experiment, run
 from focalgradient.lab.devices.stereoscope import Stereoscope, read_stereoscope, store_offset
 from focalgradient.tasks import task_named
 
@@ -144,10 +144,8 @@ def drawn(screen: Headless, eye: int) -> np.ndarray:
 def test_alignment_by_keys_is_stored_and_recorded(tmp_path: Path) -> None:
     settings = tmp_path / "stereoscope.toml"
     settings.write_text('layout = "halves"\noffset_px = [4, 0]\n')
-    design = tmp_path / "design.toml"
-    short = "ask = []\nrepetitions = 1\npractice_trials = 0\ndepths_cm = [2.0]\n"
-    design.write_text(f'task = "stereoblur"\nlanguage = "de"\n{short}')
-    given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--design", design]
+    short = {"language": "de", "ask": [], "repetitions": 1, "practice_trials": 0, "depths_cm": [2.0]}
+    given = session(tmp_path, design("stereoblur", **short))
     with headless(tmp_path / "x") as screen:
         running = Running(screen, "from-file", str(PROGRAMS / "stereo_blur.py"), *given, "--stereoscope", settings)
         events: list[str] = []
@@ -175,7 +173,7 @@ def test_alignment_by_keys_is_stored_and_recorded(tmp_path: Path) -> None:
                 between = screen.pixels()[100:600, 504:520]  # where the halves meet
                 assert np.ptp(between) == 0, "text reaches over the border of an eye's half"
                 screen.keys("space")
-            elif event in ("ready", "break", "thanks", "debriefing"):
+            elif event in PAGES:
                 screen.keys("space")
         assert running.end() == 0, running.errors
     assert events.count("picture") == 3
@@ -191,16 +189,15 @@ def test_alignment_by_keys_is_stored_and_recorded(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.fast_cases(1)
 @psychopy_here
 @pytest.mark.parametrize("more", [["--pointer"], ["--stereoscope", "missing.toml"]])
-def test_what_does_not_go_with_a_stereoscope_is_refused_before_the_window(more: list[str], tmp_path: Path) -> None:
-    settings = tmp_path / "stereoscope.toml"
-    settings.write_text("mirrored = true\n")
-    command = [sys.executable, "-c", "from focalgradient.cli import main; main()", "run", PROGRAMS / "stereo_blur.py"]
-    given = ["--uncalibrated", "--participant", "01", "--stereoscope", settings, *more]
-    done = subprocess.run(
-        [*command, *given], capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "DISPLAY": ":99"}
-    )
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1), done.stderr
-    assert more[-1] in done.stderr
+def test_what_does_not_go_with_a_stereoscope_is_refused_before_the_window(
+    more: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("stereoscope.toml").write_text("mirrored = true\n")
+    given = ["--uncalibrated", "--participant", "01", "--stereoscope", "stereoscope.toml", *more]
+    assert run(described_experiment(task_named(str(PROGRAMS / "stereo_blur.py"))), given) == 2
+    said = capsys.readouterr().err
+    assert said.count("\n") == 1
+    assert more[-1] in said

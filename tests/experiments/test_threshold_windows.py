@@ -6,26 +6,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from headless import Headless, Running, headless, keep, make_set, psychopy_here
+from headless import PAGES, Headless, Running, design, headless, keep, make_set, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import BlurThresholdDesign, BlurTrial, Procedure, load_design
 from focalgradient.report import make_report
 from focalgradient.stimuli import blurred_scene, read_set
 
-DESIGN = """
-task = "blurthreshold"
-scenes = ["spheres-01"]
-repetitions = 5
-catch_trials = 2
-practice_trials = 2
-break_every = 8
-least_break_s = 0.1
-mark_s = 0.1
-picture_s = 0.1
-blank_s = 0.1
-pause_s = 0.1
-"""
+SHORT = {"scenes": ["spheres-01"], "repetitions": 5, "catch_trials": 2, "practice_trials": 2, "break_every": 8}
+SHORT |= dict.fromkeys(("least_break_s", "mark_s", "picture_s", "blank_s", "pause_s"), 0.1)
+OF = {"blur": {"language": "en"}, "depth": {"language": "de", "most_level": 20.0}}
+"""Settings by what is judged."""
 
 
 def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop: int, folder: Path) -> None:
@@ -41,27 +32,23 @@ def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop
             wrong = trial.phase == "main" and not trial.catch and trial.trial % 3 == 0
             screen.keys("Left" if (trial.interval == 1) != wrong else "Right")
             count += 1
-        elif event in ("instructions", "ready", "break", "thanks", "debriefing", "example", "feedback"):
+        elif event in PAGES:
             screen.keys("space")
 
 
 @psychopy_here
 @pytest.mark.slow
-@pytest.mark.parametrize("judged", ["blur", "depth"])
+@pytest.mark.parametrize("judged", OF)
 def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_give(judged, tmp_path):
     folder = tmp_path / judged
     folder.mkdir()
     make_set(folder / "set", ["spheres-01"])
-    language = {"blur": "en", "depth": "de"}[judged]
-    more = f'judged = "{judged}"\nlanguage = "{language}"\n' + ("most_level = 20.0\n" if judged == "depth" else "")
-    (folder / "mine.toml").write_text(DESIGN + more)
-    design = load_design(folder / "mine.toml")
-    assert isinstance(design, BlurThresholdDesign)
-    trials = list(design.trials("01"))
-    given = ["--data", folder / "data", "--stimuli", folder / "set", "--uncalibrated", "--participant", "01"]
-    given += ["--gaze", "mouse"]
+    given = [*session(folder, design("blurthreshold", judged=judged, **SHORT, **OF[judged])), "--gaze", "mouse"]
+    made = load_design(folder / "design.toml")
+    assert isinstance(made, BlurThresholdDesign)
+    trials = list(made.trials("01"))
     with headless(folder / "x") as screen:
-        first = Running(screen, "blur-threshold", *given, "--design", folder / "mine.toml")
+        first = Running(screen, "blur-threshold", *given)
         answer_all(first, screen, trials, 7, folder)
         first.end()
         recorded = read_journal(first.journal()).of("trial")
@@ -77,9 +64,9 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
     assert (table["gaze_left"] == ~(table["gaze_away"] <= 2.0)).all()
     counted = table[~table["catch"]]
     assert counted["correct"].tolist() == [number % 3 != 0 for number in counted["trial"]]
-    assert (table["level"][table["catch"]] == design.levels[-1]).all()
+    assert (table["level"][table["catch"]] == made.levels[-1]).all()
     # Another procedure, given the same answers from the first, chooses the same levels: the cut left no trace.
-    procedure = Procedure(design)
+    procedure = Procedure(made)
     for level, right in zip(counted["level"], counted["correct"], strict=True):
         assert procedure.level() == pytest.approx(level)
         procedure.learn([*procedure.learnt, (level, right)])
@@ -92,13 +79,13 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
 def test_pictures_are_blurred_by_so_many_dioptres_as_the_level_says(tmp_path):
     make_set(tmp_path / "set", ["spheres-01"], (96, 96), gamma=1.0)
     stimuli = read_set(tmp_path / "set")
-    design = BlurThresholdDesign(scenes=["spheres-01"], pupil_mm=4.0)
-    sharp = blurred_scene(stimuli, design, "spheres-01", 0.0)
+    made = BlurThresholdDesign(scenes=["spheres-01"], pupil_mm=4.0)
+    sharp = blurred_scene(stimuli, made, "spheres-01", 0.0)
     assert (sharp == stimuli.pixels(stimuli.picture("spheres-01", "pinhole", "nearest"))).all()
     # White noise under a disc of radius r pixels keeps 1 / (pi r^2) of its variance, less what pixels take.
     level = 4.0
     radius = 0.002 * level * np.degrees(1) * stimuli.display.pixels_per_degree
-    inner = blurred_scene(stimuli, design, "spheres-01", level)[24:-24, 24:-24].astype(float)
+    inner = blurred_scene(stimuli, made, "spheres-01", level)[24:-24, 24:-24].astype(float)
     kept = inner.var(axis=(0, 1)).mean() / sharp.astype(float).var(axis=(0, 1)).mean()
     assert kept == pytest.approx(1 / (np.pi * radius**2), rel=0.15)
 
@@ -109,7 +96,7 @@ def test_depth_is_judged_by_the_depth_of_the_scene_about_what_is_fixated(tmp_pat
     far[:, 80:] = 4.0
     np.save(tmp_path / "set" / "spheres-01" / "depth.npy", far)
     stimuli = read_set(tmp_path / "set")
-    design = BlurThresholdDesign(scenes=["spheres-01"], judged="depth", most_level=20.0)
-    sharp, seen = (blurred_scene(stimuli, design, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
+    made = BlurThresholdDesign(scenes=["spheres-01"], judged="depth", most_level=20.0)
+    sharp, seen = (blurred_scene(stimuli, made, "spheres-01", amount).astype(float) for amount in (0.0, 8.0))
     assert (seen[:, :60] == sharp[:, :60]).all()  # at the distance of the fixated object
     assert seen[20:-20, 100:].std() < 0.5 * sharp[20:-20, 100:].std()

@@ -11,10 +11,11 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from headless import Headless, Running, headless, keep, make_set, psychopy_here
+from headless import PAGES, Headless, Running, design, headless, keep, make_set, psychopy_here
 
 from focalgradient.dataset import bids_problems, read_dataset, read_journal, validate
 from focalgradient.design import load_design
@@ -105,24 +106,9 @@ def assert_whole(data: Path, trials: int, stimuli: Path | None = None) -> None:
     assert bids_problems(data) == []
 
 
-RATING = """
-task = "depthrating"
-scenes = ["spheres-01"]
-apertures = ["pinhole", "f/5.6"]
-fixations = ["nearest"]
-repetitions = 1
-catch_trials = 1
-practice_trials = 1
-standard_every = 2
-break_every = 2
-least_break_s = 0.2
-catch_pictures = ["standard"]
-mark_s = 0.2
-picture_s = 0.4
-standard_s = 0.2
-answer = "typed"
-confidence = true
-"""
+RATING: dict[str, Any] = {"fixations": ["nearest"], "catch_trials": 1, "practice_trials": 1, "standard_every": 2}
+RATING |= {"break_every": 2, "least_break_s": 0.2, "catch_pictures": ["standard"], "mark_s": 0.2, "picture_s": 0.4}
+RATING |= {"standard_s": 0.2, "blank_s": 0.5, "pause_s": 0.5, "answer": "typed", "confidence": True}
 
 
 class Rater:
@@ -159,7 +145,7 @@ class Rater:
             keys("f", "Return", "r", "i", "g", "h", "t", "Return")
         elif event == "consent":
             keys("space" if self.events.count("consent") == 1 else "y")
-        elif event in ("instructions", "ready", "break", "thanks", "example", "debriefing"):
+        elif event in PAGES:
             keys("space")
         elif event == "picture":
             trial = self.trials[self.recorded]
@@ -179,7 +165,7 @@ class Rater:
 @beside_others
 def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     make_set(tmp_path / "set", ["spheres-00", "spheres-01"])
-    (tmp_path / "rating.toml").write_text(RATING)
+    (tmp_path / "rating.toml").write_text(design("depthrating", **RATING))
     (tmp_path / "consent.txt").write_text("Consent\nI take part of my own free will.\fPage 2\nI can stop at any time.")
     rater = Rater(screen, tmp_path)
 
@@ -222,40 +208,27 @@ def test_experiment_1_from_form_to_data_set_through_two_kills(screen, tmp_path):
     assert_whole(tmp_path / "data", 3, tmp_path / "set")
 
 
-WATCHING = """
-task = "necker"
-gradients = ["none", "nonrigid"]
-strengths_mm = [4.0]
-directions = ["left"]
-repetitions = 1
-practice_trials = 1
-catch_trials = 1
-trial_s = 1.6
-practice_s = 1.0
-practice_rounds = 1
-turns_per_s = 0.75
-size_deg = 5.0
-line_width_deg = 0.08
-keys = ["f", "left"]
-"""
+WATCHING: dict[str, Any] = {"gradients": ["none", "nonrigid"], "strengths_mm": [4.0], "directions": ["left"]}
+WATCHING |= {"repetitions": 1, "practice_trials": 1, "catch_trials": 1, "trial_s": 1.6, "practice_s": 1.0}
+WATCHING |= {"practice_rounds": 1, "turns_per_s": 0.75, "size_deg": 5.0, "line_width_deg": 0.08, "keys": ["f", "left"]}
 
 
 @pytest.mark.slow
 @beside_others
 def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
-    (tmp_path / "watching.toml").write_text(WATCHING)
+    (tmp_path / "watching.toml").write_text(design("necker", **WATCHING))
     (screen.folder / "markers.py").write_text((screen.folder / "markers.py").read_text() + HUB)
-    design = load_design(tmp_path / "watching.toml")
-    trials, done, held, asked = design.trials("03"), 0, [], 0
+    made = load_design(tmp_path / "watching.toml")
+    trials, done, held, asked = made.trials("03"), 0, [], 0
     pixel_angle, shown = DISPLAY.pixel_pitch / DISPLAY.distance, Display((1024, 768), gamma=1.8).encode
-    lights = cube_frames.frames_of(trials[1], design, cube_frames.frame_count(design, 60.0), pixel_angle)
+    lights = cube_frames.frames_of(trials[1], made, cube_frames.frame_count(made, 60.0), pixel_angle)
     frames = [shown(0.5 * light) for light in lights]
     given = ["--participant", "03", "--session", "2", "--data", tmp_path / "data"]
     running = Running(
         screen, "necker", *given, "--design", tmp_path / "watching.toml", "--monitor", "lab", "--windowed"
     )
     for event in running.events():
-        if event in ("instructions", "ready", "break", "feedback", "thanks", "debriefing"):
+        if event in PAGES:
             screen.keys("space")
         elif event == "cube" and done == 2 and not asked:
             asked += 1
@@ -304,21 +277,14 @@ def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
     assert_whole(tmp_path / "data", 3)
 
 
-DEMONSTRATION = """
-task = "pinhole"
-scenes = ["spheres-01"]
-repetitions = 1
-look_s = 0.3
-picture_s = 0.5
-field_deg = 8.0
-"""
+SHOWN = design("pinhole", scenes=["spheres-01"], repetitions=1, look_s=0.3, picture_s=0.5, field_deg=8.0)
 
 
 @beside_others
 def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, tmp_path):
     pitch = DISPLAY.pixel_pitch * 1e3
     make_set(tmp_path / "set", ["spheres-01"], (400, 399), pixel_pitch_mm=pitch, distance_m=0.57)
-    (tmp_path / "show.toml").write_text(DEMONSTRATION)
+    (tmp_path / "show.toml").write_text(SHOWN)
     trials, stimuli, done = load_design(tmp_path / "show.toml").trials("02"), read_set(tmp_path / "set"), 0
     given = ["--participant", "02", "--data", tmp_path / "data", "--stimuli", tmp_path / "set"]
     running = Running(

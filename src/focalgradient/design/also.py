@@ -29,9 +29,7 @@ class Also(Table):
     below: Annotated[str, Field(description="a text")] = ""
     least: Annotated[float, Field(ge=-1e6, le=1e6, description="a number")] = 0.0
     most: Annotated[float, Field(ge=-1e6, le=1e6, description="a number")] = 10.0
-    ends: Annotated[
-        tuple[str, ...], Field(strict=False, max_length=101, description="a list of texts, one for each end")
-    ] = ("", "")
+    ends: Annotated[tuple[str, ...], Field(max_length=101, description="a list of texts, one for each end")] = ("", "")
     steps: Annotated[bool, Field(description="true (whole numbers) or false (a line)")] = False
     unit: Annotated[str, Field(description="a text, like 'points'")] = ""
     description: Annotated[str, Field(description="a text")] = ""

@@ -12,7 +12,20 @@ from pydantic import Field, model_validator
 
 from focalgradient.design.adaptive import Quest, answers_of
 from focalgradient.design.draws import Draws
-from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
+from focalgradient.design.plan import (
+    Breaks,
+    Count,
+    OrNone,
+    Plan,
+    Repetitions,
+    Rounds,
+    Scenes,
+    Seconds,
+    Share,
+    Trial,
+    UpTo100,
+    no_repeats,
+)
 
 __all__ = ["BlurThresholdDesign", "BlurTrial", "Judged", "LevelTrial"]
 
@@ -62,24 +75,21 @@ class BlurThresholdDesign(Plan):
     """
 
     task: Literal["blurthreshold"] = "blurthreshold"
-    judged: Annotated[Judged, Field(description="'blur' or 'depth'")] = "blur"
-    scenes: Annotated[Names, Field(description="a list of names of scenes, like ['spheres-01']")] = (
-        "spheres-01",
-        "spheres-02",
-    )
+    judged: Judged = "blur"
+    scenes: Scenes = ("spheres-01", "spheres-02")
     fixation: Annotated[str, Field(min_length=1, description="the name of a fixation, like 'nearest'")] = "nearest"
-    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 15
+    repetitions: Repetitions = 15
     least_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 0.02")] = 0.02
     most_level: Annotated[float, Field(gt=0, le=100, description="a number above 0, like 2.0")] = 2.0
-    level_steps: Annotated[int, Field(ge=5, le=100, description="a whole number from 5 to 100")] = 41
+    level_steps: Annotated[int, Field(ge=5, le=100)] = 41
     pedestal: Annotated[float, Field(ge=0, le=100, description="a number of 0 or more")] = 0.0
     pupil_mm: Annotated[float, Field(gt=0, le=100, description="a positive number of millimetres")] = 4.0
-    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 6
-    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 4
-    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 0.75
-    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    catch_trials: Count = 6
+    practice_trials: UpTo100 = 4
+    practice_right: Share = 0.75
+    practice_rounds: Rounds = 3
     practice_required: bool = False
-    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 33
+    break_every: Breaks = 33
     least_break_s: OrNone = 10.0
     mark_s: Seconds = 0.5
     picture_s: Seconds = 0.5

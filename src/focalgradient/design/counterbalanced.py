@@ -122,7 +122,7 @@ def constrained(
     )
 
 
-Fields = Annotated[tuple[str, ...], Field(strict=False, description="a list of settings of a trial")]
+Fields = Annotated[tuple[str, ...], Field(description="a list of settings of a trial")]
 Counts = Annotated[dict[str, int], Field(description="a table of numbers of trials, by setting of a trial")]
 
 
@@ -160,12 +160,8 @@ class Counterbalanced(Plan):
     """
 
     blocked: Fields = ()
-    block_order: Annotated[Literal["latin-square", "random"], Field(description="'latin-square' or 'random'")] = (
-        "latin-square"
-    )
-    condition_order: Annotated[Literal["random", "latin-square"], Field(description="'random' or 'latin-square'")] = (
-        "random"
-    )
+    block_order: Literal["latin-square", "random"] = "latin-square"
+    condition_order: Literal["random", "latin-square"] = "random"
     runs: Counts = Field(default_factory=dict)
     distances: Counts = Field(default_factory=dict)
 

@@ -13,7 +13,21 @@ from pydantic import Field, model_validator
 
 from focalgradient.design.draws import Draws
 from focalgradient.design.factors import Factor, between, check_factors, crossed
-from focalgradient.design.plan import Names, OrNone, Plan, Seconds, Trial, no_repeats
+from focalgradient.design.plan import (
+    Breaks,
+    Count,
+    Names,
+    OrNone,
+    Plan,
+    Repetitions,
+    Rounds,
+    Scenes,
+    Seconds,
+    Share,
+    Trial,
+    UpTo100,
+    no_repeats,
+)
 from focalgradient.errors import InputError
 from focalgradient.scales import ResponseScale, scale_class, scale_of
 
@@ -110,55 +124,46 @@ class DepthRatingDesign(Plan):
         "f/5.6",
     )
     focal_length_mm: Annotated[float, Field(gt=0, le=1000, description="a positive number of millimetres")] = 50.0
-    fixations: Annotated[
-        tuple[Fixation, ...],
-        Field(strict=False, min_length=1, description="a list of 'nearest', 'farthest' and names of one's own"),
-    ] = ("nearest", "farthest")
-    fixation_order: Annotated[Literal["mixed", "blocked"], Field(description="'mixed' or 'blocked'")] = "mixed"
-    scenes: Annotated[Names, Field(description="a list of names of scenes, like ['spheres-01']")] = tuple(
-        f"spheres-{number:02}" for number in range(1, 13)
+    fixations: Annotated[Names, Field(description="a list of 'nearest', 'farthest' and names of one's own")] = (
+        "nearest",
+        "farthest",
     )
+    fixation_order: Literal["mixed", "blocked"] = "mixed"
+    scenes: Scenes = tuple(f"spheres-{number:02}" for number in range(1, 13))
     standard_scene: Annotated[str, Field(min_length=1, description="the name of a scene")] = "spheres-00"
     standard_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for once only")] = 16
-    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
+    repetitions: Repetitions = 2
     factors: Annotated[dict[str, Factor], Field(description="tables of factors, like [factors.light]")] = Field(
         default_factory=dict
     )
-    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 6
-    catch_pictures: Annotated[
-        tuple[CatchPicture, ...],
-        Field(strict=False, min_length=1, description="a list of 'standard', 'flatter' and 'deeper'"),
-    ] = ("standard", "flatter", "deeper")
-    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 6
-    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 49
+    catch_trials: Count = 6
+    catch_pictures: Annotated[tuple[CatchPicture, ...], Field(min_length=1)] = ("standard", "flatter", "deeper")
+    practice_trials: UpTo100 = 6
+    break_every: Breaks = 49
 
     least_break_s: OrNone = 10.0
-    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
-    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    practice_right: Share = 1.0
+    practice_rounds: Rounds = 3
     practice_required: bool = False
 
     scale: Annotated[str, Field(description="the name of a response scale, like 'ratio'")] = "ratio"
-    steps: Annotated[int, Field(ge=2, le=21, description="a whole number from 2 to 21")] = 7
-    labels: Annotated[
-        tuple[str, ...], Field(strict=False, description="a list of texts, one a step or one an end")
-    ] = ()
-    reference: Annotated[Literal["standard", "same-scene"], Field(description="'standard' or 'same-scene'")] = (
-        "standard"
-    )
+    steps: Annotated[int, Field(ge=2, le=21)] = 7
+    labels: Annotated[tuple[str, ...], Field(description="a list of texts, one a step or one an end")] = ()
+    reference: Literal["standard", "same-scene"] = "standard"
     reference_s: Seconds = 2.0
     mark_s: Seconds = 1.0
-    mark: Annotated[Literal["removed", "kept"], Field(description="'removed' or 'kept'")] = "removed"
+    mark: Literal["removed", "kept"] = "removed"
     picture_s: Seconds = 3.0
     standard_s: Seconds = 5.0
     blank_s: OrNone = 0.5
-    mask: Annotated[Literal["none", "noise"], Field(description="'none' or 'noise'")] = "none"
+    mask: Literal["none", "noise"] = "none"
     mask_s: OrNone = 0.2
     pause_s: OrNone = 0.5
-    answer: Annotated[Literal["slider", "typed"], Field(description="'slider' or 'typed'")] = "slider"
+    answer: Literal["slider", "typed"] = "slider"
     least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25
     most_rating: Annotated[float, Field(gt=1, le=1000, description="a number above 1, like 4.0")] = 4.0
-    confidence: Annotated[bool, Field(description="true or false")] = False
-    gaze: Annotated[Literal["none", "mouse", "tracker"], Field(description="'none', 'mouse' or 'tracker'")] = "none"
+    confidence: bool = False
+    gaze: Literal["none", "mouse", "tracker"] = "none"
     gaze_within_deg: Annotated[float, Field(gt=0, le=90, description="a number of degrees above 0, like 2.0")] = 2.0
 
     shortened: ClassVar = {

@@ -37,12 +37,11 @@ class Factor(Table):
     """
 
     levels: Annotated[
-        tuple[str, ...],
-        Field(strict=False, min_length=2, description="a list of two or more levels, as ['dim', 'bright']"),
+        tuple[str, ...], Field(min_length=2, description="a list of two or more levels, as ['dim', 'bright']")
     ]
-    vary: Annotated[Literal["within", "between"], Field(description="'within' or 'between'")] = "within"
-    order: Annotated[Literal["mixed", "blocked"], Field(description="'mixed' or 'blocked'")] = "mixed"
-    pictures: Annotated[bool, Field(description="true or false")] = True
+    vary: Literal["within", "between"] = "within"
+    order: Literal["mixed", "blocked"] = "mixed"
+    pictures: bool = True
     """Whether the levels are a column of the table of pictures; otherwise the pictures do not depend on them."""
 
     @model_validator(mode="after")

@@ -10,7 +10,19 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from focalgradient.design.draws import Draws
-from focalgradient.design.plan import Names, OrNone, Plan, Trial, no_repeats
+from focalgradient.design.plan import (
+    Breaks,
+    Count,
+    Names,
+    OrNone,
+    Plan,
+    Repetitions,
+    Rounds,
+    Share,
+    Trial,
+    UpTo100,
+    no_repeats,
+)
 
 __all__ = ["Direction", "Gradient", "NeckerDesign", "NeckerTrial", "Shape"]
 
@@ -24,6 +36,7 @@ Shape = Literal["ambiguous", "rigid", "nonrigid"]
 """Rotating object: the ambiguous wireframe cube, or an unambiguous example."""
 
 Positive = Annotated[float, Field(gt=0, allow_inf_nan=False)]
+Shown = Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -72,26 +85,21 @@ class NeckerDesign(Plan):
     """
 
     task: Literal["necker"] = "necker"
-    gradients: Annotated[
-        tuple[Gradient, ...],
-        Field(strict=False, min_length=1, description="a list of 'none', 'rigid' and 'nonrigid'"),
-    ] = ("none", "rigid", "nonrigid")
+    gradients: Annotated[tuple[Gradient, ...], Field(min_length=1)] = ("none", "rigid", "nonrigid")
     strengths_mm: Annotated[
         tuple[Positive, ...],
-        Field(strict=False, min_length=1, description="a list of positive numbers of millimetres, like [2.0, 4.0]"),
+        Field(min_length=1, description="a list of positive numbers of millimetres, like [2.0, 4.0]"),
     ] = (2.0, 4.0)
-    directions: Annotated[
-        tuple[Direction, ...], Field(strict=False, min_length=1, description="a list of 'right' and 'left'")
-    ] = ("right", "left")
-    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
-    trial_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 40.0
-    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1
-    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 2
-    practice_right: Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")] = 1.0
-    practice_rounds: Annotated[int, Field(ge=1, le=20, description="a whole number from 1 to 20")] = 3
+    directions: Annotated[tuple[Direction, ...], Field(min_length=1)] = ("right", "left")
+    repetitions: Repetitions = 2
+    trial_s: Shown = 40.0
+    catch_trials: Count = 1
+    practice_trials: UpTo100 = 2
+    practice_right: Share = 1.0
+    practice_rounds: Rounds = 3
     practice_required: bool = False
-    practice_s: Annotated[float, Field(ge=1, le=600, description="a number of seconds from 1 to 600")] = 15.0
-    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 7
+    practice_s: Shown = 15.0
+    break_every: Breaks = 7
     least_break_s: OrNone = 10.0
     keys: Annotated[Names, Field(description="a list of two keys, like ['f', 'j']")] = ("f", "j")
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable
 from dataclasses import dataclass
 from itertools import product
 from typing import Annotated, ClassVar, Literal
@@ -10,7 +9,7 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import Field, model_validator
 
 from focalgradient.design.depth_rating import aperture_mm
-from focalgradient.design.plan import ASKED, Plan, Question, Seconds, Trial, no_repeats
+from focalgradient.design.plan import Asked, Plan, Repetitions, Scenes, Seconds, Trial, no_repeats
 from focalgradient.scales import Ratio
 
 __all__ = ["Form", "Pinhole", "PinholeTrial", "Viewing"]
@@ -20,6 +19,8 @@ Form = Literal["real", "picture"]
 
 Viewing = Literal["pinhole", "natural", "tube"]
 """Viewing condition: through a pinhole, freely, or through a tube with the pinhole's field of view."""
+
+Without = Annotated[Literal[0], Field(description="0: the demonstration has none")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,11 +39,6 @@ class PinholeTrial(Trial):
     viewing: Viewing
     scene: str
 
-    @property
-    def condition(self) -> tuple[Hashable, ...]:
-        """Stimulus, viewing condition and scene."""
-        return (self.form, self.viewing, self.scene)
-
 
 class Pinhole(Plan):
     """Design of the demonstration: real world, then pictures (reversed for the other participant of a pair).
@@ -54,23 +50,16 @@ class Pinhole(Plan):
     """
 
     task: Literal["pinhole"] = "pinhole"
-    ask: Annotated[tuple[Question, ...], Field(strict=False, description=ASKED)] = ("age", "sex", "handedness", "eye")
-    forms: Annotated[
-        tuple[Form, ...], Field(strict=False, min_length=1, description="a list of 'real' and 'picture'")
-    ] = ("real", "picture")
-    viewings: Annotated[
-        tuple[Viewing, ...],
-        Field(strict=False, min_length=1, description="a list of 'pinhole', 'natural' and 'tube'"),
-    ] = ("pinhole", "natural", "tube")
-    scenes: Annotated[
-        tuple[str, ...], Field(strict=False, min_length=1, description="a list of names of scenes, like ['spheres-01']")
-    ] = ("spheres-01", "spheres-02")
+    ask: Asked = ("age", "sex", "handedness", "eye")
+    forms: Annotated[tuple[Form, ...], Field(min_length=1)] = ("real", "picture")
+    viewings: Annotated[tuple[Viewing, ...], Field(min_length=1)] = ("pinhole", "natural", "tube")
+    scenes: Scenes = ("spheres-01", "spheres-02")
     natural_aperture: Annotated[str, Field(description="an f-number like 'f/5.6'")] = "f/5.6"
     field_deg: Annotated[float, Field(gt=0, le=90, description="a number of degrees above 0 and up to 90")] = 10.0
-    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 2
-    longest_run: Annotated[int, Field(ge=1, description="a whole number of 1 or more")] = 1
-    catch_trials: Annotated[Literal[0], Field(description="0: the demonstration has none")] = 0
-    practice_trials: Annotated[Literal[0], Field(description="0: the demonstration has none")] = 0
+    repetitions: Repetitions = 2
+    longest_run: Annotated[int, Field(ge=1)] = 1
+    catch_trials: Without = 0
+    practice_trials: Without = 0
     look_s: Seconds = 10.0
     picture_s: Seconds = 5.0
     least_rating: Annotated[float, Field(gt=0, lt=1, description="a number between 0 and 1, like 0.25")] = 0.25

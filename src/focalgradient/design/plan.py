@@ -6,9 +6,9 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import wraps
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
-from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer, model_validator
+from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
 from focalgradient.design.also import Also, check_also
 from focalgradient.design.draws import Draws, digest
@@ -18,7 +18,24 @@ from focalgradient.design.words import LANGUAGES, Words, load_words
 from focalgradient.errors import InputError
 from focalgradient.tables import Table
 
-__all__ = ["ASKED", "Names", "OrNone", "Phase", "Plan", "Question", "Seconds", "Trial", "no_repeats"]
+__all__ = [
+    "Asked",
+    "Breaks",
+    "Count",
+    "Names",
+    "OrNone",
+    "Phase",
+    "Plan",
+    "Question",
+    "Repetitions",
+    "Rounds",
+    "Scenes",
+    "Seconds",
+    "Share",
+    "Trial",
+    "UpTo100",
+    "no_repeats",
+]
 
 Phase = Literal["practice", "main"]
 """Phase of a session; practice trials are kept in the journal, but not in the tables."""
@@ -26,14 +43,20 @@ Phase = Literal["practice", "main"]
 Question = Literal["age", "sex", "handedness", "acuity", "correction", "eye", "chin_rest", "light"]
 """Questions that the form can ask about participants and their viewing conditions."""
 
-ASKED = f"a list of some of {', '.join(get_args(Question))}"
-
 MOST_TRIALS = 2000
 """Maximum number of trials per participant."""
 
-Names = Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+Names = Annotated[tuple[str, ...], Field(min_length=1)]
+Scenes = Annotated[Names, Field(description="a list of names of scenes, like ['spheres-01']")]
+Count = Annotated[int, Field(ge=0)]
+UpTo100 = Annotated[int, Field(ge=0, le=100)]
+Repetitions = Annotated[int, Field(ge=1, le=100)]
+Rounds = Annotated[int, Field(ge=1, le=20)]
+Breaks = Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")]
+Share = Annotated[float, Field(ge=0, le=1, description="a share from 0 to 1")]
 Seconds = Annotated[float, Field(gt=0, le=3600, description="a number of seconds above 0, like 2.5")]
 OrNone = Annotated[float, Field(ge=0, le=3600, description="a number of seconds of 0 or more, like 0.5")]
+Asked = Annotated[tuple[Question, ...], Field(description=f"a list of some of {', '.join(get_args(Question))}")]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -108,14 +131,14 @@ class Plan(Table):
     """Settings of all designs."""
 
     task: str
-    seed: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 1987
-    repetitions: Annotated[int, Field(ge=1, le=100, description="a whole number from 1 to 100")] = 1
-    longest_run: Annotated[int, Field(ge=2, description="a whole number of 2 or more")] = 3
-    catch_trials: Annotated[int, Field(ge=0, description="a whole number of 0 or more")] = 0
-    practice_trials: Annotated[int, Field(ge=0, le=100, description="a whole number from 0 to 100")] = 0
-    break_every: Annotated[int, Field(ge=0, description="a whole number of trials, or 0 for no breaks")] = 0
+    seed: Count = 1987
+    repetitions: Repetitions = 1
+    longest_run: Annotated[int, Field(ge=2)] = 3
+    catch_trials: Count = 0
+    practice_trials: UpTo100 = 0
+    break_every: Breaks = 0
     least_break_s: Annotated[float, Field(ge=0, le=3600, description="a number of seconds of 0 or more")] = 0.0
-    ask: Annotated[tuple[Question, ...], Field(strict=False, description=ASKED)] = ("age", "sex", "handedness")
+    ask: Asked = ("age", "sex", "handedness")
     language: Annotated[
         str, Field(min_length=2, description="'en', 'de' or the name of a TOML file with all words")
     ] = "en"
@@ -126,13 +149,13 @@ class Plan(Table):
 
     given_trials: Annotated[
         tuple[dict[str, bool | int | float | str | None], ...],
-        Field(strict=False, description="a list of trials, each a table of its settings"),
+        Field(description="a list of trials, each a table of its settings"),
     ] = ()
     """Trials shown instead of the design's own list."""
 
     smallest_screen: Annotated[
         tuple[Annotated[int, Field(gt=0)], ...],
-        Field(strict=False, max_length=2, description="two numbers of CSS pixels, like [600, 280] for phones"),
+        Field(max_length=2, description="two numbers of CSS pixels, like [600, 280] for phones"),
     ] = ()
     """Minimum size of a browser window, width first; touch is then sufficient. Default: 640 x 480 and a keyboard."""
 
@@ -141,15 +164,6 @@ class Plan(Table):
 
     shortened: ClassVar[dict[str, Any]] = {"repetitions": 1}
     """Settings that a pilot run reduces."""
-
-    @model_validator(mode="before")
-    @classmethod
-    def _lists(cls, data: Any) -> Any:
-        """Convert lists of a settings file or journal to tuples, where fields declare them."""
-        if not isinstance(data, dict):
-            return data
-        tuples = {name for name, one in cls.model_fields.items() if get_origin(one.annotation) is tuple}
-        return {key: tuple(one) if key in tuples and isinstance(one, list) else one for key, one in data.items()}
 
     @field_validator("smallest_screen")
     @classmethod

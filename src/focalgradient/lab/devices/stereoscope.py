@@ -68,10 +68,10 @@ class Stereoscope(Table):
     """
 
     layout: Annotated[Literal["halves", "screens"], Field(description='"halves" or "screens"')] = "halves"
-    screens: Annotated[tuple[int, int], Field(strict=False, description="two different numbers of screens")] = (0, 1)
-    mirrored: Annotated[bool, Field(description="true or false")] = False
-    monitors: Annotated[tuple[str, str] | None, Field(strict=False, description="two names of monitors")] = None
-    offset_px: Annotated[tuple[int, int], Field(strict=False, description="two whole numbers of pixels")] = (0, 0)
+    screens: Annotated[tuple[int, int], Field(description="two different numbers of screens")] = (0, 1)
+    mirrored: bool = False
+    monitors: Annotated[tuple[str, str] | None, Field(description="two names of monitors")] = None
+    offset_px: Annotated[tuple[int, int], Field(description="two whole numbers of pixels")] = (0, 0)
 
     @model_validator(mode="after")
     def _check(self) -> Stereoscope:
