@@ -101,12 +101,12 @@ def test_texts_of_depth_rating_are_true_of_the_design(language: str) -> None:
         drawings = bool(shown & {"example-flat", "example-deep"})
         assert (words("depth.about_drawings") in told) is drawings
         assert (words("depth.about_fixation") in told) is (len(design.fixations) > 1)
-        least, most = design.bounds
+        least, most = design.response_scale.bounds
         if design.scale == "choice":
             assert words("depth.answer_choice") in told
             continue
         example = design.response_scale.example
-        assert design.is_answer(example)
+        assert design.response_scale.is_answer(example)
         middle = design.right_side(_deep(design))["above"]  # type: ignore[index]
         assert example > middle  # what looks deep is answered on the deep side
         scale = design.response_scale.control(words)

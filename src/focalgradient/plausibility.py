@@ -239,15 +239,13 @@ def check_display(pixel_pitch: float, distance: float, width: int) -> None:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
             f"{size} at {distance:g} m are {60 * math.degrees(pixel):.2g} arcmin wide, finer than any eye resolves: "
-            "check "
-            f"the units of the display's width or pixels, and of its distance ({remedy})."
+            f"check the units of the display's width or pixels, and of its distance ({remedy})."
         )
     if pixel * width / 2 > MAX_HALF_FRAME:
         remedy = likely("distance", distance, lambda other: 0.2 <= other <= 5)
         raise InputError(
             f"{width} {size} at {distance:g} m fill {2 * math.degrees(math.atan(pixel * width / 2)):.0f} degrees: "
-            "check "
-            f"the units of the display's width or pixels, and of its distance ({remedy})."
+            f"check the units of the display's width or pixels, and of its distance ({remedy})."
         )
 
 

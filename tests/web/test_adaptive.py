@@ -110,6 +110,7 @@ scenes = ["spheres-01"]
 repetitions = 2
 catch_trials = 1
 practice_trials = 1
+level_steps = 15
 mark_s = 0.1
 picture_s = 0.1
 blank_s = 0.1

@@ -93,7 +93,7 @@ def test_depth_rating_from_its_link_to_a_valid_data_set(browser: Browser, tmp_pa
     assert len(answers) == len(made.trials("001"))
     if scale == "ratio":  # the first key puts the marker at a random place, the second moves it by one step
         key_step = 16 ** (1 / 60)  # that of the laboratory's window
-        before_the_end = [one for one in answers if one["start"] * key_step < made.bounds[1]]
+        before_the_end = [one for one in answers if one["start"] * key_step < made.response_scale.bounds[1]]
         ratios = [one["rating"] / one["start"] for one in before_the_end]
         assert ratios == pytest.approx([key_step] * len(ratios), rel=1e-3)
         assert len({one["start"] for one in answers}) > len(answers) / 2

@@ -297,10 +297,9 @@ def test_a_journal_that_was_changed_is_not_written_over(tmp_path: Path) -> None:
     assert journal.read_bytes() == before
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-def test_damaged_results_are_refused_or_become_a_valid_data_set(tmp_path: Path, seed: int) -> None:
+def test_damaged_results_are_refused_or_become_a_valid_data_set(tmp_path: Path) -> None:
     right = session(tmp_path)
-    chance = random.Random(seed)
+    chance = random.Random(1)
     refused = 0
     for number in range(60):
         lines = copy.deepcopy(right)

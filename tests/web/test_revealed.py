@@ -72,19 +72,26 @@ DESIGNS = {"slider": DEPTH, "choice": CHOICE, "typed": TYPED, "cube": NECKER, "t
 
 
 @pytest.mark.parametrize("design", DESIGNS.values(), ids=[*DESIGNS])
-def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_path: Path, design: str) -> None:
+def test_no_message_and_no_size_of_a_session_tells_the_condition_or_the_right_answer(
+    tmp_path: Path, design: str
+) -> None:
     made = study(tmp_path, design)
     planned = made.design.trials("001")
     sent: list[Any] = []
     names: list[str] = []
+    sizes: set[int] = set()
     with client_of(made) as client:
         someone = Participant(client)
         sent += [client.get("/api/opening").json(), someone.ask("state").json(), someone.begin().json()]
+        if design == DEPTH:
+            sizes.add(len(someone.picture("/pictures/standard")))
         for number, trial in enumerate(planned):
             shown = someone.ask("next", phase=trial.phase, trial=trial.trial).json()
             sent.append(shown)
             assert len(shown["trials"]) <= 4, "few trials in advance"
-            names += [part["url"] for part in shown["trials"][0]["intervals"]]
+            urls = [part["url"] for part in shown["trials"][0]["intervals"]]
+            names += urls
+            sizes |= {len(someone.picture(url)) for url in urls}
             message = someone.message(someone.trials[number], number)
             if design in (CHOICE, THRESHOLD):
                 message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
@@ -93,6 +100,7 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
             answered = someone.ask("answer", **message)
             assert answered.status_code == 200, answered.json()
             sent.append(answered.json())
+    assert len(sizes) == 1, sizes
     assert not TELLING & keys(sent)
     told = texts_and_names(sent)
     for trial in planned:
@@ -108,25 +116,6 @@ def test_no_message_of_a_session_tells_the_condition_or_the_right_answer(tmp_pat
     assert names == [
         f"/pictures/{one.phase}/{one.trial}/{n}" for one in planned for n in range(len(names) // len(planned))
     ]
-
-
-@pytest.mark.parametrize("design", DESIGNS.values(), ids=[*DESIGNS])
-def test_all_pictures_of_a_session_have_one_size(tmp_path: Path, design: str) -> None:
-    made = study(tmp_path, design)
-    with client_of(made) as client:
-        someone = Participant(client)
-        someone.begin()
-        sizes = {len(someone.picture("/pictures/standard"))} if design == DEPTH else set()
-        for number in range(len(someone.trials)):
-            for part in someone.entry(number)["intervals"]:
-                sizes.add(len(someone.picture(part["url"])))
-            message = someone.message(someone.trials[number], number)
-            if design in (CHOICE, THRESHOLD):
-                message["answer"] = {**message["answer"], "rating": None, "chosen": 1, "start": None}
-            if design == TYPED:
-                message["answer"] |= {"start": None, "also": {"confidence": 0.5, "confidence_start": 0.25}}
-            assert someone.ask("answer", **message).status_code == 200
-    assert len(sizes) == 1, sizes
 
 
 def test_focus_series_of_a_session_have_one_size() -> None:

@@ -86,17 +86,13 @@ def test_a_participant_who_withdraws_is_named_nowhere(tmp_path: Path, ended: boo
 
 
 @pytest.mark.parametrize("runs", [True, False], ids=["while the server runs", "afterwards"])
-@pytest.mark.parametrize("way", ["command", "function"])
-def test_who_is_withdrawn_is_named_nowhere(tmp_path: Path, runs: bool, way: str) -> None:
+def test_who_is_withdrawn_is_named_nowhere(tmp_path: Path, runs: bool) -> None:
     (tmp_path / "design.toml").write_text(NECKER)
     made = study(tmp_path)
     made.people.close()
     made.people = People(tmp_path / "data-links.jsonl", data=tmp_path / "data")
 
     def act() -> None:
-        if way == "function":
-            assert tmp_path / "data-links.jsonl" in withdraw(tmp_path / "data", "sub-002")
-            return
         done = CliRunner().invoke(main, ["withdraw", str(tmp_path / "data"), "sub-002"])
         assert done.exit_code == 0, done.output
         assert f"Removed from: {tmp_path / 'data-links.jsonl'}" in done.output

@@ -185,8 +185,7 @@ class DepthRatingDesign(Plan):
             if not FIXATION.fullmatch(fixation):
                 raise ValueError(
                     f"fixations names {fixation!r}, but a name must begin with a letter and contain only letters, "
-                    "digits and _: "
-                    "give another, in the table of the pictures too."
+                    "digits and _: give another, in the table of the pictures too."
                 )
         for aperture in self.apertures:
             aperture_mm(aperture, self.focal_length_mm)
@@ -218,19 +217,6 @@ class DepthRatingDesign(Plan):
             raise ValueError("confidence is true, but a choice between two has no confidence rating: leave it out.")
         if scale.intervals > 1 and self.reference == "same-scene" and set(self.apertures) == {"pinhole"}:
             raise ValueError("apertures has only the pinhole, which is the reference itself: add another.")
-
-    @property
-    def bounds(self) -> tuple[float, float]:
-        """Smallest and largest answer on the scale.
-
-        >>> DepthRatingDesign(scale="bipolar").bounds, DepthRatingDesign(scale="steps", steps=5).bounds
-        ((-3.0, 3.0), (1.0, 5.0))
-        """
-        return self.response_scale.bounds
-
-    def is_answer(self, rating: float) -> bool:
-        """Return whether a rating is a valid answer: within the scale and, if it has steps, on a step."""
-        return self.response_scale.is_answer(rating)
 
     def right(self, trial: DepthTrial, rating: float) -> bool | None:
         """Return whether the answer to a drawing is correct; None for any other picture.

@@ -80,18 +80,9 @@ class Pinhole(Plan):
         return self
 
     @property
-    def bounds(self) -> tuple[float, float]:
-        """Smallest and largest answer on the scale."""
-        return self.response_scale.bounds
-
-    @property
     def response_scale(self) -> Ratio:
         """Scale of ratios to the view through the pinhole."""
         return Ratio(self.least_rating, self.most_rating)
-
-    def is_answer(self, rating: float) -> bool:
-        """Return whether a rating is within the scale."""
-        return self.response_scale.is_answer(rating)
 
     @property
     def shown_s(self) -> float:

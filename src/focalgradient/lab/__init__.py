@@ -11,8 +11,8 @@ from focalgradient.lab import gaze_focus
 from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.described import described_experiment, show_described
 from focalgradient.lab.experiment import EVENTS, GREY, Again, Experiment, Quit, Sitting
-from focalgradient.lab.forms import form, pages
-from focalgradient.lab.questions import Given, ask, ask_which, respond
+from focalgradient.lab.forms import form, pages, respond
+from focalgradient.lab.questions import Given, ask, ask_which
 from focalgradient.lab.running import run
 from focalgradient.scales import Scale, Steps
 from focalgradient.tasks import task_named, task_names

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Press
 from focalgradient.errors import InputError
-from focalgradient.lab.forms import WARN
-from focalgradient.lab.questions import ENTER, HOLD, STEP, SWEEP, Given, respond
+from focalgradient.lab.forms import ENTER, WARN, draw_all, respond
+from focalgradient.lab.questions import HOLD, STEP, SWEEP, Given
 from focalgradient.scales import Scale
 
 if TYPE_CHECKING:
@@ -98,8 +98,7 @@ def adjust(
 
     def show() -> None:
         draw(scale.value(share))
-        for part in still:
-            part.draw()
+        draw_all(still)
         marker.pos = ((2 * share - 1) * half, (PLACE + 0.014) * unit)
         marker.draw()
 

@@ -22,6 +22,7 @@ from focalgradient.display import CARD, Display
 from focalgradient.errors import InputError
 from focalgradient.lab.computer import Check
 from focalgradient.lab.devices.triggers import Port, Triggers, open_triggers
+from focalgradient.lab.forms import ENTER, draw_all
 from focalgradient.lab.options import CheckOptions
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.lab.running import PART
@@ -34,8 +35,6 @@ if TYPE_CHECKING:
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 STEPS = {"left": -1.0, "right": 1.0, "down": -10.0, "up": 10.0}
 """Change of the card frame's width per key press, in pixels."""
-
-ENTER = ("return", "num_enter")
 
 IN_MONITOR_CENTER = "in PsychoPy's Monitor Center and give --monitor NAME"
 
@@ -214,8 +213,7 @@ def _card(screen: Screen, options: CheckOptions, module: ModuleType) -> Check:
         x, y = wide / 2, wide * CARD[1] / CARD[0] / 2
         corners = [(-x, -y), (x, -y), (x, y), (-x, y)]
         sides = zip(corners, [*corners[1:], corners[0]], strict=True)
-        for part in (head, foot, *(screen.line(*side) for side in sides)):
-            part.draw()
+        draw_all((head, foot, *(screen.line(*side) for side in sides)))
         screen.frame()
         pressed = [press.key for press in screen.keys.events() if press.down]
         wide = min(max(wide + sum(STEPS.get(key, 0.0) for key in pressed), 20), screen.size[0])

@@ -16,7 +16,7 @@ from focalgradient.errors import InputError
 from focalgradient.lab.adjusting import adjust
 from focalgradient.lab.devices.sound import tone
 from focalgradient.lab.experiment import Experiment, Sitting
-from focalgradient.lab.forms import pages
+from focalgradient.lab.forms import draw_all, pages
 from focalgradient.lab.questions import ask
 from focalgradient.scales import Held
 from focalgradient.tasks import Task
@@ -99,7 +99,7 @@ def _wait_ready(sitting: Sitting, page: Page, labels: Sequence[Any]) -> None:
     title, *lines = page.text.split("\n")
     parts = [screen.text(title, height=0.05, y=0.1, bold=True)]
     parts += [screen.text(line, y=-0.1 * number) for number, line in enumerate(lines)]
-    screen.wait(lambda: [part.draw() for part in (*parts, *labels)], ["space"], page.event)
+    screen.wait(lambda: draw_all((*parts, *labels)), ["space"], page.event)
 
 
 def _labels(sitting: Sitting, control: Any) -> list[Any]:
@@ -125,8 +125,7 @@ class _Shown(NamedTuple):
     def draw(self, frame_s: float, labels: Sequence[Any], since: float) -> None:
         """Draw the picture, or the frame of a film, with the labels of held keys."""
         self.images[round(since / frame_s) % len(self.images)].draw()
-        for part in (*([self.mark] if self.step.mark_kept else []), *labels):
-            part.draw()
+        draw_all((*([self.mark] if self.step.mark_kept else []), *labels))
 
 
 def _film(sitting: Sitting, frames: Iterator[Any]) -> list[Any]:

@@ -178,8 +178,7 @@ class FocusView:
             if wanted > most.value:
                 raise InputError(
                     f"the series has {wanted} {what}, but this graphics card supports at most {most.value}: make it "
-                    "with a "
-                    "larger error or a smaller range of focus, or of a smaller picture."
+                    "with a larger error or a smaller range of focus, or of a smaller picture."
                 )
 
     def _new_texture(self) -> int:

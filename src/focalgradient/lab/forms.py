@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from focalgradient.dataset import Press
 from focalgradient.errors import InputError
@@ -13,7 +13,24 @@ from focalgradient.errors import InputError
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["DIGITS", "WARN", "Letters", "edited", "form", "missing_glyphs", "pages", "rest", "warn_colour"]
+__all__ = [
+    "DIGITS",
+    "ENTER",
+    "WARN",
+    "Letters",
+    "draw_all",
+    "edited",
+    "form",
+    "missing_glyphs",
+    "pages",
+    "respond",
+    "rest",
+    "warn_colour",
+]
+
+Answer = TypeVar("Answer")
+
+ENTER = ("return", "num_enter")
 
 WARN = (1.0, 0.9, -0.3)  # yellow: legible on black; on grey, warnings have the colour of other texts
 COLUMN = 1.05  # width of a page's text, in screen heights
@@ -43,44 +60,94 @@ def pages(screen: Screen, texts: Sequence[str], event: str, *, keys: Sequence[st
     """Show pages of text in turn, with the first line of each as its title; return the key that ended the last."""
     key = ""
     for text in texts:
-        title, _, body = text.strip().partition("\n")
-        parts = [
-            screen.plate(),
-            screen.text(title, height=0.05, y=0.36, bold=True),
-            screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1], alignText=_side(body)),
-            screen.text(foot or screen.words("common.go_on"), height=0.026, y=-0.42),
-        ]
-        key = screen.wait(partial(_draw, parts), keys, event).key
+        parts = [*_page(screen, text), screen.text(foot or screen.words("common.go_on"), height=0.026, y=-0.42)]
+        key = screen.wait(partial(draw_all, parts), keys, event).key
     return key
+
+
+def _page(screen: Screen, text: str) -> list[Any]:
+    """Return the parts of a page: its title, the first line, and its text, centred if all of its lines are short."""
+    title, _, body = text.strip().partition("\n")
+    side = "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
+    return [
+        screen.plate(),
+        screen.text(title, height=0.05, y=0.36, bold=True),
+        screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1], alignText=side),
+    ]
 
 
 def rest(screen: Screen, text: str, least_s: float) -> None:
     """Show a page for at least `least_s` seconds with a countdown, then wait until the participant continues."""
-    title, _, body = text.strip().partition("\n")
-    parts = [
-        screen.plate(),
-        screen.text(title, height=0.05, y=0.36, bold=True),
-        screen.text(body.strip(), height=0.032, wrapWidth=COLUMN * screen.size[1]),
-    ]
+    parts = _page(screen, text)
     left = screen.text(" ", height=0.026, y=-0.42)
 
     def draw(since: float) -> None:
         left.text = screen.words("session.rest_wait", seconds=max(1, math.ceil(least_s - since)))
-        _draw([*parts, left])
+        draw_all([*parts, left])
 
     if least_s:
         screen.play(draw, least_s, "rest", lit=False)
     pages(screen, [text], "break")
 
 
-def _draw(parts: Sequence[Any]) -> None:
+def draw_all(parts: Iterable[Any]) -> None:
+    """Draw parts of a screen, the first at the back."""
     for part in parts:
         part.draw()
 
 
-def _side(body: str) -> str:
-    """Return the alignment of a text: centred if all lines are short, otherwise left."""
-    return "left" if max(map(len, body.splitlines()), default=0) > 60 else "center"
+def respond(
+    screen: Screen,
+    draw: Callable[[], object],
+    event: str,
+    answer: Callable[[Press, float], Answer | None],
+    *,
+    first: Callable[[], object] = lambda: None,
+    last: Callable[[float], object] = lambda before: None,
+    pointer: bool = False,
+    lit: bool = False,
+) -> Answer:
+    """Draw a question at each frame until a key press answers it.
+
+    Parameters
+    ----------
+    screen
+        PsychoPy window.
+    draw
+        Draws the question.
+    event
+        Name of its event marker.
+    answer
+        Returns the response that a press or release gives, None for any other; it receives the press, and its time in s
+        from the onset of the question.
+    first, last
+        Called at each frame before and after the keys; `last` receives the time of the frame before.
+    pointer
+        Whether the mouse pointer is shown; only with the question, since the blank after a picture must not show it.
+    lit
+        Whether the square of --photodiode is white.
+    """
+    screen.wait_out()
+    screen.keys.clear()
+    draw()
+    asked = before = screen.frame(lit)
+    try:
+        if pointer:
+            screen.window.mouseVisible = True
+        screen.on_event(event, asked)
+        while True:
+            first()
+            found = screen.keys.events()
+            screen.stop_if_asked(found)
+            for press in found:
+                if (given := answer(press, press.time - asked)) is not None:
+                    return given
+            last(before)
+            draw()
+            before = screen.frame(lit)
+    finally:
+        if pointer:
+            screen.window.mouseVisible = False
 
 
 class Letters:
@@ -152,31 +219,27 @@ def form(
     def draw() -> None:
         for number, (name, row) in enumerate(zip(names, rows, strict=True)):
             row.text = typed[name] + ("_" if number == at else "") or " "
-        for part in (*heads, *rows, wrong):
-            part.draw()
+        draw_all((*heads, *rows, wrong))
 
     letters = Letters()
-    screen.keys.clear()
-    draw()
-    screen.on_event("form", screen.frame())
-    while True:
-        draw()
-        screen.frame()
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            key = letters.of(press)
-            if not press.down:
-                continue
-            typed[names[at]] = edited(typed[names[at]], key, "abcdefghijklmnopqrstuvwxyz0123456789.-/", 20)
-            if press.key in ("return", "num_enter") and at == len(names) - 1:
-                try:
-                    check(typed)
-                except InputError as error:
-                    wrong.text, at = str(error), 0
-                else:
-                    return typed
-            elif press.key in ("return", "num_enter", "tab", "down"):
-                at = (at + 1) % len(names)
-            elif press.key == "up":
-                at = (at - 1) % len(names)
+
+    def answer(press: Press, seconds: float) -> dict[str, str] | None:
+        nonlocal at
+        key = letters.of(press)
+        if not press.down:
+            return None
+        typed[names[at]] = edited(typed[names[at]], key, "abcdefghijklmnopqrstuvwxyz0123456789.-/", 20)
+        if press.key in ENTER and at == len(names) - 1:
+            try:
+                check(typed)
+            except InputError as error:
+                wrong.text, at = str(error), 0
+            else:
+                return typed
+        elif press.key in (*ENTER, "tab", "down"):
+            at = (at + 1) % len(names)
+        elif press.key == "up":
+            at = (at - 1) % len(names)
+        return None
+
+    return respond(screen, draw, "form", answer)

@@ -7,6 +7,7 @@ import socket
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from focalgradient.dataset.gaze import Sample as Kept
@@ -19,7 +20,7 @@ from focalgradient.tasks.noted import Noted
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["WITHIN_DEG", "Gaze", "Recorder", "Sample", "Taken", "open_gaze"]
+__all__ = ["WITHIN_DEG", "Gaze", "Recorder", "Sample", "Taken", "gaze_entry", "open_gaze"]
 
 WITHIN_DEG = 2.0
 """Distance in degrees beyond which gaze has left the object to be fixated, in designs that state none."""
@@ -215,6 +216,12 @@ def open_gaze(screen: Screen, tracker: tuple[str, dict[str, Any]]) -> Gaze:
     """
     kind, settings = tracker
     return _Mouse(screen) if kind == "mouse" else _Tracker(screen, kind, settings)
+
+
+def gaze_entry(screen: Screen, gaze: Gaze) -> dict[str, Any]:
+    """Return the entry of a gaze source for a journal's note."""
+    software, degree = f"psychopy {version('psychopy')}", screen.display.pixels_per_degree
+    return {"name": gaze.name, "software": software, "pixels_per_degree": degree, "window_px": screen.size}
 
 
 class Taken(NamedTuple):

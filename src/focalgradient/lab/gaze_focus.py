@@ -25,7 +25,8 @@ from focalgradient.files import printable
 from focalgradient.lab.devices.trackers import tracker_settings
 from focalgradient.lab.devices.triggers import Triggers, open_triggers
 from focalgradient.lab.experiment import Again, Quit
-from focalgradient.lab.gaze import Gaze, open_gaze
+from focalgradient.lab.forms import pages
+from focalgradient.lab.gaze import Gaze, gaze_entry, open_gaze
 from focalgradient.lab.options import FollowOptions
 from focalgradient.lab.preparation import (
     ASSUMED_DISTANCE,
@@ -34,7 +35,7 @@ from focalgradient.lab.preparation import (
     gamma_shown,
     import_screen,
 )
-from focalgradient.lab.running import guard
+from focalgradient.lab.running import guard, uninterrupted
 from focalgradient.live import TIME_CONSTANT, Focusing, FocusSeries, read_series
 from focalgradient.options import parsed
 
@@ -83,9 +84,8 @@ def run(given: Sequence[str] | None = None, *, program: str | None = None) -> in
         height, width = series.distance.shape
         if width > size[0] or height > size[1]:
             raise InputError(
-                f"the series has {width} x {height} pixels, but the window has {size[0]} x {size[1]}: make it "
-                "smaller, or "
-                "leave out --windowed."
+                f"the series has {width} x {height} pixels, but the window has {size[0]} x {size[1]}: make it smaller, "
+                "or leave out --windowed."
             )
         about = _about(options, series, kind)
         with (
@@ -171,7 +171,7 @@ def _window(
         _note_gaze(journal, screen, gaze, series, calibrated=options.monitor is not None)
         view = screen.refocused(series)
         screen.warm(view)
-        _instruct(screen)
+        uninterrupted(lambda: pages(screen, [words("gaze_focus.instructions")], "ready"))
         _follow(screen, gaze, series, view, options, journal, start)
         screen.on_event("end", screen.now())
     except Quit:
@@ -192,10 +192,7 @@ def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries
         {
             "event": "note",
             "kind": "eye tracker",
-            "name": gaze.name,
-            "software": f"psychopy {version('psychopy')}",
-            "pixels_per_degree": display.pixels_per_degree,
-            "window_px": screen.size,
+            **gaze_entry(screen, gaze),
             "picture_px": (width, height),
             "screen_m": [side * display.pixel_pitch for side in screen.size] if calibrated else None,
             "viewing_distance_m": display.distance if calibrated else None,
@@ -204,20 +201,6 @@ def _note_gaze(journal: Journal, screen: Screen, gaze: Gaze, series: FocusSeries
             **gaze.about(),
         }
     )
-
-
-def _instruct(screen: Screen) -> None:
-    """Show the instructions, and wait for the space bar."""
-    first, _, rest = screen.words("gaze_focus.instructions").partition("\n")
-    title = screen.text(first, height=0.05, y=0.1, bold=True)
-    about = screen.text(rest, y=0.0)
-    keys = screen.text(screen.words("common.go_on"), y=-0.1)
-    while True:
-        try:
-            screen.wait(lambda: [part.draw() for part in (title, about, keys)], ["space"], "ready")
-            return
-        except Again:
-            continue
 
 
 def _follow(

@@ -351,8 +351,7 @@ def _unequal(guns: tuple[float, float, float]) -> str:
     return (
         f"the gammas of red, green and blue are {red}, {green} and {blue}: they differ by {max(guns) - min(guns):.2f}, "
         f"more than {UNEQUAL:g}, so that greys of pictures made for another gamma are not neutral: make them with "
-        "--gamma "
-        f"{red},{green},{blue}."
+        f"--gamma {red},{green},{blue}."
     )
 
 
@@ -394,14 +393,12 @@ def _display(
         elif not options.uncalibrated:
             raise InputError(
                 f"the monitor {options.monitor!r} has no width or no viewing distance: enter them in PsychoPy's "
-                "Monitor "
-                f"Center, {remedy}."
+                f"Monitor Center, {remedy}."
             )
     elif not options.uncalibrated:
         raise InputError(
             "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give "
-            "--monitor "
-            f"NAME, {remedy}."
+            f"--monitor NAME, {remedy}."
         )
     if gamma is None:
         warnings.append("the screen's gamma has not been measured: light is encoded for the sRGB curve.")
@@ -415,8 +412,7 @@ def _display(
             raise InputError(
                 f"the pictures were made for {made.pixels_per_degree:.2f} pixels per degree, but the screen has "
                 f"{display.pixels_per_degree:.2f}: change the viewing distance to {distance * ratio:.3f} m (in the "
-                "Monitor Center too), "
-                f"make the pictures again, {remedy}."
+                f"Monitor Center too), make the pictures again, {remedy}."
             )
         meant = 2.2 if made.gamma == "sRGB" else float(np.mean(made.gamma))
         if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
@@ -426,7 +422,6 @@ def _display(
         if (width > room[0] or height > room[1]) and not options.pilot:
             raise InputError(
                 f"the pictures have {width} x {height} pixels, but the window has only {room[0]} x {room[1]}: leave "
-                "out "
-                "--windowed, use a larger screen, or make smaller pictures."
+                "out --windowed, use a larger screen, or make smaller pictures."
             )
     return display, calibrated, warnings

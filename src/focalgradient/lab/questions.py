@@ -4,24 +4,23 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.dataset import Press
-from focalgradient.lab.forms import Letters, edited, warn_colour
+from focalgradient.lab.forms import ENTER, Letters, draw_all, edited, respond, warn_colour
 from focalgradient.scales import Control, OwnControl, Scale, Steps, Ways
 
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["Given", "ask", "ask_which", "explain", "respond"]
+__all__ = ["Given", "ask", "ask_which", "explain"]
 
 SWEEP = 2.5  # time in s in which a held key moves the marker across the slider
 STEP = 1 / 60  # step of one key press, as a fraction of the slider
 HOLD = 0.3  # time in s after which a pressed key counts as held
 SIGNS = {"left": -1, "right": 1}  # direction in which each key moves the marker
-ENTER = ("return", "num_enter")
 STEP_KEY = "step "  # followed by its index: name of the key that a click on a step stands for
 WIDTH, LOW = 0.9, -0.05  # length of the slider, and its height above the centre, as fractions of the screen's height
 
@@ -66,60 +65,6 @@ def ask(screen: Screen, scale: Control | OwnControl, event: str = "question") ->
     return given
 
 
-def respond(
-    screen: Screen,
-    draw: Callable[[], object],
-    event: str,
-    answer: Callable[[Press, float], Given | None],
-    *,
-    first: Callable[[], object] = lambda: None,
-    last: Callable[[float], object] = lambda before: None,
-    pointer: bool = False,
-    lit: bool = False,
-) -> Given:
-    """Draw a question at each frame until a key press answers it.
-
-    Parameters
-    ----------
-    screen
-        PsychoPy window.
-    draw
-        Draws the question.
-    event
-        Name of its event marker.
-    answer
-        Returns the response that a press or release gives, None for any other; it receives the press, and its time in s
-        from the onset of the question.
-    first, last
-        Called at each frame before and after the keys; `last` receives the time of the frame before.
-    pointer
-        Whether the mouse pointer is shown; only with the question, since the blank after a picture must not show it.
-    lit
-        Whether the square of --photodiode is white.
-    """
-    screen.wait_out()
-    screen.keys.clear()
-    draw()
-    asked = before = screen.frame(lit)
-    try:
-        if pointer:
-            screen.window.mouseVisible = True
-        screen.on_event(event, asked)
-        while True:
-            first()
-            found = screen.keys.events()
-            screen.stop_if_asked(found)
-            for press in found:
-                if (given := answer(press, press.time - asked)) is not None:
-                    return given
-            last(before)
-            draw()
-            before = screen.frame(lit)
-    finally:
-        if pointer:
-            screen.window.mouseVisible = False
-
-
 def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
     """Show a page that explains a scale: title (the first line), text, and the scale with its marker at a value."""
     title, _, body = text.partition("\n")
@@ -135,13 +80,13 @@ def explain(screen: Screen, scale: Scale | Steps, text: str, at: float) -> None:
         frame = screen.box(min(0.075 * unit, places[1] - places[0]))
         nearest = min(range(len(places)), key=lambda number: abs(scale.values[number] - at))
         frame.pos = (places[nearest], LOW * unit)
-        screen.wait(lambda: _draw([*still, *boxes, frame]), ["space"], "example")
+        screen.wait(lambda: draw_all([*still, *boxes, frame]), ["space"], "example")
         return
     still += _line(screen, scale, half)
     marker = _marker(screen, scale, half)
 
     def draw() -> None:
-        _draw(still)
+        draw_all(still)
         marker(scale.share(at))
 
     screen.wait(draw, ["space"], "example")
@@ -155,7 +100,7 @@ def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str =
     screen.warm(*still)
 
     def draw() -> None:
-        _draw(still)
+        draw_all(still)
         screen.offer(left=ways[0], right=ways[1])
 
     def answer(press: Press, seconds: float) -> Given | None:
@@ -163,11 +108,6 @@ def ask_which(screen: Screen, question: str, ways: tuple[str, str], event: str =
         return Given(chosen, seconds) if press.down and chosen is not None else None
 
     return respond(screen, draw, event, answer)
-
-
-def _draw(parts: Sequence[Any]) -> None:
-    for part in parts:
-        part.draw()
 
 
 def _head(screen: Screen, question: str, below: str, foot: str) -> list[Any]:
@@ -231,7 +171,7 @@ def _slider(screen: Screen, scale: Scale, event: str) -> Given:
     moving: dict[str, float] = {}
 
     def draw() -> None:
-        _draw(still)
+        draw_all(still)
         screen.offer(**({} if place is None else {"return": "OK"}))
         if place is not None:
             marker(place)
@@ -283,7 +223,7 @@ def _typed(screen: Screen, scale: Scale, event: str) -> Given:
 
     def draw() -> None:
         number.text = typed.replace(".", screen.words("common.decimal")) or " "
-        _draw([*still, number, wrong])
+        draw_all([*still, number, wrong])
 
     letters = Letters()
 
@@ -337,7 +277,7 @@ def _steps(screen: Screen, scale: Steps, event: str) -> Given:
     start: float | None = None
 
     def draw() -> None:
-        _draw([*still, *boxes])
+        draw_all([*still, *boxes])
         screen.offer(**({} if at is None else {"return": "OK"}))
         if screen.pointer is not None:
             for number, x in enumerate(places):

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing, suppress
 from dataclasses import asdict, replace
 from functools import partial
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -28,7 +27,7 @@ from focalgradient.lab.devices.stereoscope import align
 from focalgradient.lab.devices.triggers import Triggers
 from focalgradient.lab.experiment import Again, Experiment, Quit, Sitting, Unpractised
 from focalgradient.lab.forms import missing_glyphs, pages, rest
-from focalgradient.lab.gaze import WITHIN_DEG, Recorder, open_gaze
+from focalgradient.lab.gaze import WITHIN_DEG, Recorder, gaze_entry, open_gaze
 from focalgradient.lab.participant import agree, ask_participant
 from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
@@ -39,7 +38,7 @@ from focalgradient.termination import exit_code, terminable
 if TYPE_CHECKING:
     from focalgradient.lab.screen import Screen
 
-__all__ = ["PART", "parted", "run"]
+__all__ = ["PART", "guard", "parted", "run", "uninterrupted"]
 
 Shown = TypeVar("Shown")
 
@@ -187,11 +186,11 @@ def _listener(sitting: Sitting, triggers: Triggers) -> Callable[[str, float], No
 def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
     window, options = sitting.screen, ready.options
     consent = ready.consent
-    agreed = None if consent is None else consent.stated(_uninterrupted(lambda: agree(window, consent)))
-    about = _uninterrupted(lambda: ask_participant(sitting, options))
+    agreed = None if consent is None else consent.stated(uninterrupted(lambda: agree(window, consent)))
+    about = uninterrupted(lambda: ask_participant(sitting, options))
     sitting.session = options.session
     if window.eyes is not None:
-        _uninterrupted(lambda: align(window, options.stereoscope))
+        uninterrupted(lambda: align(window, options.stereoscope))
     with _opened(ready, sitting, about) as session:
         window.on_event("sitting", window.now())
         session.note(
@@ -259,14 +258,7 @@ def _calibrate(sitting: Sitting, session: Session) -> None:
         return
     gaze = sitting.recorder.gaze
     gaze.calibrate()
-    session.note(
-        "eye tracker",
-        name=gaze.name,
-        software=f"psychopy {version('psychopy')}",
-        pixels_per_degree=sitting.screen.display.pixels_per_degree,
-        window_px=sitting.screen.size,
-        **gaze.about(),
-    )
+    session.note("eye tracker", **gaze_entry(sitting.screen, gaze), **gaze.about())
 
 
 def _happened(sitting: Sitting) -> dict[str, Any]:
@@ -293,7 +285,7 @@ def _may_keep(window: Screen, session: Session, sitting: Sitting) -> None:
     words = window.words
     foot = words("session.keep_keys", yes=words.yes.upper(), no=words.no.upper())
     with suppress(Quit):  # Escape again: no reply
-        key = _uninterrupted(
+        key = uninterrupted(
             lambda: pages(window, [words("session.keep")], "keep?", keys=(words.yes, words.no), foot=foot)
         )
         session.note("keep", kept=key == words.yes)
@@ -337,18 +329,18 @@ class _Walk:
             self._repeat(step)
         elif isinstance(step, Standard):
             self._sitting.lead = (step,)
-            _uninterrupted(lambda: self._experiment.standard(self._sitting))
+            uninterrupted(lambda: self._experiment.standard(self._sitting))
         elif not (instructions and self._experiment.instructions is not None):
-            _uninterrupted(partial(self._page, step))
+            uninterrupted(partial(self._page, step))
 
     def _prepare(self) -> None:
         """Show the experiment's own instructions, calibrate the eye tracker, and call the experiment's `before`."""
         sitting, own = self._sitting, self._experiment.instructions
         self._prepared = True
         if own is not None:
-            _uninterrupted(lambda: pages(sitting.screen, own(sitting), "instructions"))
+            uninterrupted(lambda: pages(sitting.screen, own(sitting), "instructions"))
         _calibrate(sitting, self._session)
-        _uninterrupted(lambda: self._experiment.before(sitting))
+        uninterrupted(lambda: self._experiment.before(sitting))
 
     def _page(self, page: Page) -> None:
         screen, words = self._sitting.screen, self._sitting.words
@@ -397,7 +389,7 @@ class _Walk:
                 raise Unpractised(f"{sum(known)} of {len(known)} trials right in round {number}")
             if passed or number == design.practice_rounds:
                 return
-            _uninterrupted(partial(self._page, repeat.again))
+            uninterrupted(partial(self._page, repeat.again))
             repeated = []
             for turn in repeat.turns:
                 answer = _timed(experiment, sitting, session, turn, number + 1)
@@ -409,7 +401,7 @@ class _Walk:
             practised = repeated
 
 
-def _uninterrupted(shown: Callable[[], Shown]) -> Shown:
+def uninterrupted(shown: Callable[[], Shown]) -> Shown:
     """Call a function; repeat it from its start if Escape interrupted it and the session continues."""
     while True:
         with suppress(Again):
@@ -428,7 +420,7 @@ def _timed(experiment: Experiment, sitting: Sitting, session: Session, turn: Tur
 
     for _ in range(MOST_REPEATS):
         before = time.monotonic(), time.time()
-        answer = _uninterrupted(shown)
+        answer = uninterrupted(shown)
         by = parted(before, (time.monotonic(), time.time()))
         if not by:
             return answer
@@ -436,8 +428,7 @@ def _timed(experiment: Experiment, sitting: Sitting, session: Session, turn: Tur
         sitting.events, sitting.first = [], 0
     raise InputError(
         f"the computer's clock was set {MOST_REPEATS} times in a row during trial {trial.trial}: pause clock "
-        "synchronisation, and continue "
-        "with --resume."
+        "synchronisation, and continue with --resume."
     )
 
 

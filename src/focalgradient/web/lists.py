@@ -85,8 +85,7 @@ class Lists:
         if self._task.adapts and self._task.adjusts:
             raise InputError(
                 f"{design.task} adapts its adjustments to the responses, which a browser cannot do: run it in the "
-                "laboratory with "
-                "focalgradient run."
+                "laboratory with focalgradient run."
             )
         if needed := self._task.needed(design):
             if stimuli is None:

@@ -33,6 +33,10 @@ __all__ = [
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
 Milliseconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
+Number = Annotated[float, Field(allow_inf_nan=False)]
+RoundNumber = Annotated[int, Field(ge=1, le=20)]
+Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
+TrialNumber = Annotated[int, Field(ge=1, le=100_000)]
 About = Annotated[str, Field(min_length=1, max_length=LONGEST_ABOUT, pattern=ABOUT)]
 Seconds = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
 
@@ -57,6 +61,13 @@ class Who(Message):
     tab: Label
 
 
+class OfTrial(Message):
+    """Message about a trial."""
+
+    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
+    trial: TrialNumber
+
+
 class Sitting(Message):
     """Consent, and measurements of the screen.
 
@@ -65,7 +76,7 @@ class Sitting(Message):
     measurement, `waited_ms` the time from then to this message. `about` contains the entries of the form.
     """
 
-    consent: Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")] | None = None
+    consent: Sha256 | None = None
     screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
     screen_m: (
         Annotated[list[Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]], Field(min_length=2, max_length=2)]
@@ -107,70 +118,69 @@ class Frames(Message):
     zoomed: Count = 0
 
 
-Also = Annotated[dict[Label, Annotated[float, Field(allow_inf_nan=False)]], Field(max_length=50)]
+Also = Annotated[dict[Label, Number], Field(max_length=50)]
 """Responses to additional questions by column; for a choice, 1 or 2."""
 
 
-class Rating(Message):
-    """Response to a question; of a choice, which alternative was `chosen`."""
+class Response(Message):
+    """Parts of every response to a trial."""
 
     onset: Seconds
-    rating: Annotated[float, Field(allow_inf_nan=False)] | None = None
-    chosen: Literal[1, 2] | None = None
-    response_time: Seconds
     dropped_frames: Count = 0
-    start: Annotated[float, Field(allow_inf_nan=False)] | None = None
     frames: Frames
     also: Also = {}
 
 
-class Held(Message):
+class Rating(Response):
+    """Response to a question; of a choice, which alternative was `chosen`."""
+
+    rating: Number | None = None
+    chosen: Literal[1, 2] | None = None
+    response_time: Seconds
+    start: Number | None = None
+
+
+class Held(Response):
     """Presses and releases of keys while the pictures of a trial are shown."""
 
-    onset: Seconds
     presses: Annotated[
         list[tuple[Annotated[float, Field(ge=-10, le=1e6)], Annotated[str, Field(max_length=20)], bool]],
         Field(max_length=100_000),
     ]
     trial_duration: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
-    dropped_frames: Count = 0
-    frames: Frames
-    also: Also = {}
 
 
 class Again(Message):
     """Response to a repeated practice trial, identified by `phase` and `trial` of the list."""
 
     phase: Literal["practice"]
-    trial: Annotated[int, Field(ge=1, le=100_000)]
+    trial: TrialNumber
     answer: dict[str, Any]
 
 
 class Judge(Who):
     """Request to judge the responses of a round of practice so far."""
 
-    round: Annotated[int, Field(ge=1, le=20)]
+    round: RoundNumber
     answers: Annotated[list[Again], Field(min_length=1, max_length=100)]
 
 
 class Round(Message):
     """Evaluation of one practice round: number of correct responses, and the responses of a repeated round."""
 
-    round: Annotated[int, Field(ge=1, le=20)]
+    round: RoundNumber
     right: Count
     of: Count
     passed: bool
     again: Annotated[list[Again], Field(max_length=100)] = []
 
 
-class Answer(Message):
+class Answer(OfTrial):
     """Response, identified by `phase` and `trial`; `attempt` distinguishes repeated transmissions.
 
     The results of practice are sent with the first response of the main trials.
     """
 
-    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
-    trial: Annotated[int, Field(ge=1, le=100_000)]
     attempt: Label
     answer: dict[str, Any]
     practice: Annotated[list[Round], Field(max_length=20)] = []
@@ -182,12 +192,10 @@ class Given(Answer, Who):
     trial_token: Label
 
 
-class Exposure(Message):
+class Exposure(OfTrial):
     """Exposure of a trial, reported before it begins; `exposure` distinguishes repeated transmissions."""
 
-    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
-    trial: Annotated[int, Field(ge=1, le=100_000)]
-    round: Annotated[int, Field(ge=1, le=20)]
+    round: RoundNumber
     exposure: Label
 
 
@@ -195,18 +203,13 @@ class Expose(Exposure, Who):
     """Exposure reported by a session's page."""
 
 
-class Next(Who):
+class Next(OfTrial, Who):
     """Request for a trial and the few that follow it: their tokens, stimuli and pages.
 
     Main trials need the token that the last judgement of practice gave, unless an earlier sitting had all practice.
     """
 
-    phase: Annotated[str, Field(pattern=r"^(practice|main)$")]
-    trial: Annotated[int, Field(ge=1, le=100_000)]
     practice_token: Annotated[str, Field(max_length=100)] = ""
-
-
-Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 
 
 class Line(Message):

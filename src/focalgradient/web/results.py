@@ -61,8 +61,7 @@ def read_results(paths: Sequence[Path]) -> dict[str, dict[int, Record]]:
                 if lines.setdefault(line.line, line) != line:
                     raise InputError(
                         f"{where}: line {line.line} of session {line.session} occurs twice with different contents: "
-                        "leave "
-                        "out the file that was changed after its download."
+                        "leave out the file that was changed after its download."
                     )
         if not found:
             raise InputError(f"{printable(path)} contains no responses: give {RESULT_FILE}.")

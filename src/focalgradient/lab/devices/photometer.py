@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from focalgradient.display import Display
 from focalgradient.errors import InputError
+from focalgradient.lab.forms import ENTER, draw_all
 from focalgradient.lab.options import MeterOptions
 from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
 from focalgradient.luminance import GUNS, fit_luminance
@@ -170,8 +171,7 @@ def main() -> int:
         except InputError as error:
             raise InputError(
                 f"the measured luminances are not those of a screen ({str(error).partition(':')[0]}): point the "
-                "photometer at the "
-                "square, and measure again."
+                "photometer at the square, and measure again."
             ) from error
     except InputError as error:
         print(error, file=sys.stderr)
@@ -208,9 +208,8 @@ def _measure_on(screen: Screen, photometer: Any) -> dict[str, NDArray[np.float64
 
     white = square((255, 255, 255))
     screen.keys.clear()
-    while not pressed() & {"return", "num_enter"}:
-        for part in (white, head, foot):
-            part.draw()
+    while not pressed() & {*ENTER}:
+        draw_all((white, head, foot))
         screen.frame()
     return measure(show, photometer)
 

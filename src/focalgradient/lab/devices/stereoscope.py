@@ -16,9 +16,11 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
+from focalgradient.dataset import Press
 from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.files import read_text, read_toml, write_whole
+from focalgradient.lab.forms import ENTER, draw_all, respond
 from focalgradient.lab.options import SessionOptions
 from focalgradient.tables import Table, load_table
 
@@ -279,38 +281,32 @@ def align(screen: Screen, path: Path | None) -> tuple[int, int]:
     held: dict[str, float] = {}
     place = [float(one) for one in eyes.offset_px]
 
-    def show() -> float:
-        for part in both:
-            part.draw()
+    def draw() -> None:
+        draw_all(both)
         for eye, own in enumerate(lines):
             with eyes.part(eye):
-                for line in own:
-                    line.draw()
-        return screen.frame()
+                draw_all(own)
 
     def move(key: str, pixels: float) -> None:
         for axis, step in enumerate(STEPS[key]):
             place[axis] = min(max(place[axis] + step * pixels, -farthest), farthest)
         eyes.offset_px = (round(place[0]), round(place[1]))
 
-    screen.keys.clear()
-    before = show()
-    screen.on_event("align", before)
-    while True:
-        found = screen.keys.events()
-        screen.stop_if_asked(found)
-        for press in found:
-            if press.key in STEPS and press.down:
-                move(press.key, 1)
-                held[press.key] = press.time
-            elif press.key in STEPS:
-                held.pop(press.key, None)
-            elif press.down and press.key in ("return", "num_enter"):
-                eyes.setup = eyes.setup.model_copy(update={"offset_px": eyes.offset_px})
-                if path is not None:
-                    store_offset(path, eyes.offset_px)
-                return eyes.offset_px
+    def answer(press: Press, seconds: float) -> tuple[int, int] | None:
+        if press.key in STEPS and press.down:
+            move(press.key, 1)
+            held[press.key] = press.time
+        elif press.key in STEPS:
+            held.pop(press.key, None)
+        return eyes.offset_px if press.down and press.key in ENTER else None
+
+    def move_held(before: float) -> None:
         for key, since in held.items():
             if before - since > HOLD_S:
                 move(key, RATE * screen.frame_s)
-        before = show()
+
+    found = respond(screen, draw, "align", answer, last=move_held)
+    eyes.setup = eyes.setup.model_copy(update={"offset_px": found})
+    if path is not None:
+        store_offset(path, found)
+    return found

@@ -193,8 +193,7 @@ def _check_connection(iohub: str, tracker: Tracker, settings: Mapping[str, Any])
         where = f"{host}:{port}" if port else host
         raise InputError(
             f"the eye tracker {iohub} does not respond at {where}: {tracker.remedy}, or give its address in the file "
-            "of "
-            "--tracker."
+            "of --tracker."
         )
 
 
