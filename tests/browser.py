@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import shutil
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from functools import partial
+from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Self
@@ -14,6 +18,9 @@ from typing import Any, Self
 from playwright import sync_api
 
 CHROMIUM = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "google-chrome"))), None)
+
+JSPSYCH = Path(__file__).parents[1] / "plugins" / "jspsych"
+"""The plugins of jsPsych."""
 
 OPTIONS = ["--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 """Of Chromium: it draws WebGL without a graphics card."""
@@ -34,6 +41,44 @@ def chromium() -> Iterator[sync_api.Browser]:
             yield browser
         finally:
             browser.close()
+
+
+class Quiet(SimpleHTTPRequestHandler):
+    """Files of a folder, of whose requests nothing is printed."""
+
+    def log_message(self, *_: object) -> None:
+        pass
+
+
+@contextmanager
+def serving(folder: Path, handler: type[SimpleHTTPRequestHandler] = Quiet) -> Iterator[str]:
+    """Serve a folder's files; give their address."""
+    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(handler, directory=str(folder)))
+    thread = threading.Thread(target=server.serve_forever, daemon=True)
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_address[1]}"
+    finally:
+        server.shutdown()
+        server.server_close()
+        thread.join()
+
+
+def bundle_jspsych(source: str, folder: Path, name: str) -> str:
+    """Bundle a timeline of jsPsych with the plugins, as a laboratory does; give the name of its page in the folder."""
+    spec = importlib.util.spec_from_file_location("jspsych_build", JSPSYCH / "build.py")
+    assert spec is not None
+    assert spec.loader is not None
+    build = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(build)
+    build.write_shared()
+    text = source.replace('"@focalgradient/jspsych"', json.dumps(str(JSPSYCH / "src" / "index.js")))
+    (folder / f"{name}.js").write_text(text)
+    plain = ("bundle", "--quiet", "--frozen", "--platform", "browser", "-c", "deno.json")
+    build.deno(*plain, "-o", folder / f"{name}-bundled.js", folder / f"{name}.js")
+    body = f'<body></body><script type="module" src="{name}-bundled.js"></script>'
+    (folder / f"{name}.html").write_text(f'<!doctype html><meta charset="utf-8">{body}')
+    return f"{name}.html"
 
 
 _CUT = """scrolled => [...document.querySelectorAll("body *")].filter(one => {

@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-import functools
-import importlib.util
 import json
 import re
 import shutil
 import subprocess
 import sys
-import threading
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from typing import Any
 
 import browser
 import cv2
@@ -27,7 +22,6 @@ __all__ = ["plugin"]  # the screen with the plugin's wheel
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "in-your-own-experiment.md").read_text("utf-8")
-PLUGINS = ROOT / "plugins" / "jspsych"
 SHAPE = (60, 80)
 
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(sys.platform != "linux", reason="elsewhere no screen is set up")]
@@ -86,35 +80,16 @@ var, clock = SimpleNamespace(dioptres=1.2), SimpleNamespace(sleep=lambda ms: tim
     assert ran(plugin, "-c", before + scripts + "\nprint('found', picture.focus)").count("found 1.2\n") == 1
 
 
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_: Any) -> None:
-        pass
-
-
 def test_jspsych(files: Path) -> None:
-    spec = importlib.util.spec_from_file_location("jspsych_build", PLUGINS / "build.py")
-    assert spec is not None
-    assert spec.loader is not None
-    build = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(build)
-    build.write_shared()
-    source = block("jsPsych", "js").replace('"@focalgradient/jspsych"', json.dumps(str(PLUGINS / "src" / "index.js")))
-    (files / "own.js").write_text(source)
-    plain = ("bundle", "--quiet", "--frozen", "--platform", "browser", "-c", "deno.json")
-    build.deno(*plain, "-o", files / "bundled.js", files / "own.js")
-    (files / "own.html").write_text('<!doctype html><body></body><script type="module" src="bundled.js"></script>')
-    server = ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Quiet, directory=str(files)))
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    with browser.Browser() as page:
-        page.call("Page.navigate", url=f"http://127.0.0.1:{server.server_address[1]}/own.html")
+    name = browser.bundle_jspsych(block("jsPsych", "js"), files, "own")
+    with browser.serving(files) as address, browser.Browser() as page:
+        page.call("Page.navigate", url=f"{address}/{name}")
         page.wait("document.querySelector('#picture')?.width === 80")
         for kind in ("keyDown", "keyUp", "keyDown", "keyUp"):
             page.call("Input.dispatchKeyEvent", type=kind, key="f", **({"text": "f"} if kind == "keyDown" else {}))
             page.js("new Promise((resolve) => setTimeout(resolve, 600))")
         page.wait("document.querySelector('#focal-blur')?.width === 80")
         assert page.js("document.querySelector('#focal-blur-foot').textContent").startswith("Make the left side sharp.")
-    server.shutdown()
-    server.server_close()
 
 
 SCREEN = """function out = Screen(what, varargin)

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
 
+from browser import Quiet, serving
 from playwright.sync_api import BrowserContext, Route
 
 JATOS = """
@@ -99,7 +97,7 @@ def platform(folder: Path) -> Iterator[Platform]:
     """Serve a folder's files, and what JATOS would beside them."""
     stub = Platform()
 
-    class Handler(SimpleHTTPRequestHandler):
+    class Handler(Quiet):
         def _answer(self, status: int, body: bytes, kind: str) -> None:
             self.send_response(status)
             self.send_header("Content-Type", kind)
@@ -122,16 +120,5 @@ def platform(folder: Path) -> Iterator[Platform]:
             body = self.rfile.read(int(self.headers["Content-Length"] or 0)).decode()
             self._answer(stub.take(self.path, body), b"{}", "application/json")
 
-        def log_message(self, *_: object) -> None:
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=str(folder)))
-    stub.address = f"http://127.0.0.1:{server.server_address[1]}"
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    try:
+    with serving(folder, Handler) as stub.address:
         yield stub
-    finally:
-        server.shutdown()
-        server.server_close()
-        thread.join()

@@ -11,22 +11,15 @@ from typing import Any
 
 import pytest
 from chromium import take_part
-from click.testing import CliRunner
+from command_line import succeed
 from participant import DEPTH, NECKER, Participant, client_of, make_set, study
 from platform_stub import Platform, platform
 from playwright.sync_api import Browser, Page
 
-from focalgradient.cli import main
 from focalgradient.dataset import read_journal, validate
 from focalgradient.design import load_design
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
-
-
-def run(*words: object, code: int = 0) -> str:
-    result = CliRunner().invoke(main, [str(word) for word in words])
-    assert result.exit_code == code, result.output
-    return result.output
 
 
 def exported(folder: Path, design: str, *options: object) -> Path:
@@ -35,7 +28,7 @@ def exported(folder: Path, design: str, *options: object) -> Path:
     if "depthrating" in design:
         make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
         pictures = ["--stimuli", folder / "set"]
-    run("serve", folder / "design.toml", *pictures, "--export", folder / "study", "--participants", "2-4", *options)
+    succeed("serve", folder / "design.toml", *pictures, "--export", folder / "study", "--participants", "2-4", *options)
     return folder / "study"
 
 
@@ -112,7 +105,7 @@ def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tm
     (tmp_path / "result.txt").write_text(stub.text)
     words = ("collect", tmp_path / "result.txt", "--stimuli", tmp_path / "set", "--data", tmp_path / "data")
     trials = load_design(tmp_path / "design.toml").trials("002")
-    assert f"sub-002: {len(trials)} of {len(trials)} trials, {len(trials)} new" in run(*words)
+    assert f"sub-002: {len(trials)} of {len(trials)} trials, {len(trials)} new" in succeed(*words).output
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
     events = events_of(journal(tmp_path / "data"))
     resumed = next(number for number, event in enumerate(events) if event["event"] == "resumed")
@@ -123,7 +116,7 @@ def test_a_study_on_jatos_gives_the_journal_of_a_served_one(browser: Browser, tm
     assert events == served_events(tmp_path, DEPTH)
 
     before = {path: path.read_bytes() for path in (tmp_path / "data").rglob("*") if path.is_file()}
-    assert "0 new" in run(*words)
+    assert "0 new" in succeed(*words).output
     assert before == {path: path.read_bytes() for path in (tmp_path / "data").rglob("*") if path.is_file()}
 
 
@@ -148,7 +141,7 @@ def test_the_cube_on_other_platforms(browser: Browser, tmp_path: Path, name: str
         files.append(tmp_path / f"{number}.csv")
     assert len(files) >= 2  # the beginning is sent at once
     assert stub.closed == ([{"isCompleted": True}] if name == "pavlovia" else [])
-    report = json.loads(run("collect", *files, "--data", tmp_path / "data", "--json"))
+    report = json.loads(succeed("collect", *files, "--data", tmp_path / "data", "--json").output)
     assert report["left_out"] == []
     (session,) = report["sessions"]
     assert (session["participant"], session["answered"]) == ("003", session["trials"])
@@ -172,5 +165,5 @@ def test_what_is_refused_at_the_end_is_offered_as_a_file(browser: Browser, tmp_p
             page.keyboard.press("Enter")
         given.value.save_as(tmp_path / "rest.csv")
     (tmp_path / "first.csv").write_text("".join(stub.files.values()), newline="")
-    run("collect", tmp_path / "first.csv", tmp_path / "rest.csv", "--data", tmp_path / "data")
+    succeed("collect", tmp_path / "first.csv", tmp_path / "rest.csv", "--data", tmp_path / "data")
     assert validate(tmp_path / "data").problems == ()

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import base64
-import functools
-import importlib.util
 import json
 import sys
-import threading
 import time
 from collections.abc import Iterator
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import browser
 import cv2
@@ -28,27 +22,13 @@ from focalgradient.stimuli.cube_frames import room_of, shown
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
-PLUGINS = Path(__file__).parents[2] / "plugins" / "jspsych"
 SHAPE = (120, 160)
-
-
-def build() -> ModuleType:
-    """The program that bundles the plugins."""
-    spec = importlib.util.spec_from_file_location("jspsych_build", PLUGINS / "build.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 def series() -> FocusSeries:
     random = np.random.default_rng(7)
     planes = [cv2.resize(random.uniform(0, 1, (12, 16, 3)) ** 2, SHAPE[::-1]).astype(np.float16) for _ in range(4)]
     return FocusSeries((0.5, 1.0, 1.5, 2.5), tuple(planes), np.ones(SHAPE), np.full((3, 2), np.nan))
-
-
-class Quiet(SimpleHTTPRequestHandler):
-    def log_message(self, *_: Any) -> None:
-        pass
 
 
 @pytest.fixture(scope="module")
@@ -59,31 +39,17 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[browser.Bro
     cv2.imwrite(str(folder / "picture.png"), random.integers(0, 256, (*SHAPE, 3), dtype=np.uint8))
     (folder / "series").mkdir()
     (folder / "series" / "focus.json").write_text(json.dumps(packed(series())))
-    handler = functools.partial(Quiet, directory=str(folder))
-    server = ThreadingHTTPServer(("127.0.0.1", 0), handler)
-    threading.Thread(target=server.serve_forever, daemon=True).start()
-    with browser.Browser() as chromium:
-        yield chromium, f"http://127.0.0.1:{server.server_address[1]}", folder
-    server.shutdown()
-    server.server_close()
+    with browser.serving(folder) as address, browser.Browser() as chromium:
+        yield chromium, address, folder
 
 
 def open_timeline(site: tuple[browser.Browser, str, Path], source: str, name: str) -> browser.Browser:
     """Bundle a timeline as a laboratory writes it, and open it."""
     chromium, address, folder = site
-    made = build()
-    made.write_shared()
-    text = source.replace('"@focalgradient/jspsych"', json.dumps(str(PLUGINS / "src" / "index.js")))
-    (folder / f"{name}.js").write_text(f"{text}\nwindow.done = jsPsych.data.get().values();\n")
-    out = folder / f"{name}-bundled.js"
-    made.deno(
-        "bundle", "--quiet", "--frozen", "--platform", "browser", "-c", "deno.json", "-o", out, folder / f"{name}.js"
-    )
-    page = f'<!doctype html><meta charset="utf-8"><body></body><script type="module" src="{out.name}"></script>'
-    (folder / f"{name}.html").write_text(page)
+    page = browser.bundle_jspsych(f"{source}\nwindow.done = jsPsych.data.get().values();\n", folder, name)
     chromium.call("Emulation.setDeviceMetricsOverride", width=1000, height=700, deviceScaleFactor=1, mobile=False)
     chromium.events.clear()
-    chromium.call("Page.navigate", url=f"{address}/{name}.html")
+    chromium.call("Page.navigate", url=f"{address}/{page}")
     return chromium
 
 
@@ -111,7 +77,7 @@ def encoded(focus: float) -> np.ndarray:
 
 @pytest.mark.slow
 def test_an_experiment_of_ten_lines(site: tuple[browser.Browser, str, Path]) -> None:
-    source = (PLUGINS / "examples" / "timeline.js").read_text("utf-8")
+    source = (browser.JSPSYCH / "examples" / "timeline.js").read_text("utf-8")
     assert len(source.strip().splitlines()) <= 10
     page = open_timeline(site, source, "timeline")
     page.wait("document.querySelector('#item')")

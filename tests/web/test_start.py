@@ -9,11 +9,10 @@ from importlib.resources import files
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import run, sentence
 from participant import NECKER
 
 from focalgradient import InputError
-from focalgradient.cli import main
 from focalgradient.design import load_design
 from focalgradient.design.given_list import trial_row
 from focalgradient.web import Lists, People, check_page
@@ -67,9 +66,8 @@ def test_a_blank_password_starts_no_server(tmp_path: Path, monkeypatch: pytest.M
     monkeypatch.setenv("FOCALGRADIENT_PASSWORD", password)
     monkeypatch.setattr("focalgradient.web.run", lambda *_, **__: pytest.fail("a server was started"))
     monkeypatch.chdir(tmp_path)
-    done = CliRunner().invoke(main, ["serve", "design.toml", "--data", "data", "--port", "0"])
-    assert done.exit_code == 2
-    assert "FOCALGRADIENT_PASSWORD is blank" in done.output
+    said = sentence(run("serve", "design.toml", "--data", "data", "--port", 0))
+    assert "FOCALGRADIENT_PASSWORD is blank" in said
 
 
 def test_a_page_of_older_sources_is_not_served(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,9 +93,7 @@ def test_a_folder_that_cannot_be_written_is_refused_before_anybody_takes_part(
     (tmp_path / "there").mkdir()
     # Root may write anywhere, so the disk is said to be read-only.
     monkeypatch.setattr(os, "access", lambda path, how: how != os.W_OK or Path(path) != tmp_path / "there")
-    words = ["serve", str(tmp_path / "design.toml"), "--links", str(tmp_path / "links.jsonl"), "--port", "0", "--data"]
+    words = ("serve", tmp_path / "design.toml", "--links", tmp_path / "links.jsonl", "--port", 0, "--data")
     for data in (tmp_path / "there", tmp_path / "there" / "data"):
-        done = CliRunner().invoke(main, [*words, str(data)])
-        assert done.exit_code == 2
-        assert "there cannot be written: change its permissions" in done.output
+        assert "there cannot be written: change its permissions" in sentence(run(*words, data))
         assert not (tmp_path / "links.jsonl").exists()

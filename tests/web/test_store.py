@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import run, sentence, succeed
 from databases import FOUND, Cluster
 from participant import DEPTH, NECKER, Participant, client_of, kept_in, make_set
 
 from focalgradient import InputError
-from focalgradient.cli import main
 from focalgradient.dataset import read_journal, validate
 from focalgradient.web.study import Study
 
@@ -45,10 +44,9 @@ def test_each_request_may_reach_another_server(databases: Cluster, tmp_path: Pat
             assert someone.answer(number).json()["again"]
         assert someone.ask("finish").status_code == 200
         assert first.get("/experimenter/data.zip").status_code == 401
-        added = CliRunner().invoke(main, ["collect", "--store", address, "--data", str(tmp_path / "set-of-data")])
-        assert added.exit_code == 0, added.output
-        assert "Sessions in" in added.output
-        again = CliRunner().invoke(main, ["collect", "--store", address, "--data", str(tmp_path / "set-of-data")])
+        words = ("collect", "--store", address, "--data", tmp_path / "set-of-data")
+        assert "Sessions in" in succeed(*words).output
+        again = run(*words)
         assert "sub-001: 0 new lines" in again.output
     found = validate(tmp_path / "set-of-data", tmp_path / "set" if design == DEPTH else None)
     assert found.problems == ()
@@ -92,7 +90,7 @@ def test_a_database_that_goes_away_is_waited_for(databases: Cluster, tmp_path: P
         replies = [someone.answer(1) for _ in range(10)]  # each connection that was lost is found to be so once
         assert replies[-1].json()["recorded"]
         assert someone.answer(2).json()["done"] == 3
-        assert CliRunner().invoke(main, ["collect", "--store", address, "--data", str(tmp_path / "got")]).exit_code == 0
+        succeed("collect", "--store", address, "--data", tmp_path / "got")
     keys = [
         (event["phase"], event["trial"])
         for event in read_journal(next((tmp_path / "got").rglob("*.jsonl"))).of("trial")
@@ -123,7 +121,5 @@ def test_an_address_that_is_none_is_refused_in_one_sentence(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     (tmp_path / "design.toml").write_text(NECKER)
-    told = CliRunner().invoke(main, options)
-    assert told.exit_code == 2, told.output
-    assert len(told.output.strip().splitlines()) == 1
+    sentence(run(*options))
     assert not (tmp_path / "data").exists()

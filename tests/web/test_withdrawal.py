@@ -8,13 +8,12 @@ from pathlib import Path
 
 import participant
 import pytest
-from click.testing import CliRunner
+from command_line import succeed
 from databases import Cluster
 from participant import NECKER, PASSWORD, Participant, client_of, kept_in, study
 from starlette.testclient import TestClient
 
 from focalgradient import InputError
-from focalgradient.cli import main
 from focalgradient.dataset import validate, withdraw
 from focalgradient.dataset.links import forget_links, links_beside, read_links
 from focalgradient.web import People
@@ -93,8 +92,7 @@ def test_who_is_withdrawn_is_named_nowhere(tmp_path: Path, runs: bool) -> None:
     made.people = People(tmp_path / "data-links.jsonl", data=tmp_path / "data")
 
     def act() -> None:
-        done = CliRunner().invoke(main, ["withdraw", str(tmp_path / "data"), "sub-002"])
-        assert done.exit_code == 0, done.output
+        done = succeed("withdraw", tmp_path / "data", "sub-002")
         assert f"Removed from: {tmp_path / 'data-links.jsonl'}" in done.output
 
     with client_of(made) as client:
@@ -212,8 +210,7 @@ def columns(address: str) -> bytes:
 
 
 def collected(address: str, folder: Path) -> None:
-    done = CliRunner().invoke(main, ["collect", "--store", address, "--data", str(folder)])
-    assert done.exit_code == 0, done.output
+    succeed("collect", "--store", address, "--data", folder)
 
 
 @pytest.mark.parametrize("way", ["page", "command"])
@@ -233,10 +230,7 @@ def test_in_a_database_and_what_was_collected_of_it_nothing_names_them(address: 
         if way == "page":
             assert someone.ask("withdraw").status_code == 200
         else:
-            done = CliRunner().invoke(
-                main, ["withdraw", str(tmp_path / "none"), "sub-002", "--store", address, "--yes"]
-            )
-            assert done.exit_code == 0, done.output
+            done = succeed("withdraw", tmp_path / "none", "sub-002", "--store", address, "--yes")
             assert "Removed from the store." in done.output
         for client in (first, second):
             someone.client = client
