@@ -142,6 +142,11 @@ await jsPsych.run([
 
 @pytest.mark.slow
 def test_what_is_shown_is_the_stimulus_to_the_8_bit_step(site: tuple[browser.Browser, str, Path]) -> None:
+    cube = NeckerCube(size=np.radians(5.0), line_width=np.radians(0.05))
+    angle = float(np.tan(np.radians(1)) / 40)
+    light = necker_frame(
+        cube, 0.0, shape=room_of(cube, 0.004, angle), pixel_angle=angle, gradient="rigid", aperture=0.004
+    )
     page = open_timeline(site, SHOWN, "shown")
     page.wait("document.querySelector('#picture') && document.querySelector('#picture').width === 160")
     time.sleep(0.3)
@@ -154,11 +159,6 @@ def test_what_is_shown_is_the_stimulus_to_the_8_bit_step(site: tuple[browser.Bro
     press(page, "a")
     page.wait("document.querySelector('#cube')")
     time.sleep(0.5)
-    cube = NeckerCube(size=np.radians(5.0), line_width=np.radians(0.05))
-    angle = float(np.tan(np.radians(1)) / 40)
-    light = necker_frame(
-        cube, 0.0, shape=room_of(cube, 0.004, angle), pixel_angle=angle, gradient="rigid", aperture=0.004
-    )
     seen = pixels(page, "cube")
     assert seen.shape[:2] == light.shape
     assert np.abs(seen[..., 0] - shown(light, Display()).astype(int)).max() <= 1
