@@ -39,34 +39,34 @@ class Paper:
     stated: tuple[str, ...]
 
 
-def _border(sharp: str, edge: float, **others: Any) -> dict[str, Any]:
-    blurred = "right" if sharp == "left" else "left"
-    return {f"{sharp}_blur_arcmin": 0.0, f"{blurred}_blur_arcmin": 4.0, "border_blur_arcmin": edge, **others}
+def _borders(**others: Any) -> dict[str, dict[str, Any]]:
+    """Return the conditions of a border: which side is sharp, and whether the border is."""
+    return {
+        f"{sharp} sharp, {name} border": {
+            f"{sharp}_blur_arcmin": 0.0,
+            f"{blurred}_blur_arcmin": 4.0,
+            "border_blur_arcmin": edge,
+            **others,
+        }
+        for sharp, blurred in (("left", "right"), ("right", "left"))
+        for name, edge in (("sharp", 0.0), ("blurred", 4.0))
+    }
 
-
-_BORDERS = {
-    f"{sharp} sharp, {name} border": (sharp, edge)
-    for sharp in ("left", "right")
-    for name, edge in (("sharp", 0.0), ("blurred", 4.0))
-}
-
-_STRAIGHT = {name: _border(*given, border="straight") for name, given in _BORDERS.items()}
 
 LEVELS_ARCMIN = (0.0, 0.5, 1.0, 1.5, 2.25, 3.25, 4.5, 6.0)
 """Blurs of the leaves in arcmin, spaced by discriminable steps (a design choice)."""
 
-HELD_M = 783.0
-"""Scene distance (m) at which simulated distances of 0.36, 0.23 and 0.15 m require apertures of 10.0, 15.65 and 24.5 m,
-for a pupil of 4.6 mm."""
+HELD = {"true_distance_m": 783.0, "pupil_mm": 4.6}
+"""Scene distance at which simulated distances of 0.36, 0.23 and 0.15 m require apertures of 10.0, 15.65 and 24.5 m."""
+
+VISHWANATH = {"slant_deg": 60.0, "texture": "projected"}
+MAIELLO = {"window_deg": 46.0, "focus_m": 0.4, "psf": "gaussian"}
+"""Parameters that are the same in all conditions."""
 
 PAPERS: dict[str, Paper] = {
-    "mather1996": Paper(texture_border, _STRAIGHT, ()),
-    "marshall1996": Paper(texture_border, _STRAIGHT, ()),
-    "mather2002": Paper(
-        texture_border,
-        {name: _border(*given, border="sinusoidal") for name, given in _BORDERS.items()},
-        ("border",),
-    ),
+    "mather1996": Paper(texture_border, _borders(border="straight"), ()),
+    "marshall1996": Paper(texture_border, _borders(border="straight"), ()),
+    "mather2002": Paper(texture_border, _borders(border="sinusoidal"), ("border",)),
     "taylor2015": Paper(
         dead_leaves,
         {
@@ -78,24 +78,16 @@ PAPERS: dict[str, Paper] = {
     "watson2011": Paper(
         blurred_edge,
         {
-            f"pedestal {pedestal:g}, increment {increment:g}": {
-                "pedestal_arcmin": pedestal,
-                "increment_arcmin": increment,
-            }
-            for pedestal in (0.0, 0.5, 1.0, 2.0, 4.0)
-            for increment in (0.0, 0.25, 0.5, 1.0)
+            f"pedestal {blur:g}, increment {more:g}": {"pedestal_arcmin": blur, "increment_arcmin": more}
+            for blur in (0.0, 0.5, 1.0, 2.0, 4.0)
+            for more in (0.0, 0.25, 0.5, 1.0)
         },
         (),
     ),
     "held2010": Paper(
         miniature,
         {
-            f"{kind}, {metres:g} m": {
-                "gradient": gradient,
-                "simulated_distance_m": metres,
-                "true_distance_m": HELD_M,
-                "pupil_mm": 4.6,
-            }
+            f"{kind}, {metres:g} m": {"gradient": gradient, "simulated_distance_m": metres} | HELD
             for kind, gradient in (("consistent", "consistent"), ("aligned", "vertical"), ("orthogonal", "horizontal"))
             for metres in (0.36, 0.23, 0.15)
         },
@@ -104,12 +96,7 @@ PAPERS: dict[str, Paper] = {
     "vishwanath2010": Paper(
         slanted_plane,
         {
-            f"{way} gradient, {metres:g} m": {
-                "tilt_deg": tilt,
-                "distance_m": metres,
-                "slant_deg": 60.0,
-                "texture": "projected",
-            }
+            f"{way} gradient, {metres:g} m": {"tilt_deg": tilt, "distance_m": metres} | VISHWANATH
             for way, tilt in (("vertical", 90.0), ("horizontal", 0.0))
             for metres in (0.28, 0.57, 1.14)
         },
@@ -118,17 +105,11 @@ PAPERS: dict[str, Paper] = {
     "maiello2017": Paper(
         wide_field,
         {
-            f"{eccentricity:g} degrees, {quadrant}": {
-                "eccentricity_deg": eccentricity,
-                "quadrant": quadrant,
-                "window_deg": 46.0,
-                "focus_m": 0.4,
-                "psf": "gaussian",
-            }
-            for eccentricity in (0.0, 4.0, 8.0, 12.0)
+            f"{degrees:g} degrees, {quadrant}": {"eccentricity_deg": degrees, "quadrant": quadrant} | MAIELLO
+            for degrees in (0.0, 4.0, 8.0, 12.0)
             for quadrant in ("upper right", "upper left", "lower left", "lower right")
         },
-        ("eccentricity_deg", "quadrant", "window_deg", "focus_m", "psf"),
+        ("eccentricity_deg", "quadrant", *MAIELLO),
     ),
 }
 """Published experiments by bibliography key."""
