@@ -90,10 +90,11 @@ def noise(shape: tuple[int, int], seed: Any, slope: float = NATURAL_SLOPE) -> Fl
     return standard(np.clip(random_field(shape, seed, slope=slope), -CLIP, CLIP))
 
 
-def standard(field: FloatArray) -> FloatArray:
-    """Return a field standardised to mean 0 and standard deviation 1; 0 if it is uniform."""
-    spread = float(field.std())
-    return (field - field.mean()) / spread if spread > 0 else np.zeros(field.shape)
+def standard(field: FloatArray, part: Any = ...) -> FloatArray:
+    """Return a field standardised to mean 0 and standard deviation 1 within a part of it; 0 if that is uniform."""
+    inside = field[part]
+    spread = float(inside.std())
+    return (field - inside.mean()) / spread if spread > 0 else np.zeros(field.shape)
 
 
 def same_spectrum(picture: FloatArray, of: FloatArray) -> FloatArray:

@@ -245,24 +245,13 @@ class _Spread:
         return np.maximum(spread, 0)
 
 
-class _Plane:
-    """Leaves of one blur: the fraction of each pixel that they cover, before and after blurring."""
-
-    def __init__(self, shape: tuple[int, int], spread: _Spread) -> None:
-        self.spread = spread
-        self.sharp = np.zeros(shape)
-        self.blurred = np.zeros(shape)
-
-
-Made = tuple[FloatArray, FloatArray, NDArray[np.int_], FloatArray]
-"""A picture; the same without blur; per pixel, the index of the blur that contributes most, and the smallest visible
-blur (px), since a sharp leaf may show through another's blurred edge."""
-
-
 def _composed(
     leaves: Iterator[_Leaf], shape: tuple[int, int], mean: float, spreads: Sequence[_Spread], order: str, seed: int
-) -> Made:
+) -> tuple[FloatArray, FloatArray, NDArray[np.int_], FloatArray]:
     """Compose overlapping leaves from front to back.
+
+    Return the picture; the same without blur; and per pixel, the index of the blur that contributes most, and the
+    smallest visible blur (px), since a sharp leaf may show through another's blurred edge.
 
     A leaf's visible part, after occlusion by leaves of the same blur, is blurred and attenuated by the leaves of
     every other blur in front: radiance = leaf x (visible part, blurred) x product of (1 - blurred coverage).
@@ -270,7 +259,8 @@ def _composed(
     pad = max(spread.reach for spread in spreads)
     canvas = shape[0] + 2 * pad, shape[1] + 2 * pad
     inside = slice(pad, pad + shape[0]), slice(pad, pad + shape[1])
-    planes = [_Plane(canvas, spread) for spread in spreads]
+    # Fraction of each pixel that the leaves of each blur cover, before and after blurring.
+    sharp_cover, covers = np.zeros((2, len(spreads), *canvas))
     light, most, numbers = np.zeros(canvas), np.zeros(canvas), np.zeros(canvas, int)
     sharp, covered, least = np.zeros(canvas), np.zeros(canvas), np.full(canvas, np.inf)
     cycle, coming = np.random.default_rng([seed, 1]), list[int]()
@@ -278,49 +268,45 @@ def _composed(
     for count, leaf in enumerate(leaves):
         if count >= look:
             look = count + max(CHECK_INTERVAL, count // (40 if order == "depth" else 8))
-            left = np.prod([1 - plane.blurred[inside] for plane in planes], axis=0)
+            left = np.prod([1 - cover[inside] for cover in covers], axis=0)
             if max(left.max(), 1 - covered[inside].min()) < MIN_TRANSMISSION:
                 break
             share = 1 - float(left.mean())
         if order == "random":
-            coming = coming or cycle.permutation(len(planes)).tolist()
+            coming = coming or cycle.permutation(len(spreads)).tolist()
             number = coming.pop()
         else:
-            number = min(int(share * len(planes)), len(planes) - 1)
-        plane = planes[number]
-        part, cover = _cover(leaf, plane.spread.reach, pad, canvas)
-        if part is None:
+            number = min(int(share * len(spreads)), len(spreads) - 1)
+        spread = spreads[number]
+        part, cover = _cover(leaf, spread.reach, pad, canvas)
+        if not cover.size:
             continue
         sharp[part] += leaf.light * cover * (1 - covered[part])
         covered[part] += cover * (1 - covered[part])
-        through = np.prod([1 - other.blurred[part] for other in planes if other is not plane], axis=0)
-        if np.max(through * (1 - plane.blurred[part])) < HIDDEN_TRANSMISSION:
+        through = np.prod([1 - other[part] for at, other in enumerate(covers) if at != number], axis=0)
+        if np.max(through * (1 - covers[number][part])) < HIDDEN_TRANSMISSION:
             continue
-        free = cover * (1 - plane.sharp[part])
-        plane.sharp[part] += free
-        spread = plane.spread(free)
-        plane.blurred[part] += spread
-        seen = spread * through
+        free = cover * (1 - sharp_cover[number][part])
+        sharp_cover[number][part] += free
+        blurred = spread(free)
+        covers[number][part] += blurred
+        seen = blurred * through
         light[part] += leaf.light * seen
         more = seen > most[part]
         most[part][more], numbers[part][more] = seen[more], number
-        least[part] = np.where(seen > VISIBLE_FRACTION, np.minimum(least[part], plane.spread.sd), least[part])
-    left = np.prod([np.clip(1 - plane.blurred, 0, 1) for plane in planes], axis=0)
+        least[part] = np.where(seen > VISIBLE_FRACTION, np.minimum(least[part], spread.sd), least[part])
+    left = np.prod([np.clip(1 - cover, 0, 1) for cover in covers], axis=0)
     light, sharp = light + left * mean, sharp + (1 - covered) * mean
     return light[inside], sharp[inside], numbers[inside], least[inside]
 
 
-def _cover(
-    leaf: _Leaf, reach: int, pad: int, canvas: tuple[int, int]
-) -> tuple[tuple[slice, slice], FloatArray] | tuple[None, FloatArray]:
-    """Return the part of the canvas within a leaf's reach, and its anti-aliased coverage there."""
+def _cover(leaf: _Leaf, reach: int, pad: int, canvas: tuple[int, int]) -> tuple[tuple[slice, slice], FloatArray]:
+    """Return the part of the canvas within a leaf's reach, which may be empty, and its anti-aliased coverage there."""
     half = math.ceil(leaf.long) + reach + 1
     first = math.floor(leaf.y) + pad - half, math.floor(leaf.x) + pad - half
     rows, columns = (
-        slice(max(start, 0), min(start + 2 * half + 2, side)) for start, side in zip(first, canvas, strict=True)
+        slice(max(start, 0), max(0, min(start + 2 * half + 2, side))) for start, side in zip(first, canvas, strict=True)
     )
-    if rows.start >= rows.stop or columns.start >= columns.stop:
-        return None, np.zeros((0, 0))
     y = np.arange(rows.start, rows.stop)[:, None] - pad - leaf.y
     x = np.arange(columns.start, columns.stop)[None] - pad - leaf.x
     cos, sin = math.cos(leaf.angle), math.sin(leaf.angle)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +15,7 @@ from focalgradient.optics import Aperture, Optics, check_optics
 from focalgradient.render import blur_picture
 from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.fractal import fractal
-from focalgradient.stimuli.layers import CLIP, equalised
+from focalgradient.stimuli.layers import CLIP, equalised, standard
 from focalgradient.stimuli.stimulus import (
     ARCMIN,
     Amount,
@@ -216,22 +216,24 @@ def _surface(drawing: Drawing, depth: Distance, between: float | None = None) ->
     frame, parameters = drawing.frame, drawing.parameters
     mean, contrast, distance_m = (parameters[key] for key in ("mean", "contrast", "distance_m"))
     focus_m = distance_m if parameters["focus_m"] is None else parameters["focus_m"]
-    optics = _optics(parameters["optics"], focus_m, parameters["pupil_mm"])
+    optics = Aperture(parameters["pupil_mm"] / 1000, 1 / focus_m)
+    if parameters["optics"] is not None:
+        check_optics(optics := parameters["optics"])
     down, right = (frame.pixel_angle * axis for axis in frame.grid())
-    metres = depth(down, right) + 0 * down * right
+    metres = depth(down, right)
     widest = _widest(optics, metres, frame, "", "a smaller pupil, less depth, or a larger picture")
     rim = math.ceil(1.5 * widest) + 4  # margin whose pixels are blurred into the picture
     height, width = frame.shape
     down, right = (frame.pixel_angle * axis for axis in frame.grid(rim))
-    metres = depth(down, right) + 0 * down * right
+    metres = depth(down, right)
     inside = slice(rim, rim + height), slice(rim, rim + width)
-    on = (
-        depth
-        if parameters["texture"] == "painted"
-        else (lambda down, right: np.full(np.broadcast(down, right).shape, distance_m))
-    )
+
+    def wall(down: FloatArray, right: FloatArray) -> FloatArray:
+        return np.full(np.broadcast(down, right).shape, distance_m)
+
+    on = depth if parameters["texture"] == "painted" else wall
     light = _texture(on, down, right, frame.pixel_angle, distance_m, parameters["seed"])
-    light = mean * (1 + contrast * np.clip(_standard(light, inside), -CLIP, CLIP))
+    light = mean * (1 + contrast * np.clip(standard(light, inside), -CLIP, CLIP))
     sharp = light[inside]
     blurred = np.asarray(blur_picture(light, metres, optics, pixel_angle=frame.pixel_angle), float)[inside]
     shown = equalised(np.clip(blurred, 0, 1), sharp, drawing.equalised, mean)
@@ -239,14 +241,6 @@ def _surface(drawing: Drawing, depth: Distance, between: float | None = None) ->
     masks = {} if between is None else {"near": metres < between, "far": metres >= between}
     blur = _blur_map(optics, metres)
     return drawing.stimulus(picture=shown, sharp=sharp, depth=metres, blur=blur, masks=masks)
-
-
-def _optics(optics: Any, focus_m: float, pupil_mm: float) -> Optics:
-    """Return the given optics, or an eye with this focus and pupil."""
-    if optics is not None:
-        check_optics(optics)
-        return optics
-    return Aperture(pupil_mm / 1000, 1 / focus_m)
 
 
 def _blur_map(optics: Optics, metres: FloatArray) -> FloatArray:
@@ -274,19 +268,13 @@ def _texture(
     for dy in offsets:
         for dx in offsets:
             y, x = down + dy, right + dx
-            metres = depth(y, x) + 0 * y * x
+            metres = depth(y, x)
             points = np.stack([metres * x, metres * y, metres], axis=-1)
             steps = [np.linalg.norm(np.gradient(points, axis=axis), axis=-1) for axis in (0, 1)]
             finest = FINEST_WAVELENGTH_PX * np.maximum(np.minimum(*steps), np.maximum(*steps) / SAMPLES)
             coarsest = max(math.radians(COARSEST_DEG) * distance_m, float(finest.min()))
             total += fractal(points, seed, coarsest=coarsest, finest=finest, roughness=ROUGHNESS)
     return total
-
-
-def _standard(field: FloatArray, inside: tuple[slice, slice]) -> FloatArray:
-    """Return a field standardised to mean 0 and standard deviation 1 within a part of it."""
-    part = field[inside]
-    return (field - part.mean()) / part.std()
 
 
 def miniature(
@@ -373,14 +361,13 @@ def miniature(
         del drawing.parameters[name]
     scale = true_distance_m / simulated_distance_m
     optics = Aperture(pupil_mm / 1000 * scale, 1 / true_distance_m)
-    vergence = 1 / metres
     shown_at = metres
     if gradient != "consistent":
-        ends = float(vergence.max()), float(vergence.min())
-        axis = 0 if gradient == "vertical" else 1
-        far, near = _plane_ends(vergence, axis, ends)
-        line = np.linspace(far, near, frame.shape[axis])
-        shown_at = 1 / np.maximum(np.broadcast_to(line[:, None] if axis == 0 else line[None], frame.shape), 1e-12)
+        vergence, axis = 1 / metres, 0 if gradient == "vertical" else 1
+        along = vergence.mean(axis=1 - axis)
+        ends = sorted((float(vergence.min()), float(vergence.max())), reverse=bool(along[-1] < along[0]))
+        plane = np.expand_dims(np.linspace(*ends, frame.shape[axis]), 1 - axis)
+        shown_at = 1 / np.maximum(np.broadcast_to(plane, frame.shape), 1e-12)
     cause = f"simulated_distance_m is {simulated_distance_m:g}, with which "
     _widest(optics, shown_at, frame, cause, "a larger distance or a smaller pupil_mm")
     blurred = np.asarray(blur_picture(sharp, shown_at, optics, pixel_angle=frame.pixel_angle), float)
@@ -394,10 +381,3 @@ def miniature(
         aperture_m=optics.aperture_diameter,
         blur_agrees_with_depth=gradient == "consistent",
     )
-
-
-def _plane_ends(vergence: FloatArray, axis: int, ends: tuple[float, float]) -> tuple[float, float]:
-    """Return the vergence of a plane at the first and last row or column, sloped in the scene's direction."""
-    highest, lowest = ends
-    along = vergence.mean(axis=1 - axis)
-    return (lowest, highest) if along[-1] >= along[0] else (highest, lowest)
