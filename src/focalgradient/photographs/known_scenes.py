@@ -22,7 +22,6 @@ from focalgradient.calibration import (
     fit_scenes,
     score_scene,
 )
-from focalgradient.depth.recover import recover_depth
 from focalgradient.errors import FocalGradientWarning, InputError, located, warn
 from focalgradient.files import printable, read_toml
 from focalgradient.optics import Lens
@@ -31,7 +30,7 @@ from focalgradient.photographs.pictures import DepthUnit, read_distances
 from focalgradient.photographs.settings import FOCUS_TOLERANCE, Shot
 from focalgradient.photographs.settings import GIVEN as KEYS
 from focalgradient.photographs.tables import ImagePath, Photographs
-from focalgradient.photographs.targets import TargetCamera, camera_priors
+from focalgradient.photographs.targets import TargetCamera, camera_priors, depth_on_side
 from focalgradient.photographs.vignetting import even_out
 from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
@@ -109,7 +108,7 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
         """Read one scene, and estimate its depth with the lens's marks; None if its views cannot be compared."""
         camera = self.camera
         lenses = [camera.lens(shot.f_number, shot.focus_distance_m) for shot in shots]
-        views, focus = list(map(camera.view, self.read_shots(shots, crop=True), lenses)), lenses[0].focus_distance
+        views = list(map(camera.view, self.read_shots(shots, crop=True), lenses))
         distance = read_distances(shots[0].depth, camera.depth_unit, scale=camera.depth_step, fill=False).metres
         if distance.shape != views[0].shape:
             sizes = [f"{shape[1]} x {shape[0]}" for shape in (distance.shape, views[0].shape)]
@@ -117,14 +116,9 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
                 f"{printable(shots[0].depth)} is {sizes[0]} pixels, but {printable(shots[0].image)} is {sizes[1]}: "
                 "bring the depth into the photograph's frame."
             )
-        beyond = float(np.nanmedian(distance)) > focus
-        near, far = (focus, None) if beyond else (None, focus)
-        try:
-            depth = recover_depth(even_out(views), near=near, far=far, psf=psf, align=True)
-        except InputError:
-            return None
+        depth = depth_on_side(even_out(views), float(np.nanmedian(distance)), psf)
         step = camera.depth_step * 1e-3 if camera.depth_unit == "mm" else 0.0
-        return KnownScene(depth, views, distance, step)
+        return None if depth is None else KnownScene(depth, views, distance, step)
 
     def fit(self, scenes: list[KnownScene], psf: Psf) -> SceneFit:
         """Fit the camera to scenes that were read."""

@@ -33,7 +33,7 @@ from focalgradient.psf import Disc, Psf
 from focalgradient.tables import load_table
 from focalgradient.view import View
 
-__all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "load_targets"]
+__all__ = ["TargetCamera", "TargetShot", "Targets", "camera_priors", "depth_on_side", "load_targets"]
 
 _DEFAULT = Priors()
 
@@ -137,15 +137,9 @@ class Targets(Photographs[TargetCamera, TargetShot]):
         """Return views and depth map of a pair by the default method with a calibrated `camera`; None if it fails."""
         views = []
         for shot in reversed(pair):  # sharper view first
-            photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
-            views.append(self.camera.view(photograph, camera.lens(shot.f_number, shot.focus_distance_m)))
-        focus = views[0].optics.focus_vergence
-        beyond = 1 / (pair[0].distance_m + camera.offset) < focus
-        near, far = (1 / focus, None) if beyond else (None, 1 / focus)
-        try:
-            return views, recover_depth(views, near=near, far=far, psf=camera.psf or Disc(), align=True)
-        except InputError:
-            return None
+            views.append(self._view(shot, camera.lens(shot.f_number, shot.focus_distance_m)))
+        depth = depth_on_side(views, pair[0].distance_m + camera.offset, camera.psf or Disc())
+        return None if depth is None else (views, depth)
 
     def shape(self, pairs: Sequence[tuple[TargetShot, TargetShot]]) -> Psf:
         """Return the blur shape that best explains the pairs."""
@@ -153,10 +147,21 @@ class Targets(Photographs[TargetCamera, TargetShot]):
             [([self._view(shot) for shot in pair], [shot.f_number for shot in pair]) for pair in pairs]
         )
 
-    def _view(self, shot: TargetShot) -> View:
-        """Return a photograph as a view. Blur is measured in pixels, independently of the unknown optics."""
+    def _view(self, shot: TargetShot, lens: Lens | None = None) -> View:
+        """Return a photograph as a view; without a lens, blur is in pixels, independent of the unknown optics."""
         photograph = read_photograph(shot.image, self.camera.encoding, shot.flat)
-        return self.camera.view(photograph, Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf")))
+        unknown = Lens(self.camera.focal_length_mm * 1e-3, shot.f_number, float("inf"))
+        return self.camera.view(photograph, lens or unknown)
+
+
+def depth_on_side(views: Sequence[View], distance: float, psf: Psf) -> DepthMap | None:
+    """Return the depth map of views with one focus, on the side of it where `distance` (m) lies; None if it fails."""
+    focus = 1 / views[0].optics.focus_vergence
+    near, far = (focus, None) if distance > focus else (None, focus)
+    try:
+        return recover_depth(views, near=near, far=far, psf=psf, align=True)
+    except InputError:
+        return None
 
 
 def camera_priors(camera: TargetCamera, focus_distances: Sequence[float | None]) -> Priors:

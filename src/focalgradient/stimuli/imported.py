@@ -144,14 +144,13 @@ def import_pictures(
     }
     if field is not None:
         parameters["pixel_angle_rad"] = 2 * math.tan(field / 2) / size[0]
-    every = tuple(dict.fromkeys(end for row in rows for end in row.fixations))
-    ends = FIXATIONS if set(every) <= {*FIXATIONS} else every
+    ends = _fixations([end for row in rows for end in row.fixations])
 
     def recipes() -> Iterator[ImportRecipe]:
         middles = []
         for name in dict.fromkeys(row.scene for row in rows):
-            own = tuple(row for row in rows if row.scene == name)
-            targets, depth, is_in_middle = _located(folder, own, size, ends)
+            own = {row.stem.partition("/")[2]: row for row in rows if row.scene == name}
+            targets, depth, is_in_middle = _located(folder, [*own.values()], size, ends)
             pixel_angle = parameters.get("pixel_angle_rad")
             yield ImportRecipe(name, display, None, targets, depth, own, folder, focal_length, pixel_angle)
             middles += [name] * is_in_middle
@@ -324,27 +323,25 @@ def _located(
             )
         position = places[0].position if places else None
         distance = next((row.focus for row in own if row.focus is not None), None)
-        if position is None and end not in FIXATIONS:  # depth does not give its position
+        if position is None and (depth is None or end not in FIXATIONS):  # depth does not give its position
             position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         if depth is not None:
             with located(f"{with_depth[0].where}, column depth"):
                 position, distance = target_of(depth, end, position)
-        elif position is None:
-            position, middle = (size[0] / 2, size[1] / 2), middle or bool(own)
         targets[end] = position, distance
     return targets, depth, middle
 
 
 @dataclass(eq=False)
 class ImportRecipe(Recipe):
-    """The rows of a scene, its fixated objects and its depth (m), and the folder of the pictures.
+    """The rows of a scene by file stem, its fixated objects and its depth (m), and the folder of the pictures.
 
     Blur is measured relative to a disc's if a `pixel_angle` (rad) is given, for a lens of this focal length (m).
     """
 
     targets: Targets
     depth: Depth
-    rows: tuple[Row, ...]
+    rows: Mapping[str, Row]
     folder: Path
     focal_length: float
     pixel_angle: float | None
@@ -352,21 +349,18 @@ class ImportRecipe(Recipe):
     @property
     def stems(self) -> tuple[str, ...]:
         """File stems of the pictures."""
-        return tuple(row.stem.partition("/")[2] for row in self.rows)
-
-    def _row(self, stem: str) -> Row:
-        return self.rows[self.stems.index(stem)]
+        return tuple(self.rows)
 
     def encoded(self, stem: str, light: NDArray[np.float32]) -> bytes:
         """Return the picture's own values as a PNG file."""
-        return png_of(_values(self.folder, self._row(stem)))
+        return png_of(_values(self.folder, self.rows[stem]))
 
     def picture(self, stem: str, progress: Progress) -> tuple[NDArray[np.float32], dict[str, Any]]:
         """Read a picture, and measure it, if possible relative to the first one of the pinhole."""
-        row, weights = self._row(stem), np.array(LUMINANCE)
+        row, weights = self.rows[stem], np.array(LUMINANCE)
         light = self._light(row)
         measured: dict[str, Any] = {"mean_luminance": float((light @ weights).mean())}
-        pinhole = next((other for other in self.rows if other.aperture == "pinhole"), None)
+        pinhole = next((other for other in self.rows.values() if other.aperture == "pinhole"), None)
         focus = row.focus or self.targets[row.fixations[0]][1]
         if row.aperture != "pinhole" and pinhole and focus and self.pixel_angle and self.depth is not None:
             lens, sharp = Aperture(1e-3 * self._aperture_mm(row), 1 / focus), self._light(pinhole) @ weights
@@ -382,7 +376,7 @@ class ImportRecipe(Recipe):
 
     def listed(self, scene: Entry, depth: Depth) -> Iterator[Entry]:
         """Return the entry of each picture for each of its fixations."""
-        for row in self.rows:
+        for row in self.rows.values():
             for end in row.fixations:
                 yield picture_entry(
                     *(row.stem, row.aperture, end),
