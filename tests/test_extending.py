@@ -97,12 +97,12 @@ def run(*words: object) -> Result:
 def test_the_shape_of_the_page_works_at_once_with_all_methods_that_can_use_it(package: Path) -> None:
     from soft_bokeh import Apodised  # type: ignore[import-not-found]
 
-    for power in (0.1, 1.0, 2.0, 8.0):
+    for power in (0.1, 8.0):
         check_psf(Apodised(power))
     own = Apodised(power=2.0)
     assert psf_of("apodised") == Apodised(1.0)
     assert methods_for(own) == ["equalise", "spectra", "ratio", "autofocus"]
-    views = walls(own, LENSES)
+    views = walls(own, LENSES, side=112)
     for method in ("equalise", "spectra", "ratio"):
         depth = recover_depth(views, psf=own, method=method, near=0.85)
         assert np.median(depth.distance[depth.valid]) == pytest.approx(1.3, rel=0.01)

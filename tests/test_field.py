@@ -25,9 +25,6 @@ def run(*args: object):
     return result
 
 
-# --- The polynomial ----------------------------------------------------------------------------------------------
-
-
 def noisy_map(
     centre: float, focus: float, *, noise: float = 0.002, tau: float = 0.02, excess: float = 1.0, seed: int = 0
 ):
@@ -94,21 +91,11 @@ def test_too_little_says_nothing(where):
     assert np.isnan(found.centres[0])
 
 
-# --- The commands ------------------------------------------------------------------------------------------------
-
-
 @pytest.fixture(scope="module")
 def calibrated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("field")
-    result = run(
-        "calibrate",
-        targets(folder, RealCamera(psf="blend", k=0.3), (0.6,)),
-        "--method",
-        "equalise",
-        "--out",
-        folder / "c.toml",
-    )
-    return folder, result
+    target = targets(folder, RealCamera(psf="blend", k=0.3), (0.6,))
+    return folder, run("calibrate", target, "--method", "equalise", "--out", folder / "c.toml")
 
 
 def read(folder, distance, *args, seed=9):

@@ -22,9 +22,6 @@ def image_distance(distance: float, focal_length: float) -> float:
     return focal_length + focal_length**2 / (distance - focal_length)
 
 
-# --- sign conventions, written once -----------------------------------------------------------------------------------
-
-
 def test_sign_conventions() -> None:
     """Distance grows in front of the lens, vergence falls with it, and defocus is positive beyond focus."""
     lens = Lens(focal_length=0.05, f_number=2, focus_distance=1.0)
@@ -35,9 +32,6 @@ def test_sign_conventions() -> None:
     assert (lens.blur_radius([nearer, beyond]) > 0).all()  # a radius has no sign
     assert lens.distance_from_blur(1e-3, "nearer") < 1.0 < lens.distance_from_blur(1e-3, "beyond")
     assert lens.sensor_distance > lens.focal_length  # focus comes closer as the sensor moves away
-
-
-# --- the thin lens ----------------------------------------------------------------------------------------------------
 
 
 @given(focal_length=FOCAL, focus=FOCUS)
@@ -89,9 +83,6 @@ def test_pinhole() -> None:
         pinhole.distance_from_blur(0.001, "beyond")
 
 
-# --- back from blur to distance ---------------------------------------------------------------------------------------
-
-
 @given(focal_length=FOCAL, f_number=NUMBER, focus=FOCUS, distance=DISTANCE)
 def test_distance_comes_back_on_its_own_side(
     focal_length: float, f_number: float, focus: float, distance: float
@@ -119,9 +110,6 @@ def test_error_of_distance_of_fig_2() -> None:
     assert error == pytest.approx([0.0075, 0.01, 0.0, 0.08, 0.8], rel=1e-3, abs=1e-9)
 
 
-# --- bad input --------------------------------------------------------------------------------------------------------
-
-
 LENS = Lens(0.025, 4, 1.0)
 
 
@@ -130,22 +118,12 @@ LENS = Lens(0.025, 4, 1.0)
     [
         (lambda: Lens(0.0, 4, 1.0), r"focal_length is 0\.0, but .*metres"),
         (lambda: Lens(0.025, 4, 0.025), r"focus_distance 0\.025 m lies within the focal length 0\.025 m"),
-        (
-            lambda: Lens(50, 2, 1000),
-            "focal_length is 50 m, longer than any camera's: give it in metres, 0.05 for 50 mm",
-        ),
+        (lambda: Lens(50, 2, 1000), "focal_length is 50 m, longer than any camera's: give it in metres, 0.05 for 50"),
         (lambda: Lens(0.05, 2, 1.0, math.nan), r"residual_blur_variance is nan, .* finite number: give it in rad\^2"),
-        *[
-            (lambda ask=ask, distance=distance: ask(distance), "distance contains values that are not positive")
-            for ask in (LENS.defocus, LENS.blur_radius)
-            for distance in (0.0, -1.0, math.nan, [1.0, -2.0])
-        ],
-        *[
-            (lambda radius=radius: LENS.distance_from_blur(radius, "beyond"), "radius contains negative or NaN values")
-            for radius in (-1e-3, math.nan, [1e-3, -1e-3])
-        ],
+        (lambda: LENS.defocus([1.0, math.nan]), "distance contains values that are not positive"),
+        (lambda: LENS.blur_radius(0.0), "distance contains values that are not positive"),
+        (lambda: LENS.distance_from_blur([1e-3, math.nan], "beyond"), "radius contains negative or NaN values"),
         (lambda: LENS.distance_from_blur(1e-3, "far"), "side is 'far', but must be 'beyond' or 'nearer'"),
-        (lambda: LENS.refocused(-0.01), r"must be 0 D \(infinity\) or more"),
         (lambda: LENS.refocused(math.nan), r"must be 0 D \(infinity\) or more"),
     ],
 )
@@ -163,9 +141,6 @@ def test_infinity_and_no_farther_is_reached_by_blur_and_by_focus() -> None:
     lens = Lens(0.05, 2, 1.0)
     assert lens.refocused(0.0).focus_distance == math.inf
     assert lens.refocused(0.5).aperture_diameter == lens.aperture_diameter
-
-
-# --- optics of a user's own -------------------------------------------------------------------------------------------
 
 
 class Round:
@@ -206,18 +181,12 @@ def made(**changed) -> Round:
     ("changed", "said"),
     [
         ({"tells_side": "yes"}, "tells_side of Own is 'yes', but must be True or False"),
-        ({"uniform": 1}, "uniform of Own is 1, but must be True or False"),
         ({"light": 550}, "light of Own is 550, but must be the waveband's name"),
         ({"residual_blur_variance": math.nan}, "residual_blur_variance of Own is nan"),
-        *[
-            ({"aperture_diameter": wrong}, "must be finite and the aperture 0 or more")
-            for wrong in (math.nan, math.inf, -0.001, (0.001, 0.002))
-        ],
+        ({"aperture_diameter": -0.001}, "must be finite and the aperture 0 or more"),
+        ({"focus_vergence": math.nan}, "must be finite and the aperture 0 or more"),
         ({"isotropic": False, "tells_side": True}, "Own states tells_side = True, but its blur .* same on both sides"),
-        *[
-            ({"isotropic": True, "transfer": None, "optical_transfer": oval(turn)}, "Own is declared isotropic, but")
-            for turn in (0.0, np.pi / 4, np.pi / 3)
-        ],
+        ({"isotropic": True, "transfer": None, "optical_transfer": oval(np.pi / 4)}, "Own is declared isotropic, but"),
         (
             {"isotropic": True, "transfer": lambda self, f, v: Round().transfer(2 * np.asarray(f), v)},
             "`transfer` of Own differs from its `optical_transfer` by",
@@ -269,7 +238,6 @@ def test_a_transfer_for_all_directions_is_a_mean_where_blur_differs_between_them
         (np.full((2, 4, 5), 0.6), np.zeros((4, 5)), "shares do not sum to 1"),
         (np.full((3, 4, 5), 1 / 3), np.zeros((4, 5)), "C x H x W for the 2 optics"),
         (np.full((2, 4, 5), 0.5), np.zeros((5, 4)), "focus_sd \\(5, 4\\)"),
-        (np.full((2, 20), 0.5), np.zeros(20), "shares has shape \\(2, 20\\)"),
     ],
 )
 def test_shares_of_a_mixture_sum_to_one_at_each_pixel(shares, focus_sd, said) -> None:

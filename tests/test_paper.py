@@ -50,9 +50,6 @@ def test_eq_1_says_where_no_point_blurs_so_much() -> None:
     assert found[1] < 0
 
 
-# --- Eq. 12 to Eq. 15 -------------------------------------------------------------------------------------------------
-
-
 def test_eq_13_is_where_two_rays_cross_and_holds_within_the_focal_length() -> None:
     """A ray along the axis goes through the far focus, one through the centre goes straight on: they meet in the image.
 
@@ -70,9 +67,6 @@ def test_eq_15_similar_triangles(distance: float) -> None:
     """R / v = sigma / (v0 - v): the cone of light from the rim to the image, cut by the sensor."""
     v0, v = LENS.sensor_distance, float(conjugate_distance(distance, focal_length=LENS.focal_length))
     assert LENS.blur_radius(distance) * v0 / (v0 - v) == pytest.approx(0.0125 / v)
-
-
-# --- Eq. 10 and the appendix's k --------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(("distance", "side"), [(2.0, "beyond"), (0.8, "nearer")])
@@ -99,6 +93,3 @@ def test_the_appendix_s_k_takes_the_circle_for_the_spatial_constant(k: float, mo
     assert paper_distance(moment * SIGMA, **TERMS, side="nearer", paper_k=k) == pytest.approx(2 / 3)
     slope = 2 * (math.pi * moment * SIGMA) ** 2
     assert pinhole_distance(slope, **TERMS, side="beyond", paper_k=k) == pytest.approx(2.0)
-
-
-# --- bad input --------------------------------------------------------------------------------------------------------

@@ -52,11 +52,7 @@ def test_line_response_is_the_slope_of_the_edge_response(shape: Psf, radius: flo
     line = shape.line_response(position, radius)
     edge = np.concatenate([[0], np.cumsum((line[1:] + line[:-1]) / 2 * np.diff(position))])
     assert edge == pytest.approx(shape.edge_response(position, radius), abs=1e-4)
-
-
-@pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
-def test_the_edge_response_ends_within_its_reach(shape: Psf) -> None:
-    assert shape.edge_response(np.array([shape.edge_reach, 2 * shape.edge_reach]), 1.0) == pytest.approx(1, abs=1e-6)
+    assert shape.edge_response(shape.edge_reach * radius, radius) == pytest.approx(1, abs=1e-6)
 
 
 def test_the_reach_of_an_edge_is_computed_where_a_shape_states_none() -> None:
@@ -68,7 +64,7 @@ def test_the_reach_of_an_edge_is_computed_where_a_shape_states_none() -> None:
     assert 9.5068 <= wide <= 1.012 * 9.5068
 
 
-@pytest.mark.parametrize("k", [1e-4, 1e-3, 3e-3, 0.01])
+@pytest.mark.parametrize("k", [1e-4, 3e-3])
 def test_the_responses_of_a_nearly_sharp_blend_are_integrals_over_its_disc(k: float) -> None:
     """A Gaussian's average of the chords' lengths, and of the area beside them, over six standard deviations."""
     rest, shape = math.sqrt(1 - 4 * k**2), Blend(k)
@@ -130,12 +126,9 @@ def test_pixel_averages_over_its_square() -> None:
         assert pixel_transfer(down, right) == pytest.approx(wave.mean(), abs=1e-5)
 
 
-# --- shapes -----------------------------------------------------------------------------------------------------------
-
 SOME = [
-    *(Disc(), Gaussian(), Gaussian(1.0), Gaussian(0.05), Blend(), Blend(0.1), Blend(0.49), Blend(0.7)),
-    *(Annulus(), Annulus(0.0), Annulus(0.9)),
-    *(Polygon(blades, rotation) for blades, rotation in ((3, 0.2), (4, 0.0), (5, 1.0), (6, 0.3), (7, -2.0), (64, 0.0))),
+    *(Gaussian(1.0), Gaussian(0.05), Blend(0.1), Blend(0.49), Blend(0.7), Annulus(0.0), Annulus(0.9)),
+    *(Polygon(blades, rotation) for blades, rotation in ((3, 0.2), (4, 0.0), (7, -2.0), (64, 0.0))),
 ]
 
 

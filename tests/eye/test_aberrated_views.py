@@ -23,19 +23,11 @@ def aberrated(pupil_diameter: float) -> Eye:
     return Eye(pupil_diameter, 2.0, aberrations=tuple((n, m, c * min(grown, 3)) for n, m, c in TERMS))
 
 
-@pytest.mark.parametrize(
-    ("pupil", "beyond"),
-    [
-        (0.003, 0.3),
-        *(
-            pytest.param(*case, marks=pytest.mark.slow)
-            for case in ((0.003, -0.6), (0.003, 1.0), (0.005, -0.5), (0.005, 0.6))
-        ),
-    ],
-)
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("pupil", "beyond"), [(0.003, 0.3), (0.003, -0.6), (0.005, -0.5), (0.005, 0.6)])
 def test_two_moments(pupil: float, beyond: float) -> None:
-    eye, distance = aberrated(pupil), 1 / (2 - beyond)
-    views = [one.view for one in accommodation_views(distance, eye, PAIR, Oscillation(), (128, 128), PIXEL, noise=0.01)]
+    eye, distance, few = aberrated(pupil), 1 / (2 - beyond), {"wavelengths": 3, "noise": 0.01}
+    views = [one.view for one in accommodation_views(distance, eye, PAIR, Oscillation(), (128, 128), PIXEL, **few)]
     depth = recover_depth(views, near=0.28)
     found = score(depth.vergence, depth.valid, np.full((128, 128), distance), 2.0)
     assert depth.details["psf"] == "optics"
@@ -45,14 +37,13 @@ def test_two_moments(pupil: float, beyond: float) -> None:
     assert depth.details["split_band"]["tau"] < 0.1
 
 
-@pytest.mark.parametrize(
-    ("pupil", "beyond"),
-    [(0.003, 0.5), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.003, -0.6), (0.005, 0.4)))],
-)
+@pytest.mark.fast_cases(1)
+@pytest.mark.parametrize(("pupil", "beyond"), [(0.003, 0.5), (0.003, -0.6), (0.005, 0.4)])
 def test_bands(pupil: float, beyond: float) -> None:
     """Most of the error is common to the frame, by the gain between the bands: within three standard deviations."""
     distance = 1 / (2 - beyond)
-    rendered = band_views(distance, aberrated(pupil), (128, 128), PIXEL, noise=0.01, correlation=0.95, seed=3)
+    few = {"wavelengths": 3, "noise": 0.01, "correlation": 0.95, "seed": 3}
+    rendered = band_views(distance, aberrated(pupil), (128, 128), PIXEL, **few)
     depth = recover_depth([one.view for one in rendered], near=0.28)
     found = score(depth.vergence, depth.valid, rendered[0].distance, 2.0)
     assert found["valid"] > 0.2
@@ -60,10 +51,9 @@ def test_bands(pupil: float, beyond: float) -> None:
     assert found["side_right"] > 0.97
 
 
-@pytest.mark.parametrize("finest", [0.5, 0.4])
-def test_the_planes_filters_are_those_of_the_radius(finest: float) -> None:
+def test_the_planes_filters_are_those_of_the_radius() -> None:
     image = np.random.default_rng(1).standard_normal((96, 80)).astype(np.float32)
-    spectra, at = Spectra.of([image], 32), plane(finest)
+    spectra, at = Spectra.of([image], 32), plane(0.4)
 
     def shape(f):
         return np.where(f < 0.4, np.exp(-((f / 0.15) ** 2)) * np.cos(2 * np.pi * 5 * f), 0)

@@ -30,19 +30,9 @@ def test_against_adaptive_quadrature_of_the_plain_integral(defocus: float) -> No
     pupil, nm = 0.005, 500.0
     s = np.array([0.01, 0.1, 0.3, 0.5, 0.8, 0.99])
     a = np.pi * defocus * pupil**2 / (nm * 1e-9) * s
-    expected = [
-        quad(
-            lambda x, s: 4 / np.pi * np.sqrt(max(1 - (x + s) ** 2, 0)),
-            0,
-            1 - one,
-            args=(one,),
-            weight="cos",
-            wvar=rate,
-            epsabs=1e-12,
-            limit=400,
-        )[0]
-        for one, rate in zip(s, a, strict=True)
-    ]
+    chord = lambda x, s: 4 / np.pi * np.sqrt(max(1 - (x + s) ** 2, 0))  # noqa: E731
+    finely = {"weight": "cos", "epsabs": 1e-12, "limit": 400}
+    expected = [quad(chord, 0, 1 - one, (one,), wvar=rate, **finely)[0] for one, rate in zip(s, a, strict=True)]
     frequency = s * cutoff_cpd(pupil, nm)
     found = optical_transfer(frequency, pupil_diameter=pupil, wavelength_nm=nm, defocus=defocus)
     assert found == pytest.approx(expected, abs=1e-8)

@@ -29,11 +29,8 @@ def test_one_wavelength_is_blurred_as_the_exact_transfer_says(pupil: float, verg
 def test_by_rays_each_wavelength_is_blurred_by_the_disc_of_its_own_focus(frequency) -> None:
     """Airy's function of the angle that the pupil subtends at the point in focus: half of 4 mm times the defocus."""
     cones = Cones(EYE, "two", (450.0, 650.0), model="disc", weights=(1.0, 3.0))
-    parts = []
-    for nm in (450.0, 650.0):
-        z = 2 * np.pi * 0.002 * abs(float(EYE.focus_in(nm)) - 1.2) * np.degrees(frequency)
-        parts.append(2 * j1(z) / z)
-    assert cones.transfer(np.degrees(frequency), 1.2) == pytest.approx((parts[0] + 3 * parts[1]) / 4)
+    blue, red = (2 * np.pi * 0.002 * abs(EYE.focus_in(nm) - 1.2) * np.degrees(frequency) for nm in (450.0, 650.0))
+    assert cones.transfer(np.degrees(frequency), 1.2) == pytest.approx((2 * j1(blue) / blue + 6 * j1(red) / red) / 4)
 
 
 @pytest.mark.parametrize(("band", "finest_cpd"), [("L+M", np.inf), ("S", 10.0)])
@@ -51,9 +48,8 @@ def test_the_wavelengths_have_the_transfer_of_the_whole_band(band: Any, finest_c
 def test_bands_are_focused_as_far_apart_as_their_lights_and_keep_their_means() -> None:
     apart = Cones.of(EYE, "S").focus_vergence - Cones.of(EYE, "L+M").focus_vergence
     assert apart == pytest.approx(0.783, abs=2e-3)  # `test_eye_light`
-    assert Cones.of(EYE, "S").accommodated(0.0).focus_vergence == pytest.approx(
-        Cones.of(EYE, "S").focus_vergence - 2, abs=1e-9
-    )
+    cones = Cones.of(EYE, "S")
+    assert cones.accommodated(0.0).focus_vergence == pytest.approx(cones.focus_vergence - 2, abs=1e-9)
     light = band_light("S", "D65")
     wavelengths, shares = parts_of_band(light, 4)
     mean = np.dot([EYE.in_light(nm).focus_vergence for nm in wavelengths], shares)

@@ -28,7 +28,7 @@ from focalgradient.scenes import plane, spheres, step
 
 PIXEL = np.radians(1 / 60)
 EYE = Eye(pupil_diameter=0.004, accommodation=2.0)
-FRAME = (256, 256)
+FRAME = (192, 192)
 PAIR = (0.125, 0.375)
 
 

@@ -12,7 +12,6 @@ from focalgradient.eye import Microfluctuations, Oscillation
 SETTINGS = [
     Microfluctuations(),
     Microfluctuations(rms=0.5, high_share=0.5, beta=1.1, lowest=0.05),
-    Microfluctuations(rms=0.1, high_share=0.0, beta=1.5),
     Microfluctuations(rms=0.3, high_share=0.3, beta=1.0),  # where the integral of the power law is a logarithm
 ]
 

@@ -106,12 +106,10 @@ def test_tables_of_each_kind_are_read(tmp_path):
     ("text", "said"),
     [
         ("", "must have on each line"),
-        ("1 2 3 4\n", "must have on each line"),
         ("1\n2 3\n", "must have on each line"),
         ("0.1\nx\n", "line 2"),
         ("3 1 0.1\n3 1 0.2\n", "there twice"),
         ("2 1 0.1\n", "no Zernike term 2, 1"),
-        ("4.5 0.1\n", "no Zernike term 4.5"),
         ("3 nan\n", "line 1: .* is not one, two or three numbers"),
         ("0.1\n" * 232, "more than 231"),
         ("# Noll's order\n0.1\n", "in Noll's order"),
@@ -130,7 +128,7 @@ def test_draws_have_the_population_s_mean_and_covariance():
     mixing = np.random.default_rng(3).standard_normal((7, 7)) / 10
     population = ZernikePopulation(np.linspace(-0.1, 0.2, 7), mixing @ mixing.T, 0.006)
     random = np.random.default_rng(5)
-    drawn = np.array([population.drawn(random) for _ in range(20_000)])
+    drawn = np.array([population.drawn(random) for _ in range(6000)])
     assert drawn.mean(axis=0) == pytest.approx(np.linspace(-0.1, 0.2, 7), abs=0.01)
     assert np.cov(drawn.T) == pytest.approx(mixing @ mixing.T, abs=0.005)
 
@@ -167,7 +165,7 @@ def test_a_published_population_scaled_to_a_smaller_pupil_is_near_that_measured_
         assert rms(wide, orders) == pytest.approx(rms(narrow, orders), rel=0.35)
 
 
-PEOPLE = draw_people(2000, seed=1)
+PEOPLE = draw_people(1000, seed=1)
 
 
 def test_chromatic_spans_are_spread_as_measured() -> None:

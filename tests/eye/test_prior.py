@@ -23,7 +23,7 @@ def fixation(eye: Eye, vergence: float, kind: str = "both", side: int = 112, see
 
 
 def test_what_is_uncertain_of_an_eye_is_part_of_the_uncertainty() -> None:
-    views = fixation(EYE, 1.5, "moments")
+    views = fixation(EYE, 1.5, "moments", side=80)
     plain, known = recover_depth(views), recover_eye_depth(views, EyePrior(chromatic_scale_sd=0.0))
     assert np.array_equal(plain.valid, known.valid)
     assert known.vergence == pytest.approx(plain.vergence)
@@ -40,7 +40,7 @@ def test_what_is_uncertain_of_an_eye_is_part_of_the_uncertainty() -> None:
 
 def test_people_are_less_certain_than_a_person_and_a_wrong_eye_is_covered() -> None:
     """An eye of 0.8 times the mean aberration: by the mean eye's depth is 0.1 D off."""
-    views = fixation(replace(EYE, chromatic_scale=0.8), 1.5, "bands")
+    views = fixation(replace(EYE, chromatic_scale=0.8), 1.5, "bands", side=96)
     mean, people = (recover_eye_depth(views, EyePrior(chromatic_scale_sd=sd)) for sd in (0.0, 0.25))
     off = np.abs(mean.vergence - 1.5)[mean.valid]
     assert np.median(off) > 0.05
@@ -50,10 +50,9 @@ def test_people_are_less_certain_than_a_person_and_a_wrong_eye_is_covered() -> N
     assert inside[people.valid].mean() > 0.9
 
 
-@pytest.mark.parametrize("scale", [0.8, 1.25])
-def test_one_fixation_halves_what_is_unknown_of_a_persons_aberration(scale: float) -> None:
-    learnt = learn_chromatic_scale([fixation(replace(EYE, chromatic_scale=scale), 1.6, side=80)])
-    assert learnt.chromatic_scale == pytest.approx(scale, abs=learnt.chromatic_scale_sd)
+def test_one_fixation_halves_what_is_unknown_of_a_persons_aberration() -> None:
+    learnt = learn_chromatic_scale([fixation(replace(EYE, chromatic_scale=0.8), 1.6, side=80)])
+    assert learnt.chromatic_scale == pytest.approx(0.8, abs=learnt.chromatic_scale_sd)
     assert learnt.chromatic_scale_sd < 0.6 * EyePrior().chromatic_scale_sd
 
 

@@ -27,10 +27,9 @@ NATURAL: Aberrations = (
     [
         (0.003, NATURAL, 0.0),
         (0.005, NATURAL, 0.05),
-        (0.004, (), 0.0),
-        (0.006, ((3, 1, 0.5),), 0.0),
-        (0.004, ((2, 2, 1.6),), 0.0),  # 3.9 D of astigmatism, as 40 degrees off axis
         (0.006, ((2, -2, 3.0), (3, 1, 0.1)), 0.0),
+        (0.004, ((2, 2, 1.6),), 0.0),  # 3.9 D of astigmatism, as 40 degrees off axis
+        (0.006, ((3, 1, 0.5),), 0.0),
     ],
 )
 def test_through_focus_agrees_with_the_quadrature(
@@ -54,10 +53,7 @@ def test_defoci_need_not_be_even_and_nothing_passes_beyond_the_cut_off() -> None
     even = through_focus(down, right, pupil, np.linspace(0, 1, 5))
     some = through_focus(down, right, pupil, np.array([0.0, 0.25, 1.0]))
     assert np.allclose(some, even[[0, 1, 4]], atol=1e-6)
-    assert through_focus(np.zeros(1), np.array([8000.0]), Pupil(0.004, 555.0, 0.0, NATURAL), np.zeros(2)).tolist() == [
-        [0],
-        [0],
-    ]
+    assert not through_focus(np.zeros(1), np.array([8000.0]), pupil, np.zeros(2)).any()
 
 
 @pytest.mark.parametrize(
@@ -78,15 +74,16 @@ def test_odd_aberrations_leave_the_side_of_focus_open_and_even_ones_do_not(
 COMATIC: Aberrations = ((4, 0, 0.1), (3, 1, 0.2), (3, -3, 0.1))
 
 
-@pytest.mark.parametrize("defocus", [0.0, 0.5, 2.0])
 @pytest.mark.parametrize(
-    ("diameter", "aberrations", "stiles_crawford"),
-    [(0.004, COMATIC, 0.05), (0.006, COMATIC, 0.0), (0.003, (), 0.05), (0.0025, ((2, 2, 0.2),), 0.0)],
+    "pupil",
+    [
+        Pupil(0.004, 555.0, 0.5, COMATIC, 0.05),
+        Pupil(0.006, 555.0, 2.0, COMATIC),
+        Pupil(0.003, 555.0, 0.0, (), 0.05),
+        Pupil(0.0025, 555.0, 0.5, ((2, 2, 0.2),)),
+    ],
 )
-def test_the_grid_agrees_with_the_quadrature(
-    diameter: float, aberrations: Aberrations, stiles_crawford: float, defocus: float
-) -> None:
-    pupil = Pupil(diameter, 555.0, defocus, aberrations, stiles_crawford)
+def test_the_grid_agrees_with_the_quadrature(pupil: Pupil) -> None:
     for side, pixel_angle in ((25, 3e-4), (51, 6e-4), (40, 6e-5)):  # to the pupil's own limit in the last
         down, right = np.fft.fftfreq(side)[:, None] / pixel_angle, np.fft.rfftfreq(side)[None] / pixel_angle
         grid = pupil_transfer_of(down, right, pupil)

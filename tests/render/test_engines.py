@@ -8,6 +8,7 @@ import pytest
 
 from focalgradient import FocalGradientWarning, InputError, Lens
 from focalgradient.optics import Aperture
+from focalgradient.progress import silent
 from focalgradient.render import engines, pathtrace, render, render_bands, render_series
 from focalgradient.render.mitsuba_backend import LLVM, SCALAR, variant
 from focalgradient.render.rendered import LUMINANCE
@@ -32,13 +33,12 @@ def best() -> str:
     return found
 
 
-@pytest.mark.fast_cases(5)
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("focus", "vergence", "x", "y"),
     [
-        *((1.0, 1.5, 0, 0), (1.0, 1.5, 35, -25), (1.0, 1.25, -40, 30), (1.0, 0.7, 0, 0), (1.0, 0.2, 30, 20)),
-        *((0.0, 0.3, 0, 0), (0.0, 0.6, -36, -24), (-0.1, 0.35, 0, 0), (-0.1, 0.35, 40, 30), (-0.7, 0.05, 0, 0)),
-        *((-0.5, 0.2, -30, 20), (3.0, 3.6, 35, 0), (3.0, 2.5, 0, 25), (0.5, 0.05, 38, -28)),
+        *((1.0, 1.5, 35, -25), (1.0, 0.7, 0, 0), (0.0, 0.6, -36, -24), (-0.1, 0.35, 0, 0), (-0.7, 0.05, 0, 0)),
+        *((3.0, 3.6, 35, 0), (3.0, 2.5, 0, 25), (0.5, 0.05, 38, -28)),
     ],
 )
 def test_blur_disc(focus: float, vergence: float, x: float, y: float) -> None:
@@ -120,7 +120,7 @@ def test_scalar_and_compiled_agree() -> None:
                 samples=16,
                 seed=1,
                 variant=which,
-                progress=lambda share, words: None,
+                progress=silent,
             )
             for which in (SCALAR, best())
         ]

@@ -1,6 +1,7 @@
 """What mirrors show, against the mirror equations of the tangential and the sagittal fan."""
 
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ from focalgradient import Lens
 from focalgradient.render import render
 from focalgradient.render.ground_truth import ground_truth
 from focalgradient.render.mitsuba_backend import variant
-from focalgradient.scenes import Mesh, Plane, Scene, Texture, bottle
+from focalgradient.scenes import Mesh, Plane, Scene, Sky, Texture, bottle
 from focalgradient.scenes.bottle import BODY_RADIUS, CAMERA_HEIGHT
 from focalgradient.scenes.shapes import grid_faces
 
@@ -88,7 +89,15 @@ def test_flat_mirror_shows_things_as_far_behind_as_they_are_before() -> None:
     assert vergence == pytest.approx(np.broadcast_to(np.eye(2) / (2 + WALL), (5, 7, 2, 2)), rel=1e-3, abs=1e-4)
 
 
-@pytest.mark.slow
+@pytest.fixture
+def unpainted(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A bottle of the same shapes in grey: paint takes nearly all of the time."""
+    module, grey = sys.modules[bottle.__module__], lambda points, detail: np.full(points.shape, 0.5)
+    monkeypatch.setattr(module, "grained", lambda *colours, **how: grey)
+    monkeypatch.setattr(module, "clouded_sky", lambda *seed, **how: Sky(np.ones((2, 4, 3))))
+
+
+@pytest.mark.usefixtures("unpainted")
 def test_what_is_seen_directly_has_its_own_vergence() -> None:
     rendered = render(bottle(1), Lens(0.025, 4, 1.0), (24, 32), 0.35 / 32, samples=2)
     assert rendered.vergence is not None
@@ -96,6 +105,7 @@ def test_what_is_seen_directly_has_its_own_vergence() -> None:
     assert corner == pytest.approx(np.eye(2) / rendered.distance[2, 2])
 
 
+@pytest.mark.usefixtures("unpainted")
 def test_the_bottle_by_hand() -> None:
     """The middle of its body shows the checkered plane: across as in a convex mirror, upright as in a flat one."""
     pixel, front = 1e-3, 1.0 - BODY_RADIUS

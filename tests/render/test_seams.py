@@ -30,7 +30,7 @@ def covered(edge: np.ndarray) -> np.ndarray:
     return (np.arccos(edge) - edge * np.sqrt(1 - edge**2)) / np.pi
 
 
-@pytest.mark.parametrize("focus", [0.0, 2.0, 5.0, 8.0, 10.0, 16.0, -6.0])
+@pytest.mark.parametrize("focus", [0.0, 5.0, 8.0, 10.0, -6.0])
 def test_a_straight_edge_covers_the_lens_as_geometry_says(focus: float) -> None:
     """A near plane of light 1 before a far one of light 0: what is seen is the share of the lens that it covers."""
     vergence = np.zeros((80, 120))

@@ -18,7 +18,7 @@ def point(shape: Psf | str, distance: float) -> np.ndarray:
     return blur(picture, np.full(picture.shape, distance), LENS, pixel_angle=ANGLE, psf=shape).image.astype(float)
 
 
-@pytest.mark.parametrize("distance", [1.25, 2.0, 0.8])
+@pytest.mark.parametrize("distance", [1.25, 0.8])
 @pytest.mark.parametrize("shape", [Polygon(5, 0.3), Polygon(6), Annulus(0.5), Gaussian(0.4)], ids=str)
 def test_light_is_kept_and_the_second_moment_is_the_shapes(shape: Psf, distance: float) -> None:
     image = point(shape, distance)

@@ -46,7 +46,7 @@ def test_light_of_a_line_is_the_integral_along_it(first, last, length, share, be
     assert line_light(along, across * last, length, first, last) == pytest.approx(exact, abs=1e-9)
 
 
-@pytest.mark.parametrize("slip", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("slip", [0.0, 1e-9, 1e-3])
 def test_light_where_the_cone_of_blur_has_its_apex(slip) -> None:
     """On the line's extension, where sigma would reach 0, every point of a steep line is equally many sigmas away."""
     exact = by_quadrature(-2.0, slip, 10.0, lambda s: 1.0 + 0.5 * s)
@@ -86,11 +86,10 @@ def test_a_line_through_focus_has_the_blur_of_its_width_and_its_defocus_together
     length = float(np.linalg.norm(stop - start))
     d = (stop - start) / length
     worst = 0.0
-    for row, column in np.random.default_rng(3).integers((40, 30), (120, 170), size=(150, 2)):
+    for row, column in np.random.default_rng(3).integers((40, 30), (120, 170), size=(80, 2)):
         r = np.array([column, row]) - start
-        exact = by_quadrature(
-            *(r @ d, r @ [-d[1], d[0]], length), lambda s: math.hypot(width, ends[0] + (ends[1] - ends[0]) * s / length)
-        )
+        sigma = lambda s: math.hypot(width, ends[0] + (ends[1] - ends[0]) * s / length)  # noqa: E731
+        exact = by_quadrature(r @ d, r @ [-d[1], d[0]], length, sigma)
         worst = max(worst, abs(picture[row, column] - exact))
     assert worst < 2e-3 * picture.max()
 
@@ -169,7 +168,7 @@ def test_each_gradient_blurs_what_it_should() -> None:
     assert np.all(np.diff(uprights(swapped, turn)[1][far_first]) < 0)  # focus on the far side, true blur
 
 
-@pytest.mark.parametrize("turn", [0.0, 0.07, 0.125])
+@pytest.mark.parametrize("turn", [0.0, 0.07])
 def test_gradients_share_places_and_light(turn) -> None:
     """To first moments: the pictures have the same light, and it has the same centre of gravity."""
     rows, columns = np.indices(PICTURE["shape"])
@@ -180,9 +179,8 @@ def test_gradients_share_places_and_light(turn) -> None:
         blurred = necker_frame(CUBE, turn, **PICTURE, gradient=gradient, **STRONG).astype(float)
         assert blurred.sum() == pytest.approx(sharp.sum(), rel=1e-4)
         for place in (rows, columns):
-            assert (blurred * place).sum() / blurred.sum() == pytest.approx(
-                (sharp * place).sum() / sharp.sum(), abs=0.01
-            )
+            centres = [(light * place).sum() / light.sum() for light in (blurred, sharp)]
+            assert centres[0] == pytest.approx(centres[1], abs=0.01)
 
 
 @pytest.mark.parametrize("gradient", ["none", "rigid", "nonrigid"])

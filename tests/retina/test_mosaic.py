@@ -31,9 +31,7 @@ def test_limits_of_sampling_are_those_that_are_published() -> None:
     assert (cone_nyquist_cpd([5.0, 10.0, 30.0]) > resolved_cpd([5.0, 10.0, 30.0])).all()
 
 
-@pytest.mark.parametrize(
-    ("far", "side"), [(0.0, "temporal"), (1.0, "nasal"), (5.0, "superior"), (10.0, "temporal"), (30.0, "inferior")]
-)
+@pytest.mark.parametrize(("far", "side"), [(0.0, "temporal"), (1.0, "nasal"), (5.0, "superior"), (30.0, "inferior")])
 def test_a_mosaic_is_as_dense_and_as_fine_as_the_retina(far, side) -> None:
     """Cones counted, distances of neighbours, and the lowest frequency at which the mosaic repeats itself."""
     density = float(cone_density(far, side))
@@ -87,7 +85,7 @@ def test_noise_is_that_of_the_photons_a_cone_catches() -> None:
     quanta = Photons(100.0).caught("L+M", 0.004, angle)
     mosaic = ConeMosaic.over((96, 96), angle, eccentricity_deg=10.0, share=0.93, seed=3)
     flat = np.full((96, 96), 5.0)
-    caught = np.concatenate([mosaic.catch(flat, quanta=quanta, seed=seed) for seed in range(40)])
+    caught = np.concatenate([mosaic.catch(flat, quanta=quanta, seed=seed) for seed in range(20)])
     expected = quanta * float(mosaic.cell.mean()) / angle**2
     assert caught.mean() == pytest.approx(5.0, rel=0.01)
     assert (caught / 5.0).var() == pytest.approx(1 / expected, rel=0.1)
