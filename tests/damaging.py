@@ -151,7 +151,3 @@ def swap_rows(root: Path) -> None:
 def manifest(root: Path) -> Path:
     (path,) = (root / "stimuli").iterdir()
     return path
-
-
-def swapped(found: list[bytes]) -> None:
-    found[4], found[5] = found[5], found[4]

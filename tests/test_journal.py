@@ -74,7 +74,7 @@ def test_wherever_the_last_line_is_cut_the_session_goes_on(tmp_path):
     path = session.files.journal
     whole = path.read_bytes()
     start = whole[:-1].rindex(b"\n") + 1
-    for cut in (*range(start, len(whole), 31), len(whole) - 2, len(whole) - 1, len(whole)):
+    for cut in (*range(start, len(whole), 83), len(whole) - 2, len(whole) - 1, len(whole)):
         path.write_bytes(whole[:cut])
         log = read_journal(path)
         # Without its end of line a line is complete all the same.

@@ -94,7 +94,7 @@ def test_dates_made_of_ratings_and_thousands_made_of_decimals_are_named(tmp_path
             read_ratings(saved(tmp_path, "\n".join([HEAD, *rows])))
 
 
-@pytest.mark.parametrize("cell", ["2026-06-05", "05.06.2026", "5-Jun", "Jun-05", "05. Jun", "f/46178", "6/5/2026"])
+@pytest.mark.parametrize("cell", ["2026-06-05", "Jun-05", "f/46178", "6/5/2026"])
 def test_dates_made_of_f_numbers_are_named(tmp_path: Path, cell: str) -> None:
     rows = [row.replace("f/5.6", cell) for row in BODY]
     with pytest.raises(InputError, match="a spreadsheet program may have made a date of it"):
@@ -121,7 +121,7 @@ def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str) -> None:
     assert f"  {heading} -> level: -1.0; -0.5" in explained_table(tmp_path / "own.csv")
 
 
-@pytest.mark.parametrize("heading", ["level (dB)", "log level", "log_contrast"])
+@pytest.mark.parametrize("heading", ["level (dB)", "log_contrast"])
 def test_levels_in_decibels_or_an_unknown_logarithm_are_refused(tmp_path: Path, heading: str) -> None:
     rows = [f"S1,{level},1" for level in (0.5, 1.0, 2.0)]
     with pytest.raises(InputError, match="says that levels are in"):
@@ -148,8 +148,7 @@ def test_start_and_end_of_each_trial_are_not_two_ratings(tmp_path: Path) -> None
         read_ratings(saved(tmp_path, numbered))
 
 
-@pytest.mark.parametrize("other", ["rt", "confidence", "RT_ms"])
-@pytest.mark.parametrize("last", [False, True])
+@pytest.mark.parametrize(("other", "last"), [("rt", False), ("RT_ms", True)])
 def test_other_measures_of_a_wide_table_are_no_scenes(tmp_path: Path, other: str, last: bool) -> None:
     names = [f"{fixation}_{aperture}_garden" for fixation in ("near", "far") for aperture in ("pinhole", "f5.6")]
     head = [f"{name}_{of}" if last else f"{of}_{name}" for of in ("rating", other) for name in names]

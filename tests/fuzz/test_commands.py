@@ -13,7 +13,7 @@ QUICK = ("blur", "collect", "repair", "run", "serve", "stream", "validate", "wit
 """Commands whose cases take a tenth of a second."""
 
 CASES = (
-    dict.fromkeys(QUICK, 16) | {"depth": 16, "calibrate": 6} | dict.fromkeys(("eye", "power", "report", "simulate"), 4)
+    dict.fromkeys(QUICK, 8) | {"depth": 8, "calibrate": 4} | dict.fromkeys(("eye", "power", "report", "simulate"), 4)
 )
 """Number of cases in the suite."""
 

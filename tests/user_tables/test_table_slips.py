@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import io
 import math
 from collections.abc import Iterable
 from pathlib import Path
@@ -35,11 +34,10 @@ def rows(people: Iterable[str] = ("P01", "P02", "P03", "P10"), seed: int = 1, pl
     ]
 
 
-def read(folder: Path, own: list[Row], head: Row | None = None, delimiter: str = ",", **settings: object) -> OwnRatings:
+def read(folder: Path, own: list[Row], head: Row | None = None, **settings: object) -> OwnRatings:
     path = folder / "own.csv"
-    text = io.StringIO()
-    csv.writer(text, delimiter=delimiter).writerows([head or HEAD, *own])
-    path.write_text(text.getvalue(), encoding="utf-8")
+    with path.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file).writerows([head or HEAD, *own])
     return read_ratings(path, **settings)  # type: ignore[arg-type]
 
 
@@ -53,9 +51,7 @@ def test_a_plain_table_needs_no_notice(tmp_path: Path) -> None:
     assert people(own) == ["P01", "P02", "P03", "P10"]
 
 
-@pytest.mark.parametrize(
-    "other", ["p01", "P01 ", "P01\u00a0", "P\u200b01", "P1", "P001", "P-01", "P_01", "P 01", "Ｐ01", "Р01", "sub-P01"]
-)
+@pytest.mark.parametrize("other", ["p01", "P01\u00a0", "P\u200b-1", "sub-Ｐ01", "Р01"])
 def test_spellings_of_one_name_are_one_person(tmp_path: Path, other: str) -> None:
     own = rows()
     for row in own[4:10]:
@@ -67,9 +63,7 @@ def test_spellings_of_one_name_are_one_person(tmp_path: Path, other: str) -> Non
     assert "Spellings of one participant were united" in said
 
 
-@pytest.mark.parametrize(
-    "names", [("S1", "S10", "S11"), ("1-1", "11", "1-11"), ("Anna", "Anne", "Ann"), ("a", "b", "c")]
-)
+@pytest.mark.parametrize("names", [("S1", "S10", "S11"), ("1-1", "11", "1-11"), ("Anna", "Anne", "Ann")])
 def test_different_names_are_different_people(tmp_path: Path, names: tuple[str, ...]) -> None:
     found = read(tmp_path, rows(names))
     assert people(found) == sorted(names)
@@ -81,34 +75,24 @@ def test_uniting_is_stated_and_changes_the_test(tmp_path: Path) -> None:
     own = rows([f"sub-{who:02}" for who in range(1, 9)])
     for number, row in enumerate(own):
         row[0] = f"SUB-{row[0][4:]} " if number % 16 >= 8 else row[0]
-    path = tmp_path / "own.csv"
-    with path.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file).writerows([HEAD, *own])
-    made = make_report(path)
+    read(tmp_path, own)
+    made = make_report(tmp_path / "own.csv")
     text = made.files["report.md"].decode()
     assert "8 subjects with" in text
     assert text.index("16 to 8") < text.index("## Depth ratings")
     assert "SUB-01 " in made.notices[0]
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["Mean", "mean:", "TOTAL", "Mittelwert", "Gesamtergebnis", "Moyenne", "Promedio", "Среднее", "平均", "P01 Total"],
-)
-def test_rows_of_summaries_are_left_out(tmp_path: Path, name: str) -> None:
-    own = [*rows(), *([name, *row[1:]] for row in rows(["x"], 5))]
-    found = read(tmp_path, own)
-    assert people(found) == ["P01", "P02", "P03", "P10"]
-    assert "Rows of summaries were left out" in found.notices[0]
-    assert "rows 66 to 81" in found.notices[0]
-
-
-def test_summaries_of_scenes_and_spreads_beside_means_are_left_out(tmp_path: Path) -> None:
-    own = [*rows(), *([name, *row[1:]] for name in ("Mean", "SD") for row in rows(["x"], 5))]
+def test_rows_of_summaries_are_left_out(tmp_path: Path) -> None:
+    """Of people and of scenes; spreads beside means."""
+    names = ("mean:", "Gesamtergebnis", "Среднее", "P01 Total", "SD")
+    own = [*rows(), *([name, *row[1:]] for name in names for row in rows(["x"], 5))]
     own += [[row[0], "Average", *row[2:]] for row in rows()]
     found = read(tmp_path, own)
     assert people(found) == ["P01", "P02", "P03", "P10"]
     assert set(found.table["scene"]) == {"room", "tree"}
+    assert "Rows of summaries were left out" in found.notices[0]
+    assert "rows 66 to 145" in found.notices[0]
 
 
 def test_people_called_max_and_a_scene_called_mean_alone_stay(tmp_path: Path) -> None:
@@ -142,8 +126,7 @@ def test_the_answers_of_one_under_another_name_count_once(tmp_path: Path) -> Non
     assert "P02, P11 have the same answer in every row" in found.notices[0]
 
 
-@pytest.mark.parametrize("scenes", [0.0, 0.3])
-@pytest.mark.parametrize("repetitions", [1, 2])
+@pytest.mark.parametrize(("scenes", "repetitions"), [(0.0, 1), (0.3, 2)])
 def test_steady_people_who_see_no_effect_are_not_copies(tmp_path: Path, scenes: float, repetitions: int) -> None:
     """Five of twelve answer alike, since blur does nothing for them and they round to .1."""
     rng = np.random.default_rng(1)
@@ -160,16 +143,6 @@ def test_steady_people_who_see_no_effect_are_not_copies(tmp_path: Path, scenes: 
     assert len(people(found)) == 12
     assert len(found.table) == len(own)
     assert found.notices == ()
-
-
-@pytest.mark.parametrize("code", ["999", "-99", "9999", "-9", "999.0", "-999.0"])
-def test_codes_for_missing_answers_are_no_ratings(tmp_path: Path, code: str) -> None:
-    own = rows()
-    own[3][4] = own[40][4] = code
-    found = read(tmp_path, own, delimiter=";")
-    assert len(found.table) == 62
-    assert found.table["rating"].max() < 10
-    assert "missing value: rows 5, 42" in found.notices[0]
 
 
 def test_99_on_a_scale_to_100_is_an_answer(tmp_path: Path) -> None:
