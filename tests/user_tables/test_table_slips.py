@@ -145,12 +145,22 @@ def test_steady_people_who_see_no_effect_are_not_copies(tmp_path: Path, scenes: 
     assert found.notices == ()
 
 
-def test_99_on_a_scale_to_100_is_an_answer(tmp_path: Path) -> None:
+def test_positions_of_a_slider_are_answers_and_their_scale_is_noted(tmp_path: Path) -> None:
+    """They were taken for ratios without a word; 99 is an answer among them."""
     own = [[*row[:4], str(60 + number % 41)] for number, row in enumerate(rows())]
     own[3][4] = "99"
     found = read(tmp_path, own)
     assert len(found.table) == 64
-    assert found.notices == ()
+    [said] = found.notices
+    assert "whole numbers from 60 to 100, as positions of a slider are: they were taken for ratios" in said
+    assert 'State the scale (ordinal) and by=["aperture"] where differences' in said
+    path = tmp_path / "own.csv"
+    noted = [
+        any("positions of a slider" in notice for notice in read_conditions(path, by=["aperture"], steps=steps).notices)
+        for steps in (False, True)
+    ]
+    assert noted == [True, False]
+    assert read(tmp_path, [[*row[:4], f"{row[4]}5"] for row in own]).notices == ()
 
 
 def test_whole_numbers_are_noted_but_where_they_are_declared_steps(tmp_path: Path) -> None:

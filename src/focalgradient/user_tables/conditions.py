@@ -22,7 +22,7 @@ from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import long_columns, long_form, stem_of_columns
-from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, with_diameters
+from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, whole_steps, with_diameters
 
 __all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
 
@@ -175,6 +175,8 @@ def read_conditions(
         )
     if steps or order:
         source.notices.append(STEPS)
+    elif log:
+        source.notices.extend(whole_steps(table["rating"]))
     cells = source.cells.loc[table.index]
     people = cells[source.columns["participant_id"]]
     note_groups(cells[source.unused], people, source.notices, theirs)

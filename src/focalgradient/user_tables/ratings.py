@@ -140,14 +140,14 @@ def read_ratings(
     choices = not steps and set(table["rating"]) == {0.0, 1.0}
     if choices:
         notices.append("All answers are 0 or 1: they are taken for choices of the picture (1) or of a reference (0).")
-    elif not steps:
-        notices += whole_steps(table["rating"])
     if "scene" not in table:
         table["scene"] = "all"
         notes.append("No scene column: all ratings are treated as one scene, so results do not generalise.")
     table = source.with_catch(table)
     if not (steps or choices):
         table = _to_standard(table, notices)
+        by = "aperture_mm" if {"aperture", "aperture_mm"} & {*source.columns} == {"aperture_mm"} else "aperture"
+        notices += whole_steps(table["rating"], by)
     table = numbered(source, table, ("scene", "aperture", "fixation"))
     if "aperture_mm" not in table:
         if focal_length_mm is None:

@@ -54,6 +54,9 @@ STOPS = frozenset(
 STEPS = 21
 """Maximum number of steps of a scale, as in designs."""
 
+SLIDER = 100
+"""Maximum position of a slider."""
+
 Words = Mapping[str, tuple[str, str]]
 
 
@@ -256,17 +259,23 @@ def _is_zero(text: str) -> bool:
     return bool(NUMBER.fullmatch(text)) and float(text.replace(",", ".")) == 0
 
 
-def whole_steps(ratings: pd.Series[float]) -> list[str]:
-    """Return a notice if ratings look like ordinal steps: at least three small integers from 1.
+def whole_steps(ratings: pd.Series[float], by: str = "") -> list[str]:
+    """Return a notice if ratings look like ordinal steps, at least three small integers from 1, or like a slider's.
+
+    `by` is the role of the apertures, which a remedy compares; "" if it is stated already.
 
     >>> whole_steps(pd.Series([1.0, 4.0, 7.0]))[0].split(":")[0]
     'All ratings are whole numbers from 1 to 7, as answers in steps are'
     >>> whole_steps(pd.Series([1.0, 1.4, 2.0]))
     []
     """
-    if (ratings % 1 != 0).any() or ratings.min() < 1 or not 3 <= ratings.max() <= STEPS or ratings.nunique() < 3:
+    if (ratings % 1 != 0).any() or ratings.min() < 1 or not 3 <= ratings.max() <= SLIDER or ratings.nunique() < 3:
         return []
+    kind, remedy = "answers in steps", "where they are steps"
+    if ratings.max() > STEPS:
+        kind, remedy = "positions of a slider", "where differences, not ratios, are to be compared"
+        remedy = f'and by=["{by}"] {remedy}' if by else remedy
     return [
-        f"All ratings are whole numbers from {ratings.min():g} to {ratings.max():g}, as answers in steps are: they "
-        "were taken for ratios to a standard of 1. State the scale (ordinal) where they are steps."
+        f"All ratings are whole numbers from {ratings.min():g} to {ratings.max():g}, as {kind} are: they were taken "
+        f"for ratios to a standard of 1. State the scale (ordinal) {remedy}."
     ]
