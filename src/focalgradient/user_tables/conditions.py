@@ -21,7 +21,7 @@ from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
-from focalgradient.user_tables.wide import long_columns, long_form, stem_of_columns
+from focalgradient.user_tables.wide import long_columns, long_form, stacked, stem_of_columns
 from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, whole_steps, with_diameters
 
 __all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
@@ -215,13 +215,8 @@ def _levels_in_columns(source: Source, measure: str) -> tuple[Source, str]:
     wide = [name for name, level in levels.items() if level]
     if not wide:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
-    parts = [
-        source.cells.drop(columns=wide)
-        .assign(**{stem: levels[name], "column": name}, rating=source.cells[name])
-        .set_index("column", append=True)
-        for name in wide
-    ]
-    cells = pd.concat(parts).sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
+    stated = {name: {stem: levels[name], "rating": source.cells[name]} for name in wide}
+    cells = stacked(source.cells.drop(columns=wide), stated)
     cells.attrs = source.cells.attrs
     columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
     return replace(source, cells=cells, columns=columns | {"rating": "rating"}), stem

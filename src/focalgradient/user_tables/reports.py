@@ -10,15 +10,15 @@ import numpy as np
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable
 from focalgradient.files.cells import codes_of
 from focalgradient.user_tables.cleaning import check_seconds
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
-from focalgradient.user_tables.names import place, rows_named
+from focalgradient.user_tables.names import place
 from focalgradient.user_tables.schema import ABSENT, CUBE, PERCEPTS
 from focalgradient.user_tables.source import Source, Where, completed, conditions_like, holds
 from focalgradient.user_tables.tidy import CLOCK, report_table
+from focalgradient.user_tables.words import not_understood
 
 __all__ = ["OwnReports", "holds_reports", "read_reports"]
 
@@ -90,20 +90,17 @@ def read_reports(
 
 def _meant(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Translate percepts and gradients to the standard names; report all unknown words in one error."""
-    wrong: list[str] = []
+    wrong: list[tuple[str, str, str]] = []
+    meant = table
     for role in ("percept", "gradient"):
         known = source.schema.columns[role].words
         found = table[role].map(lambda cell: source.meanings.get(cell.casefold(), cell)).str.casefold().map(known)
-        for cell in table[role][found.isna()].unique():
-            rows = table[role] == cell
-            where = rows_named(table, rows) if wrong else place(table, rows)
-            names = ", ".join(dict.fromkeys(map(str, known.values())))
-            wrong.append(f"{where}: {role} is {printable(cell)!r}, but must be one of {names}")
-        table = table.assign(**{role: found})
+        expected = f"must be one of {', '.join(dict.fromkeys(map(str, known.values())))}"
+        wrong += [(role, cell, expected) for cell in table[role][found.isna()].unique()]
+        meant = meant.assign(**{role: found})
     if wrong:
-        more = f"; and {len(wrong) - 20} more" if len(wrong) > 20 else ""
-        raise InputError(f"{'; '.join(wrong[:20])}{more}: {conditions_like(PERCEPTS[0])}.")
-    return table
+        raise not_understood(table, wrong, f": {conditions_like(PERCEPTS[0])}")
+    return meant
 
 
 def _strengths(source: Source, table: pd.DataFrame) -> pd.Series[float]:

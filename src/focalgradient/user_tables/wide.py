@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import pandas as pd
 
@@ -15,7 +15,7 @@ from focalgradient.user_tables.source import Source
 from focalgradient.user_tables.tidy import PINHOLE
 from focalgradient.user_tables.words import FIXED, SHARP
 
-__all__ = ["MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form", "stem_of_columns"]
+__all__ = ["MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form", "stacked", "stem_of_columns"]
 
 MEASURES = frozenset(("rating", "ratings", "resp", "response", "depth", "score", "value", "judgment", "judgement"))
 """Words in names of wide columns that say nothing but that these are ratings."""
@@ -94,26 +94,30 @@ def long_form(source: Source, conditions: Mapping[str, str], measure: str | None
             "ratings, map them with conditions, as in blurred=f/5.6,clear=pinhole."
         )
     wide = _one_measure(source, {name: heading for name, heading in headings.items() if heading.aperture}, measure)
-    parts, scenes = [source.renamed().iloc[:0]] * (not wide), []
+    stated: dict[str, dict[str, Any]] = {}
     for name, heading in wide.items():
-        part = source.renamed().assign(
-            aperture=str(heading.aperture).replace("_", "."), rating=source.cells[name], column=name
-        )
+        stated[name] = {"aperture": str(heading.aperture).replace("_", "."), "rating": source.cells[name]}
         if heading.fixation is not None:
-            part["fixation"] = heading.fixation
+            stated[name]["fixation"] = heading.fixation
         if heading.scene and "scene" not in source.columns:
-            part["scene"] = heading.scene
-            scenes.append(heading.scene)
-        parts.append(part.set_index("column", append=True))
+            stated[name]["scene"] = heading.scene
     source.note_unused([name for name in headings if name not in wide])
-    if scenes:
+    if scenes := [of_column["scene"] for of_column in stated.values() if "scene" in of_column]:
         source.notices.append(f"The remaining parts of the column names are treated as scenes: {few(scenes)}.")
-    whole = pd.concat(parts).drop(columns="trial", errors="ignore")
+    whole = stacked(source.renamed().drop(columns="trial", errors="ignore"), stated)
     keys = [source.cells[source.columns[name]] for name in ("participant_id", "scene") if name in source.columns]
     if keys and (again := pd.concat(keys, axis=1).duplicated()).any() and "session" not in source.columns:
         repeated = few([*keys[0][again].unique()])
         source.notices.append(f"Several rows of this wide table are taken for repetitions by one person: {repeated}.")
-    return whole.sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
+    return whole
+
+
+def stacked(rows: pd.DataFrame, stated: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """Return the rows once for each wide column, with the cells that it states; the index is (file, row, column)."""
+    if not stated:
+        return rows.iloc[:0]
+    parts = [rows.assign(**cells, column=name).set_index("column", append=True) for name, cells in stated.items()]
+    return pd.concat(parts).sort_index(level=["file", "row"], sort_remaining=False, kind="stable")
 
 
 def _one_measure(source: Source, wide: Mapping[str, Heading], measure: str | None) -> Mapping[str, Heading]:

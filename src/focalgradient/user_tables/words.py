@@ -17,7 +17,7 @@ from focalgradient.user_tables.schema import LENGTHS
 from focalgradient.user_tables.source import conditions_like
 from focalgradient.user_tables.tidy import PINHOLE
 
-__all__ = ["FIXED", "SHARP", "given_words", "level_names", "meant", "whole_steps", "with_diameters"]
+__all__ = ["FIXED", "SHARP", "given_words", "level_names", "meant", "not_understood", "whole_steps", "with_diameters"]
 
 FIXED = {
     **dict.fromkeys(("near", "nearest", "front", "foreground"), "nearest"),
@@ -141,15 +141,15 @@ def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -
         if None not in meanings.values():
             table = table.assign(**{role: table[role].map(meanings)})
     if wrong:
-        raise InputError(_not_understood(table, wrong))
+        raise not_understood(table, wrong)
     absent = [word for folded, (word, _) in words.items() if folded not in used and folded not in _fold(headers)]
     if absent:
         notices.append(f"The conditions name words that do not occur in the table: {few(absent)}.")
     return table
 
 
-def _not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]]) -> str:
-    """Return one message for all unknown words, with the first row of each."""
+def not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]], remedy: str = "") -> InputError:
+    """Return one error for all unknown words (role, word, and what is expected), with the first row of each."""
     parts = [
         f"{place(table, table[role] == cell) if number == 0 else rows_named(table, table[role] == cell)}: "
         f"{role} is {printable(cell)!r}"
@@ -157,7 +157,7 @@ def _not_understood(table: pd.DataFrame, wrong: list[tuple[str, str, str]]) -> s
     ]
     expected = list(dict.fromkeys(f"{role} {text}" if len(wrong) > 1 else text for role, _, text in wrong))
     more = f"; and {len(wrong) - 20} more" if len(wrong) > 20 else ""
-    return f"{'; '.join(parts)}{more}, but {'; '.join(expected)}."
+    return InputError(f"{'; '.join(parts)}{more}, but {'; '.join(expected)}{remedy}.")
 
 
 def _aperture(text: str, given: bool) -> tuple[str | None, str]:
