@@ -396,14 +396,11 @@ def _begins(text: str, there: bytes) -> bool:
     """Return whether a table extends an existing one, in the columns of the latter; later notes may add columns."""
     if text.encode().startswith(there):
         return True
-    old, rows = there.split(b"\n", 1)[0].decode(errors="replace").split("\t"), [*map(_cells_of, text.splitlines())]
+    old = there.split(b"\n", 1)[0].decode(errors="replace").split("\t")
+    rows = [line.split("\t") for line in text.splitlines()]
     if len(old) >= len(rows[0]) or rows[0][: len(old)] != old:
         return False
     return "".join("\t".join(row[: len(old)]) + "\n" for row in rows).encode().startswith(there)
-
-
-def _cells_of(line: str) -> list[str]:
-    return line.split("\t")
 
 
 def derived_files(log: Log, files: Files) -> dict[Path, bytes]:

@@ -29,7 +29,15 @@ from focalgradient.dataset.events import SHA256
 from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.plausible import implausible, is_age, missing_trials, pictures_of
-from focalgradient.dataset.read import NAME, SessionTable, checked_design, participants_of, read_session, sessions_of
+from focalgradient.dataset.read import (
+    NAME,
+    SessionTable,
+    checked_design,
+    participants_of,
+    read_session,
+    sessions_of,
+    wrong_kinds,
+)
 from focalgradient.dataset.replay import replay
 from focalgradient.dataset.stimuli import check_stimuli, read_manifest
 from focalgradient.dataset.withdrawal import withdrawals
@@ -375,14 +383,13 @@ class _Checked:
             self.problems.append(str(error))
             return
         names = [str(name) for name in table["participant_id"]]
-        kinds = table["kind"].tolist()
-        for row, (name, kind) in enumerate(zip(names, kinds, strict=True), start=2):
-            if kind not in ("human", "simulated"):
-                self.problems.append(f"{path}, row {row}: kind is {kind!r}, but must be one of human, simulated.")
-            elif (kind == "simulated") != self.simulated:
-                self.problems.append(
-                    f"participants.tsv: {name} is {kind}, but dataset_description.json says {self.kind}."
-                )
+        wrong = wrong_kinds(table, path)
+        self.problems += wrong.values()
+        self.problems += [
+            f"participants.tsv: {name} is {kind}, but dataset_description.json says {self.kind}."
+            for name, kind in zip(names, table["kind"], strict=True)
+            if name not in wrong and kind != self.kind
+        ]
         if "age" in table:
             for row, age in enumerate(table["age"].tolist(), start=2):
                 if not is_age(age):

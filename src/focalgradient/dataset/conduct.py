@@ -5,14 +5,12 @@ The journal's events say it; `focalgradient.dataset.validate` and reports repeat
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import Any
 
 from focalgradient.dataset.events import Event
-from focalgradient.dataset.journal import Log
+from focalgradient.dataset.journal import Log, parsed_line
 from focalgradient.tasks.noted import AGAIN, EXTRA
 
 __all__ = ["EXPOSURE", "asked_for_removal", "conduct", "exposures", "failed_practice", "removals"]
@@ -66,16 +64,9 @@ def removals(paths: Iterable[Path]) -> set[str]:
     found = set()
     for path in paths:
         lines = [line for line in path.read_bytes().splitlines() if b'"keep"' in line]
-        if asked_for_removal(event for line in lines if isinstance(event := _parsed(line), dict)):
+        if asked_for_removal(filter(None, map(parsed_line, lines))):
             found.add(path.name.partition("_")[0])
     return found
-
-
-def _parsed(line: bytes) -> Any:
-    try:
-        return json.loads(line)
-    except ValueError:
-        return None
 
 
 def conduct(log: Log) -> Iterator[str]:

@@ -15,7 +15,9 @@ from itertools import pairwise
 from statistics import median
 from typing import Any, NamedTuple
 
-from focalgradient.dataset.marked import marked_files, timed
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.marked import marked_files
+from focalgradient.dataset.times import timed
 from focalgradient.tasks.columns import SITTING as SITTING_COLUMN
 
 __all__ = [
@@ -162,7 +164,7 @@ class Recording(NamedTuple):
     samples: Sequence[Sample]
 
 
-def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
+def _recordings(events: Sequence[Event]) -> Iterator[Recording]:
     """Yield the recordings in a journal, in order."""
     device = math.nan
     for sitting, offset, event in timed(events):
@@ -174,7 +176,7 @@ def _recordings(events: Sequence[Mapping[str, Any]]) -> Iterator[Recording]:
             yield Recording(sitting, number, offset, device, samples)
 
 
-def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
+def gaze_files(events: Sequence[Event], screen: Mapping[str, Any]) -> dict[str, bytes]:
     """Return the gaze and event files derived from a session's events, by the end of their names.
 
     Samples and fixations are included if gaze was recorded, the table of all events if gaze or triggers were recorded;
@@ -189,7 +191,7 @@ def gaze_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -
     return recording_files(list(_recordings(events)), device) | (found or _shown_files(events, screen))
 
 
-def _shown_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, bytes]:
+def _shown_files(events: Sequence[Event], screen: Mapping[str, Any]) -> dict[str, bytes]:
     """Return the table of pictures shown, on the timeline of the samples, and its sidecar."""
     seconds = float(events[0]["design"].get("picture_s", 0.0))
     lines = ["onset\tduration\ttrial_type\tsitting\ttrial"]

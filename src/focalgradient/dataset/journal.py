@@ -37,6 +37,7 @@ __all__ = [
     "Log",
     "create_whole",
     "make_folder",
+    "parsed_line",
     "read_journal",
     "scan_journal",
     "whole_lines",
@@ -343,7 +344,7 @@ class _Scan:
         self.beheaded = False
 
     def add(self, number: int, line: bytes) -> None:
-        event = _parsed(line)
+        event = parsed_line(line)
         if event is None:
             self.broken.append(number)
             self.cut = self.cut or number
@@ -397,11 +398,11 @@ class _Scan:
         if self.beheaded or not self.events:
             sentence = f"{self.path} does not start with the first line of a journal: restore the file from a copy."
             self.damaged.insert(0, sentence)
-        found = (self.events, self.broken, self.damaged, self.changed, self.altered, self.lines)
-        return Log(self.path, *map(tuple, found), last=self.last)  # type: ignore[arg-type]  # of several types
+        faults = tuple(self.broken), tuple(self.damaged), tuple(self.changed), tuple(self.altered)
+        return Log(self.path, tuple(self.events), *faults, tuple(self.lines), self.last)
 
 
-def _parsed(line: bytes) -> Event | None:
+def parsed_line(line: bytes) -> Event | None:
     """Parse a line; return None if it is truncated, as no part of a line is valid JSON."""
     try:
         text = line.decode()

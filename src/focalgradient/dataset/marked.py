@@ -7,32 +7,21 @@ the clock of the session's first sitting, as are those of gaze.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import datetime
 from typing import Any
 
+from focalgradient.dataset.events import Event
 from focalgradient.dataset.markers import HED_VERSION, Codes
-from focalgradient.dataset.times import times_of_events
+from focalgradient.dataset.times import timed, times_of_events
 from focalgradient.files.columns import cell
 from focalgradient.tasks.columns import SITTING
 
-__all__ = ["marked_files", "timed"]
+__all__ = ["marked_files"]
 
 COLUMNS = ("onset", "duration", "trial_type", "value", "sitting", "phase", "trial")
 """Columns before those of the condition."""
 
 
-def timed(events: Sequence[Mapping[str, Any]]) -> Iterator[tuple[int, float, Mapping[str, Any]]]:
-    """Yield each event with its sitting, and the offset in s from that sitting's clock to the first sitting's."""
-    sitting, offset = 1, 0.0
-    began = datetime.fromisoformat(events[0]["time"])
-    for event in events:
-        if event["event"] == "resumed":
-            sitting += 1
-            offset = (datetime.fromisoformat(event["time"]) - began).total_seconds()
-        yield sitting, offset, event
-
-
-def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any]) -> dict[str, Any]:
+def marked_files(events: Sequence[Event], screen: Mapping[str, Any]) -> dict[str, Any]:
     """Return the event table and its sidecar, by the end of their names; empty if there is none.
 
     Parameters
@@ -78,7 +67,7 @@ def marked_files(events: Sequence[Mapping[str, Any]], screen: Mapping[str, Any])
     return {"events.tsv": "\n".join(lines) + "\n", "events.json": about}
 
 
-def _rows(events: Sequence[Mapping[str, Any]], picture_s: float) -> Iterator[dict[str, Any]]:
+def _rows(events: Sequence[Event], picture_s: float) -> Iterator[dict[str, Any]]:
     codes: Codes | None = None
     frames: Mapping[str, Any] = {}
     for sitting, offset, event in timed(events):

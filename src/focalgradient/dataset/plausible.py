@@ -13,6 +13,7 @@ from typing import Any
 from focalgradient.dataset.arrival import too_early
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
+from focalgradient.dataset.times import trials_with_times
 from focalgradient.design import Design, Trial
 from focalgradient.errors import InputError
 from focalgradient.files import read_json
@@ -87,11 +88,7 @@ def implausible(
     """
     yield from _wrong_dates([event["time"] for event in (log.head, *log.of("resumed"))])
     yield from too_early(log, design, planned)
-    sitting, shown = 1, list[tuple[int, Event]]()
-    for event in log.events:
-        if event["event"] == "trial" and event["phase"] == "main":
-            shown.append((sitting, event))
-        sitting += event["event"] == "resumed"
+    shown = [(sitting, event) for sitting, event, _ in trials_with_times(log)]
     main = {trial.trial: trial for trial in planned if trial.phase == "main"}
     found = [
         *_wrong_times(shown, design),

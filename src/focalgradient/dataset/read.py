@@ -35,6 +35,7 @@ __all__ = [
     "read_dataset",
     "read_session",
     "sessions_of",
+    "wrong_kinds",
 ]
 
 TABLES = ("depthrating", "necker", "pinhole", "blurthreshold")
@@ -240,6 +241,7 @@ def read_dataset(
     read_description(root)
     participants = participants_of(root / "participants.tsv")
     kinds = dict(zip(participants["participant_id"], participants["kind"], strict=True))
+    wrong = wrong_kinds(participants, root / "participants.tsv")
     problems: list[str] = []
     whole: dict[str, list[SessionTable]] = {task: [] for task in TABLES}
     withdrawn = removals(journals(root))
@@ -254,8 +256,8 @@ def read_dataset(
             found.problems.append(
                 f"{root / 'participants.tsv'}: sub-{files.participant} is missing: add a row, with its kind."
             )
-        elif kinds[f"sub-{files.participant}"] not in ("human", "simulated"):
-            found.problems.append(_wrong_kind(participants, files.participant, root / "participants.tsv"))
+        elif f"sub-{files.participant}" in wrong:
+            found.problems.append(wrong[f"sub-{files.participant}"])
         if found.problems and damaged == "refuse":
             raise InputError(found.problems[0])
         problems += found.problems
@@ -328,10 +330,13 @@ def participants_of(path: Path) -> pd.DataFrame:
     return table
 
 
-def _wrong_kind(participants: pd.DataFrame, participant: str, path: Path) -> str:
-    at = participants["participant_id"].tolist().index(f"sub-{participant}")
-    kind = participants["kind"].iloc[at]
-    return f"{path}, row {at + 2}: kind is {kind!r}, but must be one of human, simulated."
+def wrong_kinds(participants: pd.DataFrame, path: Path) -> dict[str, str]:
+    """Return a sentence for each participant of unknown kind."""
+    return {
+        str(name): f"{path}, row {row}: kind is {kind!r}, but must be one of human, simulated."
+        for row, (name, kind) in enumerate(zip(participants["participant_id"], participants["kind"], strict=True), 2)
+        if kind not in ("human", "simulated")
+    }
 
 
 def _sidecar(files: Files) -> dict[str, Any]:

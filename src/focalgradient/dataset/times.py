@@ -2,26 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
 from typing import Any
 
+from focalgradient.dataset.events import Event
 from focalgradient.dataset.journal import Log
 
-__all__ = ["times_of_events", "trials_with_times"]
+__all__ = ["timed", "times_of_events", "trials_with_times"]
+
+
+def timed(events: Sequence[Event]) -> Iterator[tuple[int, float, Event]]:
+    """Yield each event with its sitting, and the offset in s from that sitting's clock to the first sitting's."""
+    sitting, offset = 1, 0.0
+    began = datetime.fromisoformat(events[0]["time"])
+    for event in events:
+        if event["event"] == "resumed":
+            sitting += 1
+            offset = (datetime.fromisoformat(event["time"]) - began).total_seconds()
+        yield sitting, offset, event
+
 
 BESIDE = ("mark", "mask", "question")
 """Events other than the judged stimulus, which appears at the trial's onset."""
 
 
-def trials_with_times(log: Log) -> Iterator[tuple[int, dict[str, Any], dict[str, Any]]]:
+def trials_with_times(log: Log) -> Iterator[tuple[int, Event, dict[str, Any]]]:
     """Yield each main trial: number of its sitting, its event, and its times by column."""
-    sitting, began = 1, log.head["time"]
+    began = log.head["time"]
     simulated = log.head["kind"] == "simulated"
     note: Mapping[str, Any] = {}
-    for event in log.events:
+    for sitting, _, event in timed(log.events):
         if event["event"] == "resumed":
-            sitting, began = sitting + 1, event["time"]
+            began = event["time"]
         elif event["event"] == "note" and event.get("kind") in ("events", "frames"):
             note = event
         elif event["event"] == "trial":
