@@ -57,9 +57,7 @@ def test_a_table_that_was_changed_cut_or_lost_is_found(session: tuple[Path, Path
     ("old", "new", "sentence"),
     [
         ('"ms": 21.623', '"ms": 11.623', "Latency differs from the journal"),
-        ('"Units": "dioptre"', '"Units": "metre"', "focus_dioptre differs from the journal"),
         ('"TaskName"', '"Note": 1, "TaskName"', "Note is not in the journal: use 'focalgradient repair'"),
-        ('"TaskName"', '"TaskName": 1, "TaskName"', "the key 'TaskName' occurs twice"),
         ("{", "[{", "is not valid JSON"),
     ],
 )

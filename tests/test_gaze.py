@@ -130,7 +130,7 @@ def test_a_data_set_with_gaze_is_valid_and_reported_with_and_without(tmp_path: P
     assert times == sorted(times)
 
 
-@pytest.mark.parametrize("end", ["physio.tsv.gz", "physio.json", "physioevents.tsv.gz", "physioevents.json"])
+@pytest.mark.parametrize("end", ["physio.tsv.gz", "physioevents.json"])
 def test_files_of_the_gaze_that_were_changed_are_found_and_repaired(tmp_path: Path, end: str) -> None:
     root = tmp_path / "data"
     recorded(root, "01")

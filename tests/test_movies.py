@@ -21,8 +21,16 @@ def noise(kind: str, shape: tuple[int, ...], count: int) -> list[np.ndarray]:
     return [random.integers(0, np.iinfo(kind).max + 1, shape).astype(kind) for _ in range(count)]
 
 
-@pytest.mark.parametrize("ending", [".mkv", ".avi", ".mov"])
-@pytest.mark.parametrize(("kind", "shape"), [("uint8", (48, 64)), ("uint16", (48, 64)), ("uint8", (48, 64, 3))])
+@pytest.mark.parametrize(
+    ("ending", "kind", "shape"),
+    [
+        (".mkv", "uint16", (48, 64)),
+        (".mkv", "uint8", (48, 64, 3)),
+        (".avi", "uint16", (48, 64)),
+        (".avi", "uint8", (48, 64)),
+        (".mov", "uint8", (48, 64, 3)),
+    ],
+)
 def test_lossless_movies_are_read_back_exactly(tmp_path: Path, ending: str, kind: str, shape: tuple[int, ...]) -> None:
     frames = noise(kind, shape, 5)
     path = save_movie(iter(frames), tmp_path / f"movie{ending}", rate=85.0)

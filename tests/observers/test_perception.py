@@ -37,8 +37,8 @@ def ratio(observer, aperture, focus):
     return float(np.mean(depths[0]) / np.mean(depths[1]))
 
 
-@pytest.mark.parametrize("pupil", PUPILS)
 @given(
+    pupil=st.sampled_from(PUPILS),
     blur=st.floats(0, 20),
     more=st.floats(0, 20),
     layout=st.floats(0.02, 3),
@@ -49,14 +49,6 @@ def ratio(observer, aperture, focus):
 def test_more_blur_never_makes_less_depth(pupil, blur, more, layout, prior, weber, spread):
     observer = replace(DEFAULT, pupil=pupil, prior=prior, weber=weber, layout_spread=spread)
     assert amplitude(layout, blur + more, observer) >= amplitude(layout, blur, observer) * (1 - 1e-9)
-
-
-@pytest.mark.parametrize("pupil", PUPILS)
-def test_depth_rises_with_the_aperture_of_a_scene_to_the_end(pupil):
-    apertures = np.geomspace(2e-4, 0.1, 30)  # discs of up to 8 degrees
-    for seed in range(3):
-        depths = [relief(scene(a, 0.0), replace(DEFAULT, pupil=pupil), np.random.default_rng(seed)) for a in apertures]
-        assert (np.diff(np.log(depths)) > -1e-9).all()
 
 
 def picture(size, aperture, end):
@@ -102,10 +94,9 @@ def test_depth_rises_with_the_aperture_of_pictures_at_every_distance_and_for_eve
     assert far[:, 1] == pytest.approx(far[:, 0], abs=0.01)
 
 
-@pytest.mark.parametrize("noise", [0.01, 0.02])
-def test_noise_of_rendering_makes_no_depth_fall(noise):
+def test_noise_of_rendering_makes_no_depth_fall():
     """Noise of a share of the light: 16 rays of the caster leave 2 steps of 255, which is 0.01 here."""
-    display, encoded = Display(pixel_pitch=0.5e-3), []
+    noise, display, encoded = 0.02, Display(pixel_pitch=0.5e-3), []
     for number, aperture in enumerate(APERTURES):
         light, depth = picture(256, aperture, "nearest")
         light = light * (1 + noise * np.random.default_rng(number).standard_normal(light.shape))

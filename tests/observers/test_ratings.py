@@ -19,14 +19,6 @@ def halves(left, right):
     return texture_border(left_blur_arcmin=left, right_blur_arcmin=right, border="straight", **size).picture
 
 
-def test_two_halves_of_unequal_blur_look_deep_on_a_flat_layout():
-    depth = {(1, right): DEFAULT.look(halves(1, right), DISPLAY, DepthExtent()).median for right in (1, 2, 4)}
-    assert depth[1, 4] > depth[1, 2] > depth[1, 1]
-    assert depth[1, 4] > 0.05
-    for observer in (OBSERVERS["blur-blind"], replace(DEFAULT, layout_error=1e-9)):
-        assert observer.look(halves(1, 4), DISPLAY, DepthExtent()).median < 0.006
-
-
 @pytest.mark.slow
 def test_ratings_by_looking_are_those_of_the_experiment(stimuli, encoded):
     """Fig. 3 by `look`: up with the near in focus, level with the far, and otherwise without the mechanism."""

@@ -26,14 +26,13 @@ def median_blur(image, **how):
     return float(np.exp(np.median(estimate.log_blur[np.isfinite(estimate.log_sd)])))
 
 
-@pytest.mark.parametrize("contrast", [0.1, 0.5])
-@pytest.mark.parametrize("sigma", [1.0, 2.0, 4.0])
+@pytest.mark.parametrize(("sigma", "contrast"), [(1.0, 0.1), (2.0, 0.5), (4.0, 0.1)])
 def test_blur_of_texture_is_estimated_whatever_its_contrast(sigma, contrast):
     image = texture(lambda f: np.exp(-2 * (np.pi * sigma * f) ** 2), contrast, seed=3)
     assert median_blur(image, edges=False) == pytest.approx(np.hypot(sigma, 0.5), rel=0.15)
 
 
-@pytest.mark.parametrize(("sigma", "noise"), [(0.3, 0.03), (2.0, 0.01), (2.0, 0.02), (4.0, 0.01), (4.0, 0.06)])
+@pytest.mark.parametrize(("sigma", "noise"), [(0.3, 0.03), (2.0, 0.02), (4.0, 0.06)])
 def test_noise_of_the_picture_is_not_taken_for_sharp_texture(sigma, noise):
     """White noise, as of rendering with few rays; without that hypothesis sd 4 comes out as 3.1 and 0.5."""
     image = texture(lambda f: np.exp(-2 * (np.pi * sigma * f) ** 2))
@@ -41,7 +40,7 @@ def test_noise_of_the_picture_is_not_taken_for_sharp_texture(sigma, noise):
     assert median_blur(image, edges=False) == pytest.approx(np.hypot(sigma, 0.5), rel=0.2)
 
 
-@pytest.mark.parametrize("radius", [2.0, 3.0, 4.0, 5.0])
+@pytest.mark.parametrize("radius", [2.0, 5.0])
 def test_discs_are_estimated_as_the_observer_takes_them_to_be(radius):
     found = median_blur(texture(lambda f: disc_transfer(f, radius)), edges=False)
     assert np.sqrt(found**2 - 0.25) / radius == pytest.approx(SD_PER_RADIUS, rel=0.15)

@@ -15,6 +15,8 @@ from focalgradient.user_tables import read_conditions, read_detection, read_rati
 from focalgradient.user_tables.files import read_table, text_table
 from focalgradient.user_tables.imported import ImportedAnswers
 
+pytestmark = pytest.mark.usefixtures("unrendered")
+
 HEAD = "Sujet\tRendu\tScène\tEssai\trating\n"
 PEOPLE = ("AB", "CD", "EF", "GH", "IJ", "KL", "MN", "OP")
 LEVELS = {"aucun flou": 0.0, "flou uniforme": 2.0, "flou de profondeur": 12.0}

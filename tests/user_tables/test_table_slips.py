@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 from focalgradient import InputError
-from focalgradient.report import make_report
 from focalgradient.report.reading import explained_table
 from focalgradient.statistics import OwnRatings, quality, read_ratings, read_reports
 from focalgradient.user_tables import read_conditions
@@ -68,19 +67,6 @@ def test_different_names_are_different_people(tmp_path: Path, names: tuple[str, 
     found = read(tmp_path, rows(names))
     assert people(found) == sorted(names)
     assert found.notices == ()
-
-
-def test_uniting_is_stated_and_changes_the_test(tmp_path: Path) -> None:
-    """Eight people spelt in two ways were sixteen, and p was too small."""
-    own = rows([f"sub-{who:02}" for who in range(1, 9)])
-    for number, row in enumerate(own):
-        row[0] = f"SUB-{row[0][4:]} " if number % 16 >= 8 else row[0]
-    read(tmp_path, own)
-    made = make_report(tmp_path / "own.csv")
-    text = made.files["report.md"].decode()
-    assert "8 subjects with" in text
-    assert text.index("16 to 8") < text.index("## Depth ratings")
-    assert "SUB-01 " in made.notices[0]
 
 
 def test_rows_of_summaries_are_left_out(tmp_path: Path) -> None:
