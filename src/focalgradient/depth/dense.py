@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, sparse
+from scipy.interpolate import BSpline
 from scipy.sparse import linalg
 
 from focalgradient.arrays import FloatArray
@@ -250,15 +251,10 @@ def _solver(precision: sparse.csr_matrix) -> Callable[[FloatArray], FloatArray]:
     return solve
 
 
-def _between(nodes: int, cells: int) -> sparse.csr_matrix:
+def _between(nodes: int, cells: int) -> sparse.csr_array:
     """Return the linear interpolation (nodes x cells) from grid points at equal distances over the same length."""
     place = (np.arange(nodes) + 0.5) / nodes * (cells - 1)
-    before = np.minimum(place.astype(int), cells - 2)
-    after = place - before
-    node = np.arange(nodes)
-    return sparse.csr_matrix(
-        (np.concatenate([1 - after, after]), (np.tile(node, 2), np.concatenate([before, before + 1]))), (nodes, cells)
-    )
+    return BSpline.design_matrix(place, np.pad(np.arange(cells, dtype=float), 1, mode="edge"), 1)
 
 
 def _bends(cells: Sequence[int], aspect: float, scale: float) -> sparse.csr_matrix:

@@ -277,23 +277,13 @@ class DepthMap:
         ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
         ``details``, a JSON text; and, of maps that have them, ``evidence`` and ``beyond`` (integers).
         """
-        further = {name: values for name in _FURTHER if (values := getattr(self, name)) is not None}
+        names = "distance", *_GRIDS, "common_sd", "common_errors", *_FURTHER
+        arrays = {name: values for name in names if (values := getattr(self, name)) is not None}
 
         def write(place: Path) -> None:
             with place.open("wb") as file:
                 np.savez_compressed(
-                    file,
-                    distance=self.distance,
-                    vergence=self.vergence,
-                    vergence_sd=self.vergence_sd,
-                    common_sd=self.common_sd,
-                    common_errors=self.common_errors,
-                    valid=self.valid,
-                    side_known=self.side_known,
-                    offset=np.array(self.offset),
-                    plane=np.array(self.plane),
-                    details=np.array(json.dumps(self.details)),
-                    **further,
+                    file, **arrays, offset=self.offset, plane=self.plane, details=json.dumps(self.details)
                 )
 
         write_whole(path, write)

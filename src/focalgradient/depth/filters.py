@@ -78,21 +78,24 @@ class Frequencies:
     """
 
     radius: FloatArray  # F: cycles per pixel
-    down: FloatArray | None = None  # of the plane, cycles per pixel, rising
-    right: FloatArray | None = None
+    axes: tuple[FloatArray, ...] = ()  # of the plane, down and to the right, cycles per pixel, rising; none if radial
+
+    @property
+    def is_radial(self) -> bool:
+        """Whether these are radial frequencies, which suffice for circular blur."""
+        return not self.axes
 
     @property
     def areas(self) -> FloatArray:
         """Return the share of all frequencies that each represents, in any unit: rings f df, or cells of the plane."""
-        if self.down is None or self.right is None:
+        if self.is_radial:
             return self.radius
-        down, right = (np.convolve(np.diff(axis), [0.5, 0.5]) for axis in (self.down, self.right))
-        return np.outer(down, right).ravel()
+        return np.outer(*(np.convolve(np.diff(axis), [0.5, 0.5]) for axis in self.axes)).ravel()
 
     @property
     def measure(self) -> FloatArray:
         """Share of the whole frequency plane that each sample represents; the samples may end before the plane does."""
-        return self.areas / (self.areas.sum() if self.down is None else HALF_PLANE)
+        return self.areas / (self.areas.sum() if self.is_radial else HALF_PLANE)
 
     def fine_pass(self) -> FloatArray:
         """Return the amplitude of the pass band that ends at `FINEST`."""
@@ -101,7 +104,7 @@ class Frequencies:
 
     def to_radial(self, values: FloatArray) -> FloatArray:
         """Return `values` (... x F) at RADII; values over the plane are averaged over all directions."""
-        if self.down is None:
+        if self.is_radial:
             return values
         flat = values.reshape(-1, values.shape[-1])
         return np.asarray((_circles(self) @ flat.T).T).reshape(*values.shape[:-1], RADIAL)
@@ -135,23 +138,21 @@ def _axis() -> FloatArray:
 def _plane(last: int) -> Frequencies:
     right = _axis()[: last + 1]
     down = np.concatenate([-right[:0:-1], right])
-    return Frequencies(np.hypot(down[:, None], right).ravel(), down, right)
+    return Frequencies(np.hypot(down[:, None], right).ravel(), (down, right))
 
 
 @cache
 def _circles(at: Frequencies, directions: int = 48) -> sparse.csr_array:
     """Return the matrix that takes values at the plane's frequencies to their means over circles (RADIAL x F)."""
-    assert at.down is not None
-    assert at.right is not None
     angle = np.pi * (np.arange(directions) + 0.5) / directions - np.pi / 2
     places = []
-    for axis, way in ((at.down, np.sin(angle)), (at.right, np.cos(angle))):
+    for axis, way in zip(at.axes, (np.sin(angle), np.cos(angle)), strict=True):
         wanted = np.clip(np.multiply.outer(RADII, way).ravel(), axis[0], axis[-1])
         before = np.clip(np.searchsorted(axis, wanted) - 1, 0, axis.size - 2)
         places.append((before, (wanted - axis[before]) / (axis[before + 1] - axis[before])))
     (row, down), (column, right) = places
     parts = [
-        ((down if i else 1 - down) * (right if j else 1 - right) / directions, (row + i) * at.right.size + column + j)
+        ((down if i else 1 - down) * (right if j else 1 - right) / directions, (row + i) * axis.size + column + j)
         for i in (0, 1)
         for j in (0, 1)
     ]
@@ -167,9 +168,7 @@ def _to_coefficients(at: Frequencies) -> tuple[Image, Image]:
     """Matrices that take values along the plane's two axes to the coefficients of cubic splines through them."""
     from scipy.interpolate import make_interp_spline  # deferred: slow to import
 
-    assert at.down is not None
-    assert at.right is not None
-    down, right = (make_interp_spline(axis, np.eye(axis.size)).c.astype(np.float32) for axis in (at.down, at.right))
+    down, right = (make_interp_spline(axis, np.eye(axis.size)).c.astype(np.float32) for axis in at.axes)
     return down, right
 
 
@@ -181,14 +180,11 @@ def _splines(at: Frequencies, rows: int, columns: int) -> tuple[sparse.csr_array
     """
     from scipy.interpolate import BSpline, make_interp_spline  # deferred: slow to import
 
-    assert at.down is not None
-    assert at.right is not None
-    both = zip((at.down, at.right), (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)
     down, right = (
-        BSpline.design_matrix(np.clip(wanted, *axis[[0, -1]]), make_interp_spline(axis, axis).t, 3)
-        for axis, wanted in both
+        BSpline.design_matrix(np.clip(wanted, *axis[[0, -1]]), make_interp_spline(axis, axis).t, 3).astype(np.complex64)
+        for axis, wanted in zip(at.axes, (fft.fftfreq(rows), fft.rfftfreq(columns)), strict=True)
     )
-    return down.astype(np.complex64), right.astype(np.complex64)
+    return down, right
 
 
 def _real_times_complex(left: Image, right: NDArray[Any]) -> NDArray[np.complex64]:
@@ -305,7 +301,7 @@ class Spectra:
         Power over the plane is its radial mean.
         """
         radial, power = self.measure_and_power()
-        if frequencies.down is None:
+        if frequencies.is_radial:
             return radial, radial, power
         some = radial > 0
         everywhere = np.stack([np.interp(frequencies.radius, RADII[some], row[some]) for row in power])
@@ -313,7 +309,7 @@ class Spectra:
 
     def filtered(self, filters: NDArray[Any], frequencies: Frequencies = ROUND) -> Image:
         """Return the sum of the images, each filtered by its row of `filters` (n x F): H x W."""
-        if frequencies.down is None:
+        if frequencies.is_radial:
             total = np.empty(self.position.shape, np.complex64)
             _sum_filtered(self.values, self.position, _between_samples(filters), total)
         else:

@@ -324,7 +324,7 @@ def judge_blur(
     of the views lies `CLEARLY_SDS` below `WORTHWHILE` is not looked at further.
     """
     # A displacement, which the user is warned about, looks like other blur.
-    if problem.registered.warnings or blurs.frequencies.down is not None or blurs.parts:
+    if problem.registered.warnings or not blurs.frequencies.is_radial or blurs.parts:
         return None
     part = replace(problem.registered, usable=problem.registered.usable & is_consistent).most_textured_crop(NOISE_SIDE)
     power = scene_power(part.spectra(blurs.reach).over(noise_sd), noise_sd, blurs.frequencies)

@@ -348,6 +348,11 @@ def repeat_blocks(values: NDArray[Value], step: int, shape: tuple[int, int]) -> 
     return values.repeat(step, axis=0).repeat(step, axis=1)[: shape[0], : shape[1]]
 
 
+def at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
+    """Return the values (H x W) at the centre of each node's block of `step` pixels: h x w."""
+    return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
+
+
 def weighted_median(values: FloatArray, weight: FloatArray) -> float:
     """Return the value at which half the weight is reached.
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from focalgradient.arrays import FloatArray
-from focalgradient.depth.numerics import repeat_blocks
+from focalgradient.depth.numerics import at_nodes, repeat_blocks
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -381,25 +381,23 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
                 variance[i, j] = (left - noise) / sums[0]
 
 
-def jump_pairs(
-    planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float
-) -> NDArray[np.intp] | None:
-    """Nodes at which depth jumps, each with the reliable nodes of the near and the far surface; None without any.
+def jump_pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> NDArray[np.intp]:
+    """Nodes at which depth jumps, each with the reliable nodes of the near and the far surface; -1 at all others.
 
     Returns h x w x 4: row and column of the node that the near surface is continued from, and of the far surface's; -1
     where depth does not jump: where the nearest reliable nodes of neighbours differ by less than `gap`, or as their
     planes slope.
     """
+    found = np.full((*is_reliable.shape, 4), -1)
     if not is_reliable.any():
-        return None
+        return found
     nearest = ndimage.distance_transform_edt(~is_reliable, return_distances=False, return_indices=True)
     place = np.indices(is_reliable.shape)
-    found = np.full((*is_reliable.shape, 4), -1)
     for axis in (0, 1):
         for shift, border in ((-1, -1), (1, 0)):
             other = np.roll(nearest, shift, axis=axis + 1)
-            one, two = (_value(planes, tuple(nodes), place) for nodes in (nearest, other))
             mine, yours = tuple(nearest), tuple(other)
+            one, two = (_value(planes, nodes, place) for nodes in (mine, yours))
             plain = planes[0][mine] - planes[0][yours]
             least = np.maximum(gap, JUMP_SDS * np.hypot(sd[mine], sd[yours]))
             # Both by the nodes' own levels and by their planes here: a slope is not a jump.
@@ -410,7 +408,7 @@ def jump_pairs(
             )
             new = jump & (found[..., 0] < 0)
             found[new] = both[:, new].T
-    return found if (found >= 0).any() else None
+    return found
 
 
 def nearest_surfaces(
@@ -447,11 +445,10 @@ def continue_surfaces(
     """
     shape = is_near.shape
     level, sd = np.where(is_near, zone.near, zone.far), np.where(is_near, zone.near_sd, zone.far_sd)
-    middle = np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in shape))
-    same = is_reliable & (np.abs(node_level - level[middle]) < gap)
+    same = is_reliable & (np.abs(node_level - at_nodes(level, step)) < gap)
     place = _places(shape, step)
     for side in (True, False):
-        some = same & (is_near[middle] == side)
+        some = same & (at_nodes(is_near, step) == side)
         if not some.any():
             continue
         index = ndimage.distance_transform_edt(~some, return_distances=False, return_indices=True)

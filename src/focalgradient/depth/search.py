@@ -305,8 +305,7 @@ def _kept(function: Any, blur: OwnBlur) -> Callable[..., Any]:
 @lru_cache(maxsize=64)
 def _end(own: OwnBlur, pixel_angle: float) -> float:
     """The plane's frequency (cycles per pixel) from which on its optics pass nothing to the right; 0.5 at most."""
-    along = plane().right
-    assert along is not None
+    along = plane().axes[1]
     passed = own.through_focus(np.zeros((1, 1)), along[None] / pixel_angle, own.optics.focus_vergence)
     return float(along[min(int(np.flatnonzero(passed)[-1]) + 1, len(along) - 1)])
 
@@ -316,9 +315,7 @@ def _through_focus(
     own: OwnBlur, pixel_angle: float, lowest: float, highest: float, levels: int, at: Frequencies
 ) -> NDArray[np.complex64]:
     """Return the transfer (L x F) at `levels` vergences over the plane; kept, as many views are of the same eye."""
-    down, right = at.down, at.right
-    assert down is not None
-    assert right is not None
+    down, right = at.axes
     found = own.through_focus(down[:, None] / pixel_angle, right / pixel_angle, np.linspace(lowest, highest, levels))
     table = np.asarray(found, np.complex64).reshape(levels, -1)
     table.setflags(write=False)

@@ -100,28 +100,18 @@ def half_radius(
     for level, radius in enumerate(radii):
         each = compared.energies(radius, sets)
         energies[level] = each[0] if len(each) == 1 else np.maximum((shares * each).sum(axis=0), 1e-12)
-    found: list[Floats] = []
-    for wider in range(WINDOWS):
-        size = window * 2**wider
-        if wider and size > min(left.shape) / 4:
+    *found, left_over = compared.minimum(energies, radii, window)
+    for wider in window * 2.0 ** np.arange(1, WINDOWS):
+        if wider > min(left.shape) / 4:
             break
-        now = compared.minimum(energies, radii, size)
-        if not found:
-            found = list(now)
-        else:
-            take = (found[1] > RADIUS_KNOWN) | (found[2] < 1)
-            found = [*(np.where(take, new, old) for new, old in zip(now[:3], found, strict=False)), found[3]]
-    noise = float(np.sqrt(np.median(found[3]) / compared.power))
-    return found[0], found[1], found[2] > 0, noise
+        take = (found[1] > RADIUS_KNOWN) | (found[2] < 1)
+        now = compared.minimum(energies, radii, wider)[:3]
+        found = [np.where(take, new, old) for new, old in zip(now, found, strict=True)]
+    return found[0], found[1], found[2] > 0, float(np.sqrt(np.median(left_over) / compared.power))
 
 
 def half_asymmetry(
-    left: Floats,
-    right: Floats,
-    radius: float,
-    candidates: Floats,
-    window: float,
-    usable: NDArray[np.bool_] | None = None,
+    left: Floats, right: Floats, radius: float, candidates: Floats, window: float
 ) -> tuple[Floats, Floats, NDArray[np.bool_]]:
     """Estimate the asymmetry of two halves of a flat sheet whose blur `radius` (pixels, signed) is known.
 
@@ -131,7 +121,7 @@ def half_asymmetry(
         The asymmetry and its standard deviation at h x w blocks, and whether the likelihood has one clear minimum among
         the evenly spaced `candidates`.
     """
-    compared = _Compared.of(left, right, usable)
+    compared = _Compared.of(left, right, None)
     found, sd, clear, _ = compared.minimum(compared.energies(radius, candidates), candidates, window)
     return found, sd, clear > 0
 

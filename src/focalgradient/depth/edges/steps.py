@@ -8,7 +8,7 @@ pixel. Where the arc lies, its turn and its bend cost no precision of the width:
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -61,8 +61,7 @@ FIELDS = ("low", "high", "square", "square_sd", "angle", "offset", "bend", "misf
 real lens's error, and `pixels` the degrees of freedom of the noise in it."""
 
 
-@dataclass(frozen=True, slots=True)
-class Profile:
+class Profile(NamedTuple):
     """The edge spread of a blur of width 1, as a table, and how the square pixel joins it.
 
     A Gaussian takes the pixel's variance, 1/12, into its own. A shape with a rim is averaged over four points of the
@@ -127,22 +126,16 @@ def fit_steps(
         `FIELDS`, each P; ``square`` is NaN where no step was found.
     """
     table = np.full((len(row), len(FIELDS)), np.nan)
-    places = np.stack([row, column, angle, blur], axis=1)
-
-    def work(first: int, last: int) -> None:
-        _fit_places(
-            *(image, places, first, last, profile.edge, profile.line, profile.end, profile.averaged, profile.sd),
-            *(length, noise, noise_known, table),
-        )
-
-    share_rows(len(row), work)
+    given = image, np.stack([row, column, angle, blur], axis=1), profile, length, noise, noise_known, table
+    share_rows(len(row), lambda first, last: _fit_places(first, last, *given))
     return dict(zip(FIELDS, table.T, strict=True))
 
 
 @compiled
-def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ignore[no-untyped-def]
-    """Return the pixels of the band about (row, column): their x, t and values."""
+def _gather(image, row, column, angle, half, reach, room):  # type: ignore[no-untyped-def]
+    """Return the pixels of the band about (row, column): their x, t and values, in the arrays of `room`."""
     height, width = image.shape
+    xs, ts, values = room
     c, s = math.cos(angle), math.sin(angle)
     across, down = (c if abs(c) > 1e-9 else 1e-9), (s if abs(s) > 1e-9 else 1e-9)
     count = 0
@@ -159,15 +152,16 @@ def _gather(image, row, column, angle, half, reach, xs, ts, values):  # type: ig
                 dx = j - column
                 xs[count], ts[count], values[count] = dx * c + dy * s, dy * c - dx * s, image[i, j]
                 count += 1
-    return count
+    return xs[:count], ts[:count], values[:count]
 
 
 @compiled
-def _spread(x, w, edge, line, end, averaged):  # type: ignore[no-untyped-def]
+def _spread(x, w, profile):  # type: ignore[no-untyped-def]
     """Return the edge spread at x, its slope, and minus its derivative by the width w."""
+    edge, line, end = profile.edge, profile.line, profile.end
     scale = (len(edge) - 1) / end
     total, slope, by_width = 0.0, 0.0, 0.0
-    nodes = 4 if averaged else 1
+    nodes = 4 if profile.averaged else 1
     for node in range(nodes):
         u = (x + (node - (nodes - 1) / 2) * PIXEL_POINTS) / w
         a = abs(u)
@@ -193,21 +187,24 @@ def distance_from_arc(x, t, bend):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _normal_equations(  # type: ignore[no-untyped-def]
-    p, xs, ts, values, count, edge, line, end, averaged, matrix, vector
-):
-    """Return the sums of products of the derivatives, and with the residuals; the residuals' sum of squares."""
-    matrix[:], vector[:] = 0.0, 0.0
-    square = 0.0
+def _residual(p, x, t, value, profile, d):  # type: ignore[no-untyped-def]
+    """Return the distance of a pixel at (x, t) from the step and its residual; set `d` to the step's derivatives."""
     contrast = p[1] - p[0]
-    d = np.empty(6)
-    for n in range(count):
-        t = ts[n]
-        x, steep = distance_from_arc(xs[n] - p[2] - p[3] * t, t, p[4])
-        e, f, g = _spread(x, p[5], edge, line, end, averaged)
-        residual = values[n] - p[0] - contrast * e
-        f *= contrast * steep
-        d[0], d[1], d[2], d[3], d[4], d[5] = 1 - e, e, -f, -f * t, -f * t * t / 2, -contrast * g
+    x, steep = distance_from_arc(x - p[2] - p[3] * t, t, p[4])
+    e, f, g = _spread(x, p[5], profile)
+    f *= contrast * steep
+    d[0], d[1], d[2], d[3], d[4], d[5] = 1 - e, e, -f, -f * t, -f * t * t / 2, -contrast * g
+    return x, value - p[0] - contrast * e
+
+
+@compiled
+def _normal_equations(p, band, profile, matrix, vector):  # type: ignore[no-untyped-def]
+    """Return the sums of products of the derivatives, and with the residuals; the residuals' sum of squares."""
+    xs, ts, values = band
+    matrix[:], vector[:] = 0.0, 0.0
+    square, d = 0.0, np.empty(6)
+    for n in range(len(xs)):
+        _, residual = _residual(p, xs[n], ts[n], values[n], profile, d)
         square += residual * residual
         for k in range(6):
             vector[k] += d[k] * residual
@@ -253,10 +250,10 @@ def _solve(matrix, vector, damping, lower, out):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):  # type: ignore[no-untyped-def]
+def _converge(p, band, profile, least, matrix):  # type: ignore[no-untyped-def]
     """Fit by Levenberg-Marquardt least squares, starting at `p`, in place; return False if it does not converge."""
     vector, lower, step, trial, other = np.empty(6), np.zeros((6, 6)), np.empty(6), np.empty(6), np.empty((6, 6))
-    square = _normal_equations(p, xs, ts, values, count, edge, line, end, averaged, matrix, vector)
+    square = _normal_equations(p, band, profile, matrix, vector)
     trial_vector = np.empty(6)
     damping = 1e-3
     for _ in range(MAX_FIT_STEPS):
@@ -267,7 +264,7 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
         trial[5] = min(max(trial[5], 0.5 * p[5], least), 2 * p[5])
         if not abs(trial[2]) < 1e3:
             return False
-        new = _normal_equations(trial, xs, ts, values, count, edge, line, end, averaged, other, trial_vector)
+        new = _normal_equations(trial, band, profile, other, trial_vector)
         if new <= square:
             small = abs(trial[5] - p[5]) < 1e-3 * p[5] and abs(trial[2] - p[2]) < 1e-3 * p[5]
             _copy(trial, p)
@@ -285,34 +282,23 @@ def _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix
 
 
 @compiled
-def _judge(  # type: ignore[no-untyped-def]
-    p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known, sums
-):
+def _judge(p, band, profile, matrix, cell, noise, noise_known, sums):  # type: ignore[no-untyped-def]
     """Test the residuals, averaged in cells of the band, against noise.
 
     Chi-square, its degrees of freedom, what a real lens may add to it, the noise taken, and from how many pixels. Two
     cells along the edge, each `cell` pixels across it: departures as smooth as the blur, which single pixels hide.
     """
+    xs, ts, values = band
     sums[:] = 0.0
-    rows = sums.shape[0] // 2
-    contrast = p[1] - p[0]
-    square = 0.0
+    count, rows, square, d = len(xs), sums.shape[0] // 2, 0.0, np.empty(6)
     for n in range(count):
-        t = ts[n]
-        x, steep = distance_from_arc(xs[n] - p[2] - p[3] * t, t, p[4])
-        e, f, g = _spread(x, p[5], edge, line, end, averaged)
-        residual = values[n] - p[0] - contrast * e
+        x, residual = _residual(p, xs[n], ts[n], values[n], profile, d)
         across = min(max(math.floor(x / cell) + rows // 2, 0), rows - 1)
-        k = 2 * across + (1 if t > 0 else 0)
-        f *= contrast * steep
+        k = 2 * across + (1 if ts[n] > 0 else 0)
         sums[k, 0] += 1
         sums[k, 1] += residual
-        sums[k, 2] += 1 - e
-        sums[k, 3] += e
-        sums[k, 4] -= f
-        sums[k, 5] -= f * t
-        sums[k, 6] -= f * t * t / 2
-        sums[k, 7] -= contrast * g
+        for m in range(6):
+            sums[k, 2 + m] += d[m]
         square += residual * residual
     cells = 0
     within = square
@@ -336,7 +322,8 @@ def _judge(  # type: ignore[no-untyped-def]
             return np.inf, 1.0, 0.0, noise, count - cells
         taken += (column * out).sum() / members
         misfit += sums[k, 1] ** 2 / members / noise**2
-    return misfit, max(cells - taken, 1.0), count * (EDGE_ERROR * contrast / noise) ** 2, noise, count - cells
+    allowed = count * (EDGE_ERROR * (p[1] - p[0]) / noise) ** 2
+    return misfit, max(cells - taken, 1.0), allowed, noise, count - cells
 
 
 @compiled
@@ -347,26 +334,19 @@ def _fits(misfit, freedom, allowed):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _fit_places(  # type: ignore[no-untyped-def]
-    image, places, first, last, edge, line, end, averaged, unit, length, noise, noise_known, table
-):
+def _fit_places(first, last, image, places, profile, length, noise, noise_known, table):  # type: ignore[no-untyped-def]
     """Fill `table` from row `first` to `last`."""
-    room = int((length + 2) * (2 * WIDEST_BAND + 2))
-    xs, ts, values = np.empty(room), np.empty(room), np.empty(room)
+    most = int((length + 2) * (2 * WIDEST_BAND + 2))
+    room = np.empty(most), np.empty(most), np.empty(most)
     for place in range(first, last):
-        _fit_place(
-            *(image, places[place], edge, line, end, averaged, unit, length, noise, noise_known),
-            *(xs, ts, values, table[place]),
-        )
+        _fit_place(image, places[place], profile, length, noise, noise_known, room, table[place])
 
 
 @compiled
-def _fit_place(  # type: ignore[no-untyped-def]
-    image, place, edge, line, end, averaged, unit, length, noise, noise_known, xs, ts, values, fields
-):
+def _fit_place(image, place, profile, length, noise, noise_known, room, fields):  # type: ignore[no-untyped-def]
     """Fit one step in bands that grow as long as it fits, and fill its `fields`, or leave them where there is none."""
     row, column, angle, sd = place
-    sd = max(sd, 0.5)
+    sd, unit = max(sd, 0.5), profile.sd
     reaches, least = np.array(REACHES), NARROWEST_SIGMA / unit
     matrix, kept_matrix = np.zeros((6, 6)), np.zeros((6, 6))
     p, kept = np.empty(6), np.empty(6)
@@ -377,12 +357,13 @@ def _fit_place(  # type: ignore[no-untyped-def]
         reach = min(max(reaches[max(number, 0)] * sd, LEAST_BAND), WIDEST_BAND)
         if number > 0 and reach < 1.05 * min(max(reaches[number - 1] * sd, LEAST_BAND), WIDEST_BAND):
             break
-        count = _gather(image, row, column, angle, length / 2, reach, xs, ts, values)
-        if number == -2 and not _start(p, xs, values, count, sd, max(sd / unit, least)):
+        band = _gather(image, row, column, angle, length / 2, reach, room)
+        count = len(band[0])
+        if number == -2 and not _start(p, band, sd, max(sd / unit, least)):
             break
         if number == 0 and count < IN_FRAME * length * 2 * reach:
             break
-        if count < 24 or not _converge(p, xs, ts, values, count, edge, line, end, averaged, least, matrix):
+        if count < 24 or not _converge(p, band, profile, least, matrix):
             break
         sd = unit * p[5]
         if not (p[1] > p[0] and sd < WIDEST_SIGMA and abs(p[3]) < 0.5 and abs(p[2]) < 2 * sd + 2):
@@ -392,9 +373,7 @@ def _fit_place(  # type: ignore[no-untyped-def]
         if number >= 0:
             cell = max(1.0, sd)
             sums = np.zeros((4 * (int(reach / cell) + 3), 8))
-            judged = _judge(
-                *(p, xs, ts, values, count, edge, line, end, averaged, matrix, cell, noise, noise_known), sums
-            )
+            judged = _judge(p, band, profile, matrix, cell, noise, noise_known, sums)
             fits = _fits(judged[0], judged[1], judged[2])
             if fitted and not fits:
                 break
@@ -410,15 +389,16 @@ def _fit_place(  # type: ignore[no-untyped-def]
         p[2], p[3] = 0.0, 0.0
     if fitted:
         across = (kept_row - place[0]) * math.sin(kept_angle) + (kept_column - place[1]) * math.cos(kept_angle)
-        pixel = 0.0 if averaged else 1.0 / 12.0  # of the width's square that is the pixel's
+        pixel = 0.0 if profile.averaged else 1.0 / 12.0  # of the width's square that is the pixel's
         _fill(fields, kept, kept_matrix, kept_judged, kept_angle, across, pixel)
 
 
 @compiled
-def _start(p, xs, values, count, sd, width):  # type: ignore[no-untyped-def]
+def _start(p, band, sd, width):  # type: ignore[no-untyped-def]
     """Set the initial parameters `p`, with the levels far to each side; return False if a side is missing."""
+    xs, _, values = band
     low, lows, high, highs = 0.0, 0, 0.0, 0
-    for n in range(count):
+    for n in range(len(xs)):
         if xs[n] < -sd:
             low, lows = low + values[n], lows + 1
         elif xs[n] > sd:

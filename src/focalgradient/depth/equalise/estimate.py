@@ -9,8 +9,9 @@ law. The residuals of each pixel are then divided by its own noise, and all that
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from numpy.typing import NDArray
 from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
-from focalgradient.depth.equalise.likelihood import Equalised, Nodes, SharedPower, equalise, scene_power
+from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
 from focalgradient.depth.equalise.outlines import curves, find_outlines
 from focalgradient.depth.equalise.parts import (
     ERRS,
@@ -66,7 +67,11 @@ SHARE_SETTLED, CONTRAST_SETTLED = 0.02, 0.1
 law has converged. Chosen by hand."""
 
 
-def estimate_noise(problem: Problem, blurs: Blurs) -> tuple[list[float], float | None, BandGains | None]:
+EstimatedNoise = tuple[list[float], float | None, BandGains | None]
+"""Standard deviation of each view's noise, the largest factor of its variance, and what wavebands share."""
+
+
+def estimate_noise(problem: Problem, blurs: Blurs) -> EstimatedNoise:
     """Estimate the noise of each registered view, where it is not given, and what wavebands share.
 
     Returns
@@ -95,8 +100,7 @@ class Whitening:
     """Whitening of the tiles of a frame."""
 
     problem: Problem
-    blurs: Blurs
-    shared: SharedPower | None
+    whiten: Callable[..., Equalised]  # `equalise` by the views' blurs in the window of the settings
     noise_sd: list[float]  # of each view, as assumed
     scale: float  # noise variance in units of the one assumed
     law: NoiseLaw | None  # by which noise rises with brightness and contrast
@@ -106,29 +110,20 @@ class Whitening:
     whole: tuple[Equalised, Image] | None  # the frame, where it is one tile: whitened already, with its energy
 
     @classmethod
-    def of(
-        cls,
-        problem: Problem,
-        blurs: Blurs,
-        noise_sd: list[float],
-        raisable: float | None,
-        shared: SharedPower | None,
-        compressed: bool,
-    ) -> Whitening:
+    def of(cls, problem: Problem, blurs: Blurs, estimated: EstimatedNoise, compressed: bool) -> Whitening:
         """Estimate what all tiles share, from the most textured part of a large frame."""
-        registered, settings = problem.registered, problem.settings
-        step = step_of(settings.window)
+        registered, settings, (noise_sd, raisable, gains) = problem.registered, problem.settings, estimated
+        shared, step = None if gains is None else gains.shared, step_of(settings.window)
         parts = list(tiles(registered.shape, step))
         is_large = len(parts) > 1
         crop = registered.most_textured_crop(COMMON_SIDE) if is_large else registered
         at = None if raisable is None else _brightness_of_noise(registered)
+        whiten = partial(equalise, blurs=blurs, window=settings.window, shared=shared)
         for again in (False, True):
             power = None
             if is_large:
                 power = scene_power(Spectra.of(crop.images, 16).over(noise_sd), noise_sd, blurs.frequencies)
-            first = equalise(
-                crop.images, blurs, noise_sd, window=settings.window, shared=shared, power=power, shares=crop.shares
-            )
+            first = whiten(crop.images, noise_sd=noise_sd, power=power, shares=crop.shares)
             # A crop of a large frame has no border.
             is_used = crop.usable if is_large else usable_at_first(crop, first)
             law, nodes, energy = _even_out(first, crop, is_used, at, shared is None, compressed)
@@ -140,10 +135,10 @@ class Whitening:
         scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
         if not is_large:
             whole = replace(first, scale=scale), energy
-            return cls(problem, blurs, shared, noise_sd, scale, law, power, compressed, parts, whole)
+            return cls(problem, whiten, noise_sd, scale, law, power, compressed, parts, whole)
         parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
         noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
-        return cls(problem, blurs, shared, noise_sd, 1.0, law, power, compressed, parts, None)
+        return cls(problem, whiten, noise_sd, 1.0, law, power, compressed, parts, None)
 
     @property
     def noise_found(self) -> list[float]:
@@ -163,21 +158,13 @@ class Whitening:
             share, words = number / len(self.tiles), f"equalising blur, tile {number + 1} of {len(self.tiles)}"
             settings.progress(0.4 + 0.5 * share, words)
         if self.whole is not None:
-            (equalised, energy), self.whole = self.whole, None
-            return registered, replace(equalised, compressed=self.is_compressed and self.shows_blocks), energy
-        views = registered.part(*tile.outer)
-        equalised = equalise(
-            views.images,
-            self.blurs,
-            self.noise_sd,
-            window=settings.window,
-            shared=self.shared,
-            power=self.power,
-            shares=views.shares,
-        )
-        if self.law is not None:
-            equalised.divide(uneven_noise(self.law, views))
-        return views, replace(equalised, compressed=self.is_compressed and self.shows_blocks), None
+            views, (equalised, energy), self.whole = registered, self.whole, None
+        else:
+            views, energy = registered.part(*tile.outer), None
+            equalised = self.whiten(views.images, noise_sd=self.noise_sd, power=self.power, shares=views.shares)
+            if self.law is not None:
+                equalised.divide(uneven_noise(self.law, views))
+        return views, replace(equalised, compressed=self.is_compressed and self.shows_blocks), energy
 
 
 def _brightness_of_noise(registered: RegisteredViews) -> float:
@@ -262,11 +249,11 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     views, search, settings = problem.registered, problem.search, problem.settings
     settings.progress(0.15, "estimating noise")
     blurs = search.blurs(settings.psf).averaged(views.shares)
-    assumed_sd, raisable, gains = estimate_noise(problem, blurs)
+    assumed_sd, _, gains = estimated = estimate_noise(problem, blurs)
     one_waveband = gains is None  # textures of other wavebands leave residuals that are not a contradiction
 
     settings.progress(0.4, "equalising blur")
-    whitening = Whitening.of(problem, blurs, assumed_sd, raisable, None if gains is None else gains.shared, compressed)
+    whitening = Whitening.of(problem, blurs, estimated, compressed)
     frame = Frame.empty(views.shape)
     for tile in whitening.tiles:
         part, whitened, energy = whitening.of_tile(tile)
@@ -296,9 +283,8 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     model_details: dict[str, Any] = {}
     texts: list[str] = []
     if one_waveband:
-        misfit, any_valid = signal.misfit(nodes), bool(is_valid.any())
-        found = split, alternative, misfit, signal.explained, any_valid
-        model_details, texts = check_model(problem, assumed_sd, noise_sd, *found)
+        noises, found = (assumed_sd, noise_sd), (split, alternative, signal.misfit(nodes), signal.explained)
+        model_details, texts = check_model(problem, *noises, *found, bool(is_valid.any()))
     outlines = frame.outlines if signal.is_trusted else None
     details = {
         **({} if gains is None else gains.stated(search.wavebands)),
@@ -316,16 +302,5 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     farther = details["share_at_or_beyond"]["farthest"]
     impossible = [] if search.lowest > 0 or views.warnings else beyond_infinity(farther, signal.explained)
     in_own_unit = [sd * gain for sd, gain in zip(noise_sd, views.gains, strict=True)]
-    result = Estimate(
-        *(
-            vergence,
-            sd,
-            is_valid,
-            in_own_unit,
-            True,
-            details,
-            [*texts, *impossible],
-        ),
-        beyond=beyond,
-    )
+    result = Estimate(vergence, sd, is_valid, in_own_unit, True, details, [*texts, *impossible], beyond=beyond)
     return result, beside_sd if whitening.is_compressed and is_valid.any() else None

@@ -210,7 +210,7 @@ def locate(
     gap, radii = jump_gap(equalised), equalised.radii
     planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
     pairs = jump_pairs(planes, jump_sd, is_reliable, gap)
-    if pairs is None:
+    if not (pairs >= 0).any():
         return None
     reach = zone_reach(equalised, equalised.window)
     zone = nearest_surfaces(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)

@@ -16,7 +16,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,7 +45,7 @@ from focalgradient.depth.equalise.parts import (
 )
 from focalgradient.depth.equalise.signal import informative_nodes
 from focalgradient.depth.filters import Image
-from focalgradient.depth.numerics import NEIGHBOURS, block_mean, block_sum
+from focalgradient.depth.numerics import NEIGHBOURS, at_nodes, block_mean, block_sum
 from focalgradient.depth.planes import (
     HELD_APART,
     PLANE_SPAN,
@@ -119,9 +118,6 @@ IMPROBABLE = 0.00135
 deviation: beyond three standard deviations of the boundary's place."""
 
 
-Value = TypeVar("Value", bound=np.generic)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Outlines:
     """Depth near outlines, H x W each."""
@@ -152,7 +148,7 @@ class Outlines:
     def is_clear(self, equalised: Equalised, nodes: Nodes) -> NDArray[np.bool_]:
         """Return the nodes (h x w) whose widest window, with blur, holds one side only."""
         step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
-        distance = _at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
+        distance = at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
         return np.asarray(distance > SCATTER_WINDOWS * widest + equalised.blur(nodes.level))
 
     def before(self, other: Outlines) -> Outlines:
@@ -209,8 +205,7 @@ def _outlines_of_tile(
     is_valid = is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, images)
     planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
-    jumps = jump_pairs(planes, jump_sd, is_reliable, gap)
-    found, is_jump = None, np.zeros(is_reliable.shape, np.bool_) if jumps is None else jumps[..., 0] >= 0
+    found, is_jump = None, jump_pairs(planes, jump_sd, is_reliable, gap)[..., 0] >= 0
     for tile in tiles_about(is_jump, step, shape, zone_reach(equalised, equalised.window), _overlap(equalised)):
         within = tile.outer_nodes(step)
         here = equalised.part(*tile.outer)
@@ -249,12 +244,10 @@ def _may_jump(
     """
     sd, is_informative = _jump_sd(equalised, nodes, model_error), informative_nodes(nodes)
     planes = surface_planes(nodes.level, nodes.sd, is_informative, jump_gap(equalised))
-    jumps = jump_pairs(planes, sd, is_informative, jump_gap(equalised))
-    may_jump, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative)
-    may_jump |= ndimage.binary_opening(
-        block_mean(is_consistent, equalised.step) < HALF, np.ones((MIN_CONTRADICTION, MIN_CONTRADICTION), np.bool_)
-    )
-    return may_jump if jumps is None else may_jump | (jumps[..., 0] >= 0)
+    is_jump = jump_pairs(planes, sd, is_informative, jump_gap(equalised))[..., 0] >= 0
+    is_between, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative)
+    contradicts = block_mean(is_consistent, equalised.step) < HALF
+    return is_jump | is_between | ndimage.binary_opening(contradicts, np.ones((MIN_CONTRADICTION,) * 2, np.bool_))
 
 
 def _jump_sd(equalised: Equalised, nodes: Nodes, model_error: float) -> FloatArray:
@@ -295,7 +288,7 @@ def _find_large(
     again, is_new = refine_again(is_unoccluded)
     is_new &= blur_is_known(again.sd / equalised.levels_per_pixel, 0.0)
     is_new &= block_mean(is_unoccluded & is_explained, step) >= HALF
-    is_inside = _at_nodes(located.zone.is_inside, step)
+    is_inside = at_nodes(located.zone.is_inside, step)
     is_new = np.where(is_inside, is_new, is_reliable)
     is_kept = ~is_inside | _if_few(is_new, is_reliable, located, step)
     # Where the two agree (Hausman's test), depth from all pixels is the more certain one.
@@ -402,15 +395,10 @@ def _if_few(
     is_inside, is_near = located.zone.is_inside, located.is_near
     found = np.zeros_like(is_reliable)
     for side in (is_near & is_inside, ~is_near & is_inside):
-        part = _at_nodes(ndimage.label(side)[0], step)
+        part = at_nodes(ndimage.label(side)[0], step)
         count = np.bincount(part[is_clear], minlength=int(part.max()) + 1)
         found |= is_reliable & (part > 0) & (count[part] <= MIN_CLEAR_NODES)
     return found
-
-
-def _at_nodes(values: NDArray[Value], step: int) -> NDArray[Value]:
-    """Return the values (H x W) at the centre of each node's block: h x w."""
-    return values[np.ix_(*(np.minimum(np.arange(0, n, step) + step // 2, n - 1) for n in values.shape))]
 
 
 SHORTEST = 8

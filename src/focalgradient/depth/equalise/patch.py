@@ -118,13 +118,8 @@ def likelihood_of_transfers(
     other = np.array([name != wavebands[0] for name in wavebands])
     # What each source of texture, of power 1, puts into the views' spectra, over their noise: views x L x F.
     shared = over_noise * np.where(other, gain * correlation, 1.0)[:, None, None]
-    independent = np.sqrt(1 - correlation**2)
-    own = [
-        over_noise * np.where([name == one for name in wavebands], gain * independent, 0.0)[:, None, None]
-        for one in dict.fromkeys(wavebands)
-        if one != wavebands[0]
-    ]
-    sources = np.stack([shared, *own])
+    own = over_noise * np.where(other, gain * np.sqrt(1 - correlation**2), 0.0)[:, None, None]
+    sources = np.stack([shared, own] if other.any() else [shared])
     natural = rings.passed / radii**2
     level = float(np.max(_levels(radii, counts, power) * noises**2))
     each = _marginals(*_terms(sources, power, natural * level), counts)

@@ -333,7 +333,7 @@ class Residuals:
 
     def measure_at(self, frequencies: Frequencies) -> FloatArray:
         """Return the share of all frequencies at each of `frequencies`."""
-        return self.measure if frequencies.down is None else frequencies.measure
+        return self.measure if frequencies.is_radial else frequencies.measure
 
     def energy(self, weight: Image, step: int, levels: NDArray[np.intp] | None = None) -> Image:
         """Return squared residuals, summed over blocks of `step` pixels with `weight`: L x h x w.
@@ -412,13 +412,13 @@ def _directions(rows: NDArray[Any], frequencies: Frequencies, parts: int) -> tup
     def of(some: NDArray[Any]) -> tuple[FloatArray, FloatArray]:
         energy, left = np.linalg.eigh(np.matmul(some, some.T))
         left = left[:, ::-1]
-        radial = frequencies.down is None
+        radial = frequencies.is_radial
         energy = (np.matmul(left.T, rows) ** 2).sum(axis=1) if radial else 4 * energy[::-1].clip(0)
         return left, np.cumsum((left**2 * energy)[:, ::-1], axis=1)[:, ::-1].max(axis=0)
 
     # Every fourth frequency is enough, with both its parts: blur of the two sides of focus may differ in one only.
     found = of(rows.reshape(len(rows), -1, parts)[:, ::4].reshape(len(rows), -1).astype(float))
-    if frequencies.down is None and found[1][-1] > MAX_UNRESOLVED:
+    if frequencies.is_radial and found[1][-1] > MAX_UNRESOLVED:
         # A small image has no frequency at some of the radial samples: combinations beyond the rank of a fourth of them
         # are arbitrary, and differ between processors.
         return of(rows.astype(float))
