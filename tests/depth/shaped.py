@@ -1,8 +1,9 @@
-"""Views of textured walls blurred by a shape over the plane of frequencies, turned nearer than focus."""
+"""Views of textured walls blurred over the plane of frequencies: by a shape, turned nearer than focus, or by any."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from textures import natural_spectrum
@@ -15,17 +16,31 @@ FROM_ONE_FOCUS = [Lens(0.025, number, 0.85) for number in (16, 4)]
 FOCI = [Lens(0.025, 5, focus) for focus in (0.7, 1.1)]
 
 
-def walls(shape: Psf, lenses: Sequence[Lens], distance: float, *, seed: int = 1, side: int = 160) -> list[View]:
-    """Views through `lenses` of a wall of 1/f texture at `distance`, with 0.5 % noise."""
-    random, size = np.random.default_rng(seed), side + 96
-    down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
-    spectrum = natural_spectrum((size, size), random)
+def filtered(
+    lenses: Sequence[Any],
+    blur: Callable[[Any, Any, Any], Any],
+    *,
+    seed: int = 1,
+    shape: tuple[int, int] = (160, 160),
+    noise: float | Sequence[float] = 0.005,
+    pixel: float = PIXEL,
+) -> list[View]:
+    """Views of 1/f texture wider than the frame, blurred by `blur` of frequency down and right (1/px) and the lens."""
+    random, size = np.random.default_rng(seed), (shape[0] + 96, shape[1] + 96)
+    down, right = np.fft.fftfreq(size[0])[:, None], np.fft.rfftfreq(size[1])
+    spectrum = natural_spectrum(size, random) * pixel_transfer(down, right)
     seen = []
-    for lens in lenses:
-        blur = shape.optical_transfer(down, right, float(lens.blur_radius(distance)) / PIXEL)
-        if distance < lens.focus_distance:
-            blur = np.conj(blur)
-        image = np.fft.irfft2(spectrum * blur * pixel_transfer(down, right), (size, size))[48:-48, 48:-48]
-        image = 1 + image + 0.005 * random.standard_normal(image.shape)
-        seen.append(View(image.astype(np.float32), lens, PIXEL))
+    for lens, sd in zip(lenses, np.broadcast_to(noise, len(lenses)), strict=True):
+        image = 1 + np.fft.irfft2(spectrum * blur(down, right, lens), size)[48:-48, 48:-48]
+        seen.append(View((image + sd * random.standard_normal(shape)).astype(np.float32), lens, pixel))
     return seen
+
+
+def walls(shape: Psf, lenses: Sequence[Lens], distance: float, *, seed: int = 1) -> list[View]:
+    """Views through `lenses` of a wall at `distance`, with 0.5 % noise."""
+
+    def blur(down: np.ndarray, right: np.ndarray, lens: Lens) -> np.ndarray:
+        found = shape.optical_transfer(down, right, float(lens.blur_radius(distance)) / PIXEL)
+        return np.conj(found) if distance < lens.focus_distance else found
+
+    return filtered(lenses, blur, seed=seed)

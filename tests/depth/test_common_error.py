@@ -1,12 +1,18 @@
 """What focus and apertures that are known to a tolerance leave uncertain, and what measured points take away."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from shaped import walls
+from textures import natural
 
 from focalgradient import DepthMap, InputError, Lens, View, recover_depth
 from focalgradient.depth.common_error import common_modes, modes_of_optics, with_known_points
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.optics.lens import FIELD_TOLERANCE
+from focalgradient.psf import Disc
+from focalgradient.render import blur_picture
 
 FOCUS, STOP = 1.0, 0.06
 
@@ -128,18 +134,12 @@ def test_a_point_beside_valid_depth_is_read_from_the_nearest_surface() -> None:
 
 
 def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:
-    rng = np.random.default_rng(1)
-    frequency = np.hypot(np.fft.fftfreq(128)[:, None], np.fft.rfftfreq(128))
-    spectrum = np.fft.rfft2(rng.standard_normal((128, 128))) / np.maximum(frequency, 1 / 128)
-    from focalgradient.psf import transfer
-
-    views = []
-    for number in (16.0, 4.0):
-        tolerances = {"focus_tolerance": 0.1, "aperture_tolerance": 0.05, "field_tolerance": 0.0}
-        true, marked = Lens(0.025, number, 1.0), Lens(0.025, number, 1.1, **tolerances)
-        blurred = spectrum * transfer(frequency, true.blur_radius(1.25) / 2.6e-4, "disc")
-        image = 100 + np.fft.irfft2(blurred) + 0.01 * rng.standard_normal((128, 128))
-        views.append(View(image, marked, 2.6e-4))
+    tolerances = {"focus_tolerance": 0.1, "aperture_tolerance": 0.05, "field_tolerance": 0.0}
+    marked = [Lens(0.025, number, 1.1, **tolerances) for number in (16.0, 4.0)]
+    views = [
+        replace(view, optics=one)
+        for view, one in zip(walls(Disc(), [Lens(0.025, n, 1.0) for n in (16, 4)], 1.25), marked, strict=True)
+    ]
     depth = recover_depth(views, near=1.1)
     off = np.median((depth.vergence - 0.8)[depth.valid])
     assert off == pytest.approx(1 / 1.1 - 1, abs=0.01)
@@ -153,31 +153,19 @@ def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:
 @pytest.mark.parametrize("course", ["curved", "tilted"])
 def test_a_surface_in_focus_that_is_no_plane_is_covered_by_place(course: str) -> None:
     """Focus 0.06 D off at the corner: a flat wall looks curved or slanted, which no view tells from a wall that is."""
-    from focalgradient.render import blur_picture
-
     size, wall_at, corner = 160, 0.7, 0.06
     y, x = (np.mgrid[:size, :size] - (size - 1) / 2) / ((size - 1) / np.sqrt(2))
     off = corner * (x**2 + y**2 if course == "curved" else (x + y) / np.sqrt(2))
-    rng = np.random.default_rng(5)
-    frequency = np.hypot(np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size))
-    picture = np.fft.irfft2(np.fft.rfft2(rng.standard_normal((size, size))) / np.maximum(frequency, 1 / size))
-    picture = 1 + 0.2 * picture / picture.std()
+    picture = natural((size, size), seed=5)
+    distance = 1 / (wall_at - off)  # at which a plane in focus would blur as much
+    images = [blur_picture(picture, distance, lens, pixel_angle=1.5e-4) for lens in pair()]
+    images = [image + 0.003 * np.random.default_rng(n).standard_normal((size, size)) for n, image in enumerate(images)]
     shares = {}
     for tolerance in (0.0, FIELD_TOLERANCE):
         lenses = pair(field_tolerance=tolerance)
-        distance = 1 / (wall_at - off)  # at which a plane in focus would blur as much
-        views = [
-            View(
-                blur_picture(picture, distance, lens, pixel_angle=1.5e-4)
-                + 0.003 * np.random.default_rng(n).standard_normal((size, size)),
-                lens,
-                1.5e-4,
-            )
-            for n, lens in enumerate(lenses)
-        ]  # fmt: skip
+        views = [View(image, lens, 1.5e-4) for image, lens in zip(images, lenses, strict=True)]
         depth = recover_depth(views, near=1.0)
-        error = np.abs(depth.vergence - wall_at)[depth.valid]
-        shares[tolerance] = (error < 2 * depth.total_sd[depth.valid]).mean()
+        shares[tolerance] = (np.abs(depth.vergence - wall_at) < 2 * depth.total_sd)[depth.valid].mean()
         assert depth.valid.mean() > 0.6  # blur from beyond the rim reaches into so small a frame
     assert shares[0.0] < 0.5  # what is stated of each pixel does not cover it
     assert shares[FIELD_TOLERANCE] > 0.93

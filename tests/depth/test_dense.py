@@ -22,7 +22,7 @@ def surfaces(seed):
     return true, picture, measured, squares
 
 
-@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("seed", range(2))
 def test_what_is_completed_is_covered_and_what_is_measured_stays(seed):
     true, picture, measured, squares = surfaces(seed)
     vergence, sd, evidence = complete(measured, np.full(SHAPE, 0.01), squares, picture, window=8.0)
@@ -67,11 +67,9 @@ def test_a_plane_is_continued(unit):
         assert np.abs(np.median(plane) / plane - 1)[:, beyond].min() > 0.08
 
 
-@pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("seed", range(3))
-def test_a_surface_that_shows_no_depth_is_covered(seed):
+def test_a_surface_that_shows_no_depth_is_covered():
     """Textured things before or behind a blank wall, of which nothing is measured."""
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(0)
     thing = np.hypot(*np.mgrid[-60:60, -80:80]) < 40
     off, size = [], []
     for _ in range(20):

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
+from textures import natural
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise.likelihood import Nodes
 from focalgradient.depth.equalise.signal import are_compressed, informative_nodes, left_on_blank
-from focalgradient.errors import FocalGradientWarning
 
 SQUARES = Path(__file__).parents[2].parent / "shared" / "data" / "printed_squares"
 
@@ -72,11 +71,8 @@ def test_compression_shows_in_textured_views() -> None:
     """Blurred natural texture in JPEG of quality 75, whose blocks are faint, and the same without loss."""
     import cv2
 
-    random = np.random.default_rng(0)
-    frequency = np.hypot(np.fft.fftfreq(256)[:, None], np.fft.rfftfreq(256))
-    texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((256, 256))) / np.maximum(frequency, 1 / 256))
-    blurred = gaussian_filter(texture / texture.std(), 1.5)
-    pixels = np.clip(120 + 25 * blurred, 0, 255).astype(np.uint8)
+    blurred = gaussian_filter(natural((256, 256)), 1.5)
+    pixels = np.clip(125 * blurred, 0, 255).astype(np.uint8)
     stored = cv2.imdecode(cv2.imencode(".jpg", pixels, [cv2.IMWRITE_JPEG_QUALITY, 75])[1], cv2.IMREAD_GRAYSCALE)
     assert not are_compressed([pixels.astype(np.float32)])
     assert are_compressed([pixels.astype(np.float32), stored.astype(np.float32)])
@@ -84,20 +80,18 @@ def test_compression_shows_in_textured_views() -> None:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not SQUARES.exists(), reason="the photographs are not beside the repository (shared/data)")
+@pytest.mark.filterwarnings("ignore")
 @pytest.mark.parametrize("centimetres", [50, 150])
-@pytest.mark.parametrize("exposure", [1, 2, 3])
+@pytest.mark.parametrize("exposure", [1, 3])
 def test_printed_squares_of_unknown_focus_are_rejected(centimetres: int, exposure: int) -> None:
     """The mark says 0.25 m; the squares' own blur says that the focus lies elsewhere, and that it is no disc."""
     from focalgradient.photographs import read_photographs
 
     stops = (16, 10)
     lenses = [Lens(0.018, n, 0.25) for n in stops]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FocalGradientWarning)
-        photographs = read_photographs([SQUARES / f"{centimetres}cm-f{n}-{exposure}.jpg" for n in stops], "srgb")
-        views = [
-            View(photo.luminance, one, 4.7e-6 / one.sensor_distance, mask=photo.mask)
-            for photo, one in zip(photographs, lenses, strict=True)
-        ]
-        depth = recover_depth(views, near=0.25, align=True)
-    assert not depth.valid.any()
+    photographs = read_photographs([SQUARES / f"{centimetres}cm-f{n}-{exposure}.jpg" for n in stops], "srgb")
+    views = [
+        View(photo.luminance, one, 4.7e-6 / one.sensor_distance, mask=photo.mask)
+        for photo, one in zip(photographs, lenses, strict=True)
+    ]
+    assert not recover_depth(views, near=0.25, align=True).valid.any()

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from blurred import lens, wall
+from judged import check, covered
 from scipy import ndimage
 from stepped import image_of, step
 
@@ -40,8 +41,7 @@ def test_bad_pixels_of_a_stack_do_not_count() -> None:
     views = with_hole(wall([lens(2.8, 1 / v) for v in (0.5, 0.65, 0.8, 0.95)], 1.4), 1e4)
     depth = recover_depth(views, method="autofocus")
     assert not depth.valid[HOLE].any()
-    assert depth.valid.mean() > 0.4
-    assert np.median(np.abs(depth.vergence - 1 / 1.4)[depth.valid]) < 0.01
+    check(depth, 1.4, valid=0.4)
 
 
 def test_edges_are_measured_beside_bad_pixels_and_not_of_them() -> None:
@@ -81,5 +81,4 @@ def test_hot_and_dead_pixels_reach_nothing_beside_them() -> None:
     beside = ndimage.distance_transform_edt(~is_bad)
     assert not depth.valid[is_bad].any()
     assert depth.valid[(beside > 3) & (beside < 8)].mean() > 0.95
-    error = np.abs(depth.vergence - 1 / 1.3)[depth.valid] / depth.vergence_sd[depth.valid]
-    assert (error < 2).mean() > 0.93
+    assert covered(depth, 1.3) > 0.93

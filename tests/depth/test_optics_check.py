@@ -1,16 +1,16 @@
 """Wrong optics are warned of: an order reversed, apertures off by a factor, foci exchanged."""
 
 import re
-import warnings
 from dataclasses import replace
 
+import judged
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, TILE, Camera, lens, wall
 from scipy import ndimage
 from textures import natural_spectrum
 
-from focalgradient import Lens, View, recover_depth
+from focalgradient import Lens, View
 from focalgradient.depth.hypotheses import misordered_apertures
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Search
@@ -40,10 +40,7 @@ def slant(lenses, low, high, psf="disc", k=0.5):
 
 def said(views, stated, **limits):
     """What is warned of where the views are said to be through the lenses `stated`."""
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always")
-        recover_depth([View(v.image, one, PIXEL) for v, one in zip(views, stated, strict=True)], **limits)
-    return "\n".join(str(one.message) for one in caught)
+    return judged.said([View(v.image, one, PIXEL) for v, one in zip(views, stated, strict=True)], **limits)[1]
 
 
 STOPS = [lens(16), lens(4)]

@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from blurred import lens, wall
+from judged import covered, over_sd
 
 from focalgradient import View, recover_depth
 from focalgradient.eye import Cones, Eye, Photons, eye_views
@@ -26,12 +27,8 @@ def eye_depth(mm: float, bands: tuple[str, ...], vergence: float, side: int = 14
     return recover_depth([one.view for one in views])
 
 
-@pytest.mark.fast_cases(2)
 @pytest.mark.filterwarnings("ignore:view")
-@pytest.mark.parametrize(
-    ("mm", "bands", "vergence"),
-    [(4, ("L+M", "S"), 4.0), (6, ("L+M", "S"), 4.0), (6, ("L+M",), 2.5), (4, ("L+M",), 6.0)],
-)
+@pytest.mark.parametrize(("mm", "bands", "vergence"), [(4, ("L+M", "S"), 4.0), (6, ("L+M",), 2.5)])
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_walls_far_out_of_an_eyes_focus_are_rejected(mm, bands, vergence) -> None:
     depth = eye_depth(mm, bands, vergence)
@@ -40,27 +37,22 @@ def test_walls_far_out_of_an_eyes_focus_are_rejected(mm, bands, vergence) -> Non
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("mm", "vergence"), [(4, 1.5), (3, 2.5), (6, 0.5)])
+@pytest.mark.parametrize(("mm", "vergence"), [(4, 1.5), (6, 0.5)])
 def test_walls_within_the_range_stay_right(mm, vergence) -> None:
     depth = eye_depth(mm, ("L+M", "S"), vergence)
-    error = np.abs(depth.vergence - vergence)[depth.valid]
     assert depth.valid.mean() > 0.8
-    assert np.mean(error <= 2 * depth.vergence_sd[depth.valid]) > 0.93
+    assert covered(depth, 1 / vergence) > 0.93
 
 
-@pytest.mark.fast_cases(2)
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("foci", [(0.7, 1.0), (0.7, 0.85, 1.1)])
-@pytest.mark.parametrize("distance", [0.2, 0.6, 2.4, 5.0])
+@pytest.mark.parametrize(("foci", "distance"), [((0.7, 1.0), 0.2), ((0.7, 0.85, 1.1), 2.4)])
 def test_walls_outside_near_and_far_are_rejected(foci, distance) -> None:
     depth = recover_depth(wall([lens(2.8, focus) for focus in foci], distance, seed=2), near=NEAR, far=FAR)
     assert depth.valid.mean() < 0.005
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
-@pytest.mark.filterwarnings("ignore:the views share one plane")
+@pytest.mark.filterwarnings("ignore")
 def test_a_wall_just_beyond_the_default_range_is_rejected() -> None:
     """Blur of 16.5 pixels at 3 m; the search ends at 16."""
     views = wall([lens(8), lens(2)], 3.0)
@@ -82,7 +74,7 @@ def test_walls_at_an_end_of_the_range_are_kept() -> None:
     ):
         depth = recover_depth(wall(lenses, distance, seed=3), **asked)
         assert depth.valid.mean() > 0.7
-        assert np.mean(np.abs(depth.vergence - 1 / distance)[depth.valid] <= 3 * depth.vergence_sd[depth.valid]) > 0.93
+        assert np.mean(np.abs(over_sd(depth, distance)) <= 3) > 0.93
 
 
 @pytest.mark.filterwarnings("ignore:the views contradict the optics")

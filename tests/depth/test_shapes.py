@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from judged import check, covered
 from shaped import FOCI, FROM_ONE_FOCUS, walls
 
 from focalgradient import InputError, recover_depth
@@ -23,27 +24,24 @@ class MyPsf(Psf):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("distance", [0.9, 1.25])
-@pytest.mark.parametrize(("blades", "rotation"), [(5, 0.2), (6, 0.3)])
+@pytest.mark.parametrize(("blades", "rotation", "distance"), [(5, 0.2, 0.9), (6, 0.3, 1.25)])
 def test_polygons_are_as_good_as_discs(blades: int, rotation: float, distance: float) -> None:
     """On either side of the mean focus, 0.5 % noise: the error is at most 1.3 times a disc's, and the sd covers it."""
     errors = []
     for shape in (Disc(), Polygon(blades, rotation)):
         depth = recover_depth(walls(shape, FOCI, distance, seed=7), psf=shape)
-        error = np.abs(depth.vergence - 1 / distance)[depth.valid]
-        errors.append(np.median(error))
+        errors.append(np.median(np.abs(depth.vergence - 1 / distance)[depth.valid]))
         assert depth.valid.mean() > 0.95
-        assert 0.9 <= (error < 2 * depth.vergence_sd[depth.valid]).mean() <= 0.995
+        assert 0.9 <= covered(depth, distance) <= 0.995
     assert errors[1] < 1.3 * errors[0]
 
 
 @pytest.mark.fast_cases(1)
-@pytest.mark.parametrize(("blades", "distance"), [(5, 0.65), (3, 1.2), pytest.param(5, 1.2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("blades", "distance"), [(5, 0.65), (3, 1.2)])
 def test_odd_blades_tell_the_side_from_two_apertures_of_one_focus(blades: int, distance: float) -> None:
     shape = Polygon(blades, 0.2)
     depth = recover_depth(walls(shape, FROM_ONE_FOCUS, distance, seed=2), psf=shape)
-    assert np.median(depth.distance[depth.valid]) == pytest.approx(distance, rel=0.005)
-    assert depth.valid.mean() > 0.95
+    check(depth, distance, rel=0.005)
     assert depth.side_known[depth.valid].all()
     assert depth.details["side"] == "estimated from the views"
     assert (depth.details["psf"], depth.details["psf_parameters"]["blades"]) == ("polygon", blades)
@@ -56,8 +54,9 @@ def test_even_blades_leave_the_side_open() -> None:
     assert not depth.side_known.any()
 
 
-@pytest.mark.parametrize("method", ["equalise", "spectra", "ratio"])
-@pytest.mark.parametrize("shape", [MyPsf(), Annulus(0.35), Blend(0.3)], ids=lambda shape: shape.name)
+@pytest.mark.parametrize(
+    ("shape", "method"), [(MyPsf(), "equalise"), (Annulus(0.35), "spectra"), (Blend(0.3), "ratio"), (MyPsf(), "ratio")]
+)
 def test_a_round_shape_works_with_every_method_that_compares_views(shape: Psf, method) -> None:
     depth = recover_depth(walls(shape, FROM_ONE_FOCUS, 1.2), psf=shape, method=method, near=0.85)
     assert np.median(depth.distance[depth.valid]) == pytest.approx(1.2, rel=0.01)
