@@ -13,7 +13,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.errors import InputError, check_one_of, checked
 from focalgradient.files import write_whole
 from focalgradient.optics import Optics
@@ -64,8 +64,8 @@ class EyeView:
     distance: FloatArray
     disparity: FloatArray
     blur: FloatArray
-    is_monocular: NDArray[np.bool_]
-    is_invented: NDArray[np.bool_]
+    is_monocular: Mask
+    is_invented: Mask
 
     @property
     def vergence(self) -> FloatArray:

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
 from focalgradient.errors import InputError, check_number, described, warn
@@ -48,7 +48,7 @@ class _Seen(NamedTuple):
     distance: FloatArray
     blurred: FloatArray
     placed: FloatArray
-    is_invented: NDArray[np.bool_]
+    is_invented: Mask
 
 
 @dataclass(frozen=True, slots=True)

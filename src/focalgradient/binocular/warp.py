@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 
 __all__ = ["Warped", "monocular", "sample", "warp"]
 
@@ -41,7 +41,7 @@ class Warped(NamedTuple):
     """
 
     source: FloatArray
-    is_invented: NDArray[np.bool_]
+    is_invented: Mask
 
 
 def warp(shift: NDArray[np.floating], nearness: NDArray[np.floating]) -> Warped:
@@ -83,7 +83,7 @@ def sample(picture: NDArray[np.floating], shift: NDArray[np.floating], source: F
     return sampled.reshape(picture.shape)
 
 
-def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: float, sign: int) -> NDArray[np.bool_]:
+def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: float, sign: int) -> Mask:
     """Return True where one eye sees a place that is occluded from the other eye or outside its frame.
 
     Parameters
@@ -101,7 +101,7 @@ def monocular(own: NDArray[np.floating], other: NDArray[np.floating], step: floa
     return (columns < 0) | (columns >= width) | (step * (facing - own) > MAX_DISPARITY_MISMATCH)
 
 
-def _joined(shift: FloatArray) -> NDArray[np.bool_]:
+def _joined(shift: FloatArray) -> Mask:
     """Return whether each pixel and its right neighbour belong to one surface, H x W - 1."""
     slope = np.diff(shift, axis=1)
     padded = np.pad(slope, ((0, 0), (1, 1)))

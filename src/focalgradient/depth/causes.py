@@ -12,9 +12,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import Mask
 from focalgradient.depth.equalise.signal import EXPLAINED, JPEG_BLOCK, steps_at_blocks
 from focalgradient.depth.filters import Image
 from focalgradient.depth.hypotheses import likelier_slip
@@ -313,7 +313,7 @@ def _band_gain() -> float:
     return float((1 / s + 1 / t - 4 / (s + t)) / (4 * np.pi))
 
 
-def _agreement(images: Sequence[Image], usable: NDArray[np.bool_]) -> float:
+def _agreement(images: Sequence[Image], usable: Mask) -> float:
     """Return the correlation of coarse detail of the view that agrees least with the first, at the scale of most."""
     scales = [1.0, *([COARSER] if min(usable.shape) >= WIDE_ENOUGH * COARSER * COARSE else [])]
     found = []

@@ -23,7 +23,7 @@ from scipy import ndimage, sparse
 from scipy.interpolate import BSpline
 from scipy.sparse import linalg
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.numerics import block_mean, block_sum, interpolate_nodes
 
 __all__ = ["complete"]
@@ -89,7 +89,7 @@ MEASURED = 1e4
 def complete(
     vergence: NDArray[np.floating],
     vergence_sd: NDArray[np.floating],
-    valid: NDArray[np.bool_],
+    valid: Mask,
     picture: NDArray[np.floating],
     window: float,
     *,

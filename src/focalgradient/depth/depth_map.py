@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import Mask
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_arrays, write_whole
 
@@ -77,8 +78,8 @@ class DepthMap:
 
     vergence: NDArray[np.floating]
     vergence_sd: NDArray[np.floating]
-    valid: NDArray[np.bool_]
-    side_known: NDArray[np.bool_]
+    valid: Mask
+    side_known: Mask
     details: dict[str, Any] = field(default_factory=dict)
     offset: float = 0.0
     plane: str = PUPIL

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, sparse, special
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.parallel import share_rows
 
 __all__ = [
@@ -99,8 +99,7 @@ class Frequencies:
 
     def fine_pass(self) -> FloatArray:
         """Return the amplitude of the pass band that ends at `FINEST`."""
-        band: FloatArray = np.exp(-((self.radius / FINEST) ** 16) / 2)
-        return band
+        return np.asarray(np.exp(-((self.radius / FINEST) ** 16) / 2))
 
     def to_radial(self, values: FloatArray) -> FloatArray:
         """Return `values` (... x F) at RADII; values over the plane are averaged over all directions."""
@@ -210,11 +209,10 @@ def disc_pass(radius: FloatArray | float, *, limit: float, power: int, frequenci
 
     The disc's transfer has its first zeros at 3.8 and 7.0. The larger `power`, the steeper the band's end.
     """
-    band: FloatArray = np.exp(-((2 * np.pi * radius * frequencies.radius / limit) ** power) / 2)
-    return band
+    return np.asarray(np.exp(-((2 * np.pi * radius * frequencies.radius / limit) ** power) / 2))
 
 
-def natural_levels(power: FloatArray, occupied: NDArray[np.bool_] | None = None) -> FloatArray:
+def natural_levels(power: FloatArray, occupied: Mask | None = None) -> FloatArray:
     """Return the power at frequency 1 of n natural scenes (power as 1 / f^2), from `power` at RADII (n x F).
 
     The median over low frequencies; samples that are not `occupied` (F) hold no frequency of a small image.
@@ -245,8 +243,7 @@ def independent_samples(spectrum: FloatArray, side: int) -> FloatArray:
     correlation = spectrum @ special.j0(2 * np.pi * RADII[:, None] * lags) / spectrum.sum(axis=1, keepdims=True)
     ramp = (side - np.abs(np.arange(1 - side, side))) / side**2
     overlap = np.bincount(index.ravel(), np.outer(ramp, ramp).ravel())
-    samples: FloatArray = 1 / (correlation**2 @ overlap)
-    return samples
+    return np.asarray(1 / (correlation**2 @ overlap))
 
 
 def mirrored_spectra(images: Sequence[Image], reach: int, size: tuple[int, int]) -> NDArray[np.complex64]:
@@ -318,8 +315,7 @@ class Spectra:
                 if row.any():  # a comparison of early views leaves out those after
                     total += self._gain(row, frequencies) * spectrum
         inside = tuple(slice(self.reach, self.reach + n) for n in self.shape)
-        image: Image = fft.irfft2(total, self.size, overwrite_x=True)[inside]
-        return image
+        return np.asarray(fft.irfft2(total, self.size, overwrite_x=True)[inside])
 
     def _gain(self, row: NDArray[Any], frequencies: Frequencies) -> NDArray[Any]:
         """Return a filter over the plane (F) at the images' own frequencies."""

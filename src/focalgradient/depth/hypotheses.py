@@ -32,7 +32,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.special import j0
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
 from focalgradient.depth.equalise.signal import UNEXPLAINED
 from focalgradient.depth.equalise.split_band import DetailHalves, SplitBand
@@ -315,9 +315,7 @@ SAMPLE_SIDE, SAMPLE_LEVELS = 128, 2
 """Side in pixels of the sample of the views in which blurs are compared first, and stride of its candidate levels."""
 
 
-def judge_blur(
-    problem: Problem, blurs: Blurs, noise_sd: Sequence[float], is_consistent: NDArray[np.bool_]
-) -> Alternative | None:
+def judge_blur(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], is_consistent: Mask) -> Alternative | None:
     """Return the changed blur that explains views in one waveband clearly better than `blurs`, or None.
 
     Only pixels whose views agree count (H x W): no blur explains what occlusion leaves. A change whose gain in a sample

@@ -14,10 +14,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import fft, ndimage, optimize
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise
 from focalgradient.depth.equalise.residuals import QUARTER, lower_quartile, quartile_by_chance
@@ -140,7 +139,7 @@ def storage(image: Floats) -> float:
     return STORAGE * float(image.std())
 
 
-def noise_from_differences(image: Floats, mask: NDArray[np.bool_] | None = None) -> float:
+def noise_from_differences(image: Floats, mask: Mask | None = None) -> float:
     """Standard deviation of the image's white noise, from the median size of its finest detail.
 
     Second differences along rows and columns in turn, which leave nothing of a plane or of an edge along either; where
@@ -165,7 +164,7 @@ def noise_from_spectrum(image: Floats) -> float:
     return float(np.sqrt(np.median(power[0, fine[fine >= int(0.45 * np.sqrt(2) * RADIAL)]])))
 
 
-def noise_floor(image: Floats, side: int = 32, usable: NDArray[np.bool_] | None = None) -> float:
+def noise_floor(image: Floats, side: int = 32, usable: Mask | None = None) -> float:
     """Upper bound of a pixel's noise (standard deviation): the finest detail of the emptiest squares of an image.
 
     The difference of differences along and across sees least of any texture and all of the noise; blur and plain
@@ -470,7 +469,7 @@ def band_power(
     return power[kept] / total[kept], gain[kept] / total[kept, None]
 
 
-def _by_band(image: Image, step: int, window: float) -> Iterator[tuple[NDArray[np.bool_], Image]]:
+def _by_band(image: Image, step: int, window: float) -> Iterator[tuple[Mask, Image]]:
     """Yield the radial samples of each band, and an image's power in it, summed in windows about nodes (h x w)."""
     radius = np.hypot(fft.fftfreq(image.shape[0])[:, None], fft.rfftfreq(image.shape[1]))
     limits = list(pairwise(EDGES.tolist()))

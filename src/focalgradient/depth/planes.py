@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.numerics import at_nodes, repeat_blocks
 from focalgradient.parallel import share_rows
 
@@ -266,14 +266,14 @@ expectation under noise."""
 class Zone:
     """The near and the far surface near jumps of depth, in levels; H x W each."""
 
-    is_inside: NDArray[np.bool_]  # in reach of a jump
+    is_inside: Mask  # in reach of a jump
     near: FloatArray
     near_sd: FloatArray
     far: FloatArray
     far_sd: FloatArray
 
 
-def surface_planes(level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> FloatArray:
+def surface_planes(level: FloatArray, sd: FloatArray, is_reliable: Mask, gap: float) -> FloatArray:
     """Return the planes through reliable nodes (h x w) and those about them on one surface.
 
     Nodes that lie off the plane through the nearest ones by half a `gap` and 3 sd are on another surface. A plane is
@@ -332,7 +332,7 @@ def _plane(level, sd, information, window, reach, apart, i, j, plane, off):  # t
 
 
 def departure_from_planes(
-    level: FloatArray, sd: FloatArray, is_informative: NDArray[np.bool_], reach: FloatArray, gap: float
+    level: FloatArray, sd: FloatArray, is_informative: Mask, reach: FloatArray, gap: float
 ) -> FloatArray:
     """Variance of depth about its plane as far as blur and window reach, over what noise explains; h x w, 0 on planes.
 
@@ -381,7 +381,7 @@ def _curvature(level, sd, is_informative, width, gap, first, last, variance):  #
                 variance[i, j] = (left - noise) / sums[0]
 
 
-def jump_pairs(planes: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], gap: float) -> NDArray[np.intp]:
+def jump_pairs(planes: FloatArray, sd: FloatArray, is_reliable: Mask, gap: float) -> NDArray[np.intp]:
     """Nodes at which depth jumps, each with the reliable nodes of the near and the far surface; -1 at all others.
 
     Returns h x w x 4: row and column of the node that the near surface is continued from, and of the far surface's; -1
@@ -431,11 +431,11 @@ def nearest_surfaces(
 
 def continue_surfaces(
     zone: Zone,
-    is_near: NDArray[np.bool_],
+    is_near: Mask,
     planes: FloatArray,
     node_level: FloatArray,
     node_sd: FloatArray,
-    is_reliable: NDArray[np.bool_],
+    is_reliable: Mask,
     step: int,
     gap: float,
 ) -> tuple[FloatArray, FloatArray]:

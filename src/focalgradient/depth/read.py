@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy import integrate, ndimage
 from scipy.interpolate import make_interp_spline
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.filters import Image
 from focalgradient.depth.numerics import at_levels
 from focalgradient.depth.validity import SECONDARY_MINIMUM
@@ -52,7 +52,7 @@ def read_minima(
     noise_slope: FloatArray,
     noise: float,
     size: FloatArray,
-) -> tuple[FloatArray, NDArray[np.bool_]]:
+) -> tuple[FloatArray, Mask]:
     """Find each node's minimum of the cost, its width, the misfit and the texture there, and whether it is unambiguous.
 
     Parameters

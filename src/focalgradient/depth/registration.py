@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import fft, ndimage, sparse
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.filters import Image, Spectra, mean_in_squares
 from focalgradient.depth.numerics import block_sum
 from focalgradient.errors import InputError
@@ -96,7 +96,7 @@ class Placement:
         return Placement(self.scale * other.scale, down, right, self.turn + other.turn)
 
 
-def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
+def resample(image: Image, placement: Placement) -> tuple[Image, Mask]:
     """Resample the view on the reference's grid; also return the pixels that the view covers, both H x W.
 
     Interpolates with a Lanczos kernel of 8 pixels: along rows and columns in turn, as scale and shift are separable;
@@ -113,7 +113,7 @@ def resample(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool
     return np.ascontiguousarray(resampled, np.float32), rows[:, None] & columns
 
 
-def _turned(image: Image, placement: Placement) -> tuple[Image, NDArray[np.bool_]]:
+def _turned(image: Image, placement: Placement) -> tuple[Image, Mask]:
     """Resample a rotated view; otherwise as `resample`."""
     height, width = image.shape
     row, column = np.arange(height) - (height - 1) / 2, np.arange(width) - (width - 1) / 2
@@ -158,7 +158,7 @@ def _resample_lines(lines, scale, middle, first, last, resampled):  # type: igno
             resampled[line, x] = value / total
 
 
-def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_array, NDArray[np.bool_]]:
+def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_array, Mask]:
     """Return the matrix that resamples `count` pixels, and which results lie within them."""
     centre = (count - 1) / 2
     place = centre + scale * (np.arange(count) - centre) + shift
@@ -178,7 +178,7 @@ def _interpolation(count: int, scale: float, shift: float) -> tuple[sparse.csr_a
 
 
 def measure_placement(
-    reference: Image, image: Image, usable: NDArray[np.bool_] | None = None, *, steps: int = 12
+    reference: Image, image: Image, usable: Mask | None = None, *, steps: int = 12
 ) -> tuple[Placement, float]:
     """Measure the shift, turn and scale of `image` against `reference` (both H x W).
 
@@ -212,7 +212,7 @@ def measure_placement(
 
 
 def _placement_step(
-    reference: Image, image: Image, placement: Placement, frame: NDArray[np.bool_]
+    reference: Image, image: Image, placement: Placement, frame: Mask
 ) -> tuple[Placement, FloatArray, float]:
     """Estimate a placement's remaining error by least squares, and the variances of scale, shifts and rotation.
 
@@ -275,7 +275,7 @@ class RegisteredViews:
     """Views on the first one's grid, at one exposure, with the mask of usable pixels."""
 
     images: list[Image]
-    usable: NDArray[np.bool_]
+    usable: Mask
     gains: list[float]
     placements: list[Placement]  # of each view beyond its pixel angle; removed only if the views were to be aligned
     warnings: tuple[str, ...] = ()
@@ -426,7 +426,7 @@ def _other_scales(first: View, view: View, left: float) -> Iterator[tuple[float,
     )
 
 
-def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
+def _image_and_mask(view: View) -> tuple[Image, Mask]:
     """Return a view's image, defective pixels and those outside its mask filled, and the mask without the defective.
 
     Of a view without a mask, pixels at the image's ceiling are left out, where many share the highest value.
@@ -439,7 +439,7 @@ def _image_and_mask(view: View) -> tuple[Image, NDArray[np.bool_]]:
     return filled(image, is_sound), shown & is_sound
 
 
-def _is_defective(image: Image) -> NDArray[np.bool_]:
+def _is_defective(image: Image) -> Mask:
     """Return the hot and dead pixels (H x W): lone ones far outside the texture around them.
 
     On a plain ground the same may be a point of the scene.
@@ -457,12 +457,12 @@ def _is_defective(image: Image) -> NDArray[np.bool_]:
     return (np.abs(level - mean) > DEFECT * sd) & (sd > PLAIN * noise)
 
 
-def _shown(mask: NDArray[np.bool_], placement: Placement) -> NDArray[np.bool_]:
+def _shown(mask: Mask, placement: Placement) -> Mask:
     """Return a view's `mask` on the reference's grid."""
     return mask if mask.all() else resample((~mask).astype(np.float32), placement)[0] < LEAST_MASKED
 
 
-def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image:
+def filled(image: NDArray[np.floating], mask: Mask | None) -> Image:
     """Replace each pixel of `image` (H x W) outside `mask` by the nearest inside, for the filters.
 
     >>> filled(np.array([[1.0, np.nan, 3.0, 4.0]]), np.array([[True, False, True, True]])).tolist()
@@ -475,13 +475,13 @@ def filled(image: NDArray[np.floating], mask: NDArray[np.bool_] | None) -> Image
     return np.asarray(image[row, column], np.float32)
 
 
-def at_ceiling(image: Image) -> NDArray[np.bool_]:
+def at_ceiling(image: Image) -> Mask:
     """Return the pixels at the image's highest value, where more share it than texture would make."""
     top = image == image.max()
     return top if top.sum() > max(16, 2e-4 * image.size) else np.zeros_like(top)
 
 
-def _gain(reference: Image, image: Image, usable: NDArray[np.bool_]) -> float:
+def _gain(reference: Image, image: Image, usable: Mask) -> float:
     """Return the exposure of `image` relative to `reference`: the ratio of light where it has its usual value.
 
     Blur moves light but keeps its sum. Places are never weighted by the brightness of one view: the brightest of the

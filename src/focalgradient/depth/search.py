@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.filters import ROUND, Frequencies, disc_pass, plane
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.settings import OPTICS, BlurSource, RecoverySettings
@@ -219,9 +219,8 @@ class Search:
     @property
     def limited(self) -> tuple[bool, bool]:
         """Whether depth may lie beyond the first, and the last level: not beyond infinity or a shared focus."""
-        ends = self.lowest > 0, True
-        shared = one_focus(self.focus)
-        return ends[0] and not (shared and self.lowest == self.focus[0]), not (shared and self.highest == self.focus[0])
+        shared = float(self.focus[0]) if one_focus(self.focus) else None
+        return self.lowest not in (0, shared), self.highest != shared
 
     def blurred_alike(self, psf: BlurSource | None) -> tuple[float, float] | None:
         """Lowest and highest vergence (D) on the other side of the focus that views share, blurred as those searched.
@@ -369,9 +368,9 @@ class Estimate:
 
     vergence: NDArray[np.float32]
     vergence_sd: NDArray[np.float32]
-    valid: NDArray[np.bool_]
+    valid: Mask
     noise: Sequence[float]
-    side_known: NDArray[np.bool_] | bool = True
+    side_known: Mask | bool = True
     details: Mapping[str, Any] = field(default_factory=dict)
     warnings: Sequence[str] = ()
     searched: tuple[float, float] | None = None

@@ -198,28 +198,19 @@ class RecoverySettings:
 
     def check(self, count: int) -> None:
         """Refuse settings out of range, for `count` views."""
-        self._check_limits()
+        near, far = self.near, self.far
+        for name, limit in (("near", near), ("far", far)):
+            if limit is not None and not (is_number(limit) and limit > 0):
+                raise InputError(f"{name} is {limit!r}, but must be a positive number of metres.")
+        if near is not None and far is not None and near >= far:
+            raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
+        if near is not None and math.isinf(near):
+            raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
         if not (is_number(self.window) and 2 <= self.window <= 64):
             raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
         self.given_noise(count)
         if not (is_number(self.false_alarm) and 0 < self.false_alarm < 1):
             raise InputError(f"false_alarm is {self.false_alarm!r}, but must be a probability between 0 and 1.")
-
-    def _check_limits(self) -> None:
-        near, far = self.near, self.far
-        if near is not None:
-            _check_positive("near", near, " of metres")
-        if far is not None:
-            _check_positive("far", far, " of metres")
-        if near is not None and far is not None and near >= far:
-            raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
-        if near is not None and math.isinf(near):
-            raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
-
-
-def _check_positive(name: str, value: Any, unit: str) -> None:
-    if not (is_number(value) and value > 0):
-        raise InputError(f"{name} is {value!r}, but must be a positive number{unit}.")
 
 
 def noise_of_each(noise: float | Sequence[float], count: int, of: str = "views") -> FloatArray:

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from focalgradient.arrays import Mask
+
 __all__ = [
     "BLUR_ERROR",
     "DOUBTFUL",
@@ -48,7 +50,7 @@ BLUR_ERROR = 0.03
 choice): about twice the 1.5 % by which edges of calibrated lenses depart from the law (`calibration.Priors`)."""
 
 
-def blur_is_known(sd: ArrayLike, radius: ArrayLike, share: float = LEAST_SHARE) -> NDArray[np.bool_]:
+def blur_is_known(sd: ArrayLike, radius: ArrayLike, share: float = LEAST_SHARE) -> Mask:
     """Test whether a blur `radius` in pixels is known well enough: to 0.3 pixel, or to a `share` of it; broadcasts.
 
     >>> blur_is_known([0.2, 0.4, 0.4], [1.0, 1.0, 5.0]).tolist()

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.noise import noise_from_spectrum, storage
 from focalgradient.depth.numerics import (
     block_sum,
@@ -152,9 +152,7 @@ def _noise(problem: Problem) -> FloatArray:
     return max(min(map(noise_from_spectrum, images)), storage(images[0])) / gains
 
 
-def _sharpness(
-    images: Sequence[NDArray[np.float32]], usable: NDArray[np.bool_], step: int
-) -> tuple[FloatArray, FloatArray]:
+def _sharpness(images: Sequence[NDArray[np.float32]], usable: Mask, step: int) -> tuple[FloatArray, FloatArray]:
     """Count each block's usable pixels (h x w), and sum each image's squared Laplacian over them."""
     reach = math.ceil(4 * WIDTH)
     inside = ndimage.minimum_filter(usable, 2 * reach + 1).astype(np.float32)
@@ -221,8 +219,8 @@ class Peaks:
     sd: FloatArray  # of it by noise, D
     shape_sd: FloatArray  # of it by what the power may be off, and by the error of the focus settings, D
     focus_sd: float  # error of each setting's focus that the parabolas' residuals show, D; 0 if nothing shows it
-    valid: NDArray[np.bool_]  # there is a peak
-    clear: NDArray[np.bool_]  # the sharpest setting stands out from noise
+    valid: Mask  # there is a peak
+    clear: Mask  # the sharpest setting stands out from noise
     sharpest: NDArray[np.intp]  # the setting that is sharpest
     rise: FloatArray  # n x h x w: change of the vergence with the measure at each setting
     share: FloatArray  # n x h x w: weights with which the measures give the peak's height, in units of itself
@@ -315,7 +313,7 @@ class _Parabola:
     near: FloatArray  # n x h x w: weight by the distance of the settings
     gain: FloatArray  # h x w x 3 x n: change of the coefficients with the fitted values
 
-    def focus_variance(self, offset: FloatArray, noise: FloatArray, valid: NDArray[np.bool_]) -> float:
+    def focus_variance(self, offset: FloatArray, noise: FloatArray, valid: Mask) -> float:
         """Estimate the variance of the focus settings from the residuals; 0 if the residuals are explained by noise.
 
         An error of one setting's focus displaces its sharpness at all nodes alike, as far as each parabola does not

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.fft import irfft2, rfft2
 from scipy.ndimage import gaussian_filter
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.filters import Floats, Image
 from focalgradient.depth.numerics import interpolate_nodes
 from focalgradient.depth.read import parabola_minimum
@@ -62,8 +62,8 @@ def half_radius(
     asymmetry: Floats,
     limits: tuple[float, float],
     window: float,
-    usable: NDArray[np.bool_] | None = None,
-) -> tuple[Floats, Floats, NDArray[np.bool_], float]:
+    usable: Mask | None = None,
+) -> tuple[Floats, Floats, Mask, float]:
     """Estimate the signed blur radius of two halves, positive nearer than focus.
 
     Parameters
@@ -112,7 +112,7 @@ def half_radius(
 
 def half_asymmetry(
     left: Floats, right: Floats, radius: float, candidates: Floats, window: float
-) -> tuple[Floats, Floats, NDArray[np.bool_]]:
+) -> tuple[Floats, Floats, Mask]:
     """Estimate the asymmetry of two halves of a flat sheet whose blur `radius` (pixels, signed) is known.
 
     Returns
@@ -139,7 +139,7 @@ class _Compared:
     power: float  # of white noise that the band passes
 
     @classmethod
-    def of(cls, left: Floats, right: Floats, usable: NDArray[np.bool_] | None) -> _Compared:
+    def of(cls, left: Floats, right: Floats, usable: Mask | None) -> _Compared:
         weight = np.ones(left.shape, np.float32) if usable is None else usable.astype(np.float32)
         padded = [
             np.pad(_flattened(np.asarray(half, np.float32), weight), PADDED, mode="reflect") for half in (left, right)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.edges.measure import Edges, average_segments, measure_edges
 from focalgradient.depth.noise import noise_from_differences
 from focalgradient.depth.registration import Placement
@@ -130,7 +130,7 @@ def _drawn(edges: Edges, placement: Placement, shape: tuple[int, int]) -> tuple[
 
 def _combine(
     measured: FloatArray, sd: FloatArray, error: FloatArray, search: Search, false_alarm: float
-) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
+) -> tuple[FloatArray, FloatArray, Mask, Mask]:
     """Combine n views' measurements to a vergence at P pixels (`measured`, n x sides of focus x P, in dioptres).
 
     `sd` is their standard deviation from noise (n x P), infinite where a view shows no edge, and `error` that of

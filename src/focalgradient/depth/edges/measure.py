@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtrc, fdtrc
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.edges.contours import find_contours
 from focalgradient.depth.edges.regression import regress_edges
 from focalgradient.depth.edges.steps import Profile, fit_steps
@@ -72,7 +72,7 @@ class Edges:
     radius: FloatArray
     radius_sd: FloatArray
     misfit: FloatArray
-    valid: NDArray[np.bool_]
+    valid: Mask
     segment: NDArray[np.intp]
 
 
@@ -85,7 +85,7 @@ def measure_edges(
     length: float = 16.0,
     fit: Fit = "likelihood",
     false_alarm: float = 1e-3,
-    mask: NDArray[np.bool_] | None = None,
+    mask: Mask | None = None,
 ) -> Edges:
     """Find the edges of an image, and measure the blur at each of their points.
 
@@ -260,7 +260,7 @@ def _checked(
     length: float,
     fit: str,
     false_alarm: float,
-    mask: NDArray[np.bool_] | None,
+    mask: Mask | None,
 ) -> NDArray[np.float32]:
     """Validate image and settings; return the image as 32-bit numbers."""
     if not shape.gives_edge_response:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
@@ -176,7 +176,7 @@ def _brightness_of_noise(registered: RegisteredViews) -> float:
 def _even_out(
     equalised: Equalised,
     views: RegisteredViews,
-    is_used: NDArray[np.bool_],
+    is_used: Mask,
     at: float | None,
     one_waveband: bool,
     compressed: bool,

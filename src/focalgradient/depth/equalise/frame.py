@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import (
     ALL_WINDOWS,
@@ -27,7 +27,7 @@ from focalgradient.depth.noise import NoiseLaw, uneven_noise
 from focalgradient.depth.numerics import block_mean
 from focalgradient.depth.registration import RegisteredViews
 from focalgradient.depth.search import Blurs, Problem, Search
-from focalgradient.depth.validity import LARGEST_TAU, LEAST_BLUR, blur_is_known
+from focalgradient.depth.validity import LARGEST_TAU, LEAST_BLUR, LEAST_SHARE, blur_is_known
 from focalgradient.optics import capabilities
 
 __all__ = ["Frame", "depth_at_nodes", "depth_at_pixels"]
@@ -66,9 +66,9 @@ elsewhere; on rendered layers 0.4 on the blank surface (`benchmarks/rooms.py`)."
 class Frame:
     """Results of the tiles of a frame, H x W each."""
 
-    is_consistent: NDArray[np.bool_]  # whether a pixel's views agree
+    is_consistent: Mask  # whether a pixel's views agree
     beyond: NDArray[np.int8]  # 1 nearer than the search, -1 farther
-    is_textured: NDArray[np.bool_]  # depth rests on texture at the pixel itself
+    is_textured: Mask  # depth rests on texture at the pixel itself
     other_surface: NDArray[np.float32]  # probability that a pixel belongs to a surface without texture
     outlines: Outlines | None = None
     tiles: list[tuple[Tile, Nodes]] = field(default_factory=list)
@@ -163,7 +163,7 @@ def depth_at_pixels(
     signal: Signal,
     tau: float,
     law: NoiseLaw | None,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_], NDArray[np.float32]]:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Mask, NDArray[np.float32]]:
     """Interpolate depth from nodes to pixels, replace it near outlines, and decide which pixels are valid.
 
     Returns vergence and its sd in dioptres, which pixels are valid, and the part of the sd that is due to a surface
@@ -209,9 +209,7 @@ def _by_contrast(law: NoiseLaw | None, registered: RegisteredViews, step: int) -
     return block_mean(image, step)
 
 
-def _coherent_error(
-    equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_], by_contrast: FloatArray
-) -> FloatArray:
+def _coherent_error(equalised: Equalised, nodes: Nodes, is_informative: Mask, by_contrast: FloatArray) -> FloatArray:
     """Return the sd of depth due to the coherent part of the model error, in levels (h x w).
 
     Compression, for one, takes away weak fine detail, alike over whole windows. Of that only what does not look like a
@@ -247,7 +245,7 @@ def _interpolated(
     tau: float,
     shape: tuple[int, int],
     one_waveband: bool,
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Mask]:
     """Interpolate vergence and its sd to each pixel of a frame of `shape`; also whether noise leaves the blur known.
 
     The model's error (`coherent`: h x w, levels), and the variance near jumps, are part of the sd, but make no pixel
@@ -270,11 +268,8 @@ def _interpolated(
         band = slice(top, top + rows)
         vergence[band] = search.lowest + level * search.spacing
         radius = search.radius(vergence[band].astype(float))
-        blur_sd = sd * search.spacing * search.slope
-        if one_waveband:
-            is_known[band] = blur_is_known(blur_sd, radius)
-        else:  # coarse and fine detail may differ
-            is_known[band] = blur_is_known(blur_sd, radius, KNOWN_IN_BANDS)
+        share = LEAST_SHARE if one_waveband else KNOWN_IN_BANDS  # of different wavebands, coarse and fine detail differ
+        is_known[band] = blur_is_known(sd * search.spacing * search.slope, radius, share)
         sd = np.sqrt(sd**2 + more)
         vergence_sd[band] = np.hypot(sd * search.spacing, _model_sd(error, radius, search, tau))
     return vergence, vergence_sd, is_known
@@ -282,7 +277,7 @@ def _interpolated(
 
 def _near_outlines(
     ends: Outlines, coherent: FloatArray, step: int, search: Search, tau: float
-) -> tuple[NDArray[np.float32], NDArray[np.float32], NDArray[np.bool_]]:
+) -> tuple[NDArray[np.float32], NDArray[np.float32], Mask]:
     """Return vergence and its sd where outlines replace the depth of windows, and (H x W) whether it is valid.
 
     A pixel's side of the outline is part of the sd, but makes no pixel invalid.

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import integrate, stats
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.residuals import (
     BAND,
@@ -89,8 +89,7 @@ class SharedPower:
         """
         mine = self.waveband == np.arange(1, len(self.independent))[:, None]
         scale = np.sqrt(self.independent[1:, None] * power).astype(transfer.real.dtype)
-        noises: NDArray[Any] = mine[:, :, None, None] * scale[:, None, None, :] * transfer
-        return noises
+        return np.asarray(mine[:, :, None, None] * scale[:, None, None, :] * transfer)
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,28 +100,28 @@ class Nodes:
     sd: FloatArray  # in levels
     misfit: FloatArray  # mean squared residual over what noise explains: 1 where the views agree
     texture: FloatArray  # power that is informative about depth, over the noise in its band
-    unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
-    inside: NDArray[np.bool_]  # the best level is not merely the last one searched
+    unambiguous: Mask  # no secondary minimum fits about as well
+    inside: Mask  # the best level is not merely the last one searched
     support: FloatArray  # share of the window that could be used
-    curved_by_depth: NDArray[np.bool_]  # the residual's change by depth, not the residual, curves the cost
+    curved_by_depth: Mask  # the residual's change by depth, not the residual, curves the cost
 
     @property
-    def is_supported(self) -> NDArray[np.bool_]:
+    def is_supported(self) -> Mask:
         """Return the nodes of whose window half or more could be used."""
         return self.support > SUPPORTED
 
     @property
-    def has_texture(self) -> NDArray[np.bool_]:
+    def has_texture(self) -> Mask:
         """Return the supported nodes with more texture than noise."""
         return self.is_supported & (self.texture >= 1)
 
-    def with_texture(self, among: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def with_texture(self, among: Mask) -> Mask:
         """Return the nodes with texture `among` some (h x w); all of these where hardly any has."""
         textured = among & (self.texture >= 1)
         return textured if textured.mean() > FEW else among
 
     @property
-    def is_textured(self) -> NDArray[np.bool_]:
+    def is_textured(self) -> Mask:
         """Return the usable nodes with more texture than noise whose depth is unambiguous and in the searched range."""
         return self.unambiguous & self.inside & (self.texture >= 1) & (self.support >= MIN_SUPPORT)
 
@@ -222,7 +221,7 @@ class Equalised:
             energy += residual.energy(weight, self.step, self.summed)
         return energy
 
-    def sum_again(self, energy: Image, weight: Image, changed: NDArray[np.bool_]) -> None:
+    def sum_again(self, energy: Image, weight: Image, changed: Mask) -> None:
         """Update `energy` in place to `weight`, which differs at the pixels of `changed` (H x W) only."""
         blocks = numerics.block_sum(changed.astype(np.float32), self.step) > 0
         levels = self.summed
@@ -322,15 +321,13 @@ class Equalised:
         sd = np.maximum(sd, np.minimum(nodes.sd / growth.windows[-1], 2 * sd))
         return replace(nodes, level=fitted, sd=sd, inside=inside)
 
-    def _leaves_range(self, value: FloatArray, sd: FloatArray) -> NDArray[np.bool_]:
+    def _leaves_range(self, value: FloatArray, sd: FloatArray) -> Mask:
         """Return whether a `value` of the even coordinate lies beyond an end of the range that depth may pass."""
         first, last = self.even.value[[0, -1]]
         below, above = self.limited
         return np.asarray((below & (value < first - RANGE_SDS * sd)) | (above & (value > last + RANGE_SDS * sd)))
 
-    def agreement(
-        self, local: ResidualStatistics, side: int, false_alarm: float, tolerance: FloatArray
-    ) -> NDArray[np.bool_]:
+    def agreement(self, local: ResidualStatistics, side: int, false_alarm: float, tolerance: FloatArray) -> Mask:
         """Test by chi-square whether each pixel's views agree at the depth of `local`, with this false-alarm rate.
 
         The squared residual is averaged over squares of `side` pixels. They are much smaller than the window in which
@@ -352,7 +349,7 @@ class Equalised:
         """Interpolate values at nodes to the pixels between them."""
         return numerics.interpolate_nodes(values, sd, self.step, shape)
 
-    def to_blocks(self, values: NDArray[np.bool_], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    def to_blocks(self, values: Mask, shape: tuple[int, int]) -> Mask:
         """Repeat values at nodes over all pixels of their blocks."""
         return numerics.repeat_blocks(values, self.step, shape)
 

@@ -16,10 +16,9 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 from scipy import ndimage
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_places import blurs_at, moved_to_edges
 from focalgradient.depth.filters import Image
@@ -111,8 +110,8 @@ def variance_beside_jumps(equalised: Equalised, nodes: Nodes, windows: float, re
 
 
 def find_small_jumps(
-    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_], images: Sequence[Image]
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], FloatArray, FloatArray, FloatArray] | None:
+    equalised: Equalised, nodes: Nodes, is_reliable: Mask, images: Sequence[Image]
+) -> tuple[Mask, Mask, FloatArray, FloatArray, FloatArray] | None:
     """Return the surfaces on either side of small jumps among reliable nodes; None where there are none.
 
     H x W each: whether a pixel is in reach of a jump; whether it lies on the near side; its distance from the nearest
@@ -169,9 +168,7 @@ def find_small_jumps(
     return is_inside, is_near, distance, own, high - low
 
 
-def between_surfaces(
-    equalised: Equalised, nodes: Nodes, is_reliable: NDArray[np.bool_]
-) -> tuple[NDArray[np.bool_], FloatArray]:
+def between_surfaces(equalised: Equalised, nodes: Nodes, is_reliable: Mask) -> tuple[Mask, FloatArray]:
     """Nodes at which depth alone shows a jump, and the variance of depth about the two surfaces in levels squared.
 
     h x w each. At these nodes windows give a depth between the surfaces, and farther from the jump it may still be part
@@ -188,7 +185,7 @@ def between_surfaces(
 
 
 def _surfaces(
-    level: FloatArray, sd: FloatArray, is_reliable: NDArray[np.bool_], reach: FloatArray, least: float
+    level: FloatArray, sd: FloatArray, is_reliable: Mask, reach: FloatArray, least: float
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Levels of the far and the near surface at each node (h x w) in a small jump, and that at the outline; else 0.
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy import ndimage
 from scipy.spatial import cKDTree
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import Image, smoothed
 from focalgradient.depth.numerics import NEIGHBOURS
@@ -64,9 +64,7 @@ def blurs_at(level: FloatArray, radii: FloatArray) -> FloatArray:
     return np.stack([np.interp(level, np.arange(len(radius)), radius) for radius in radii])
 
 
-def moved_to_edges(
-    inward: FloatArray, border: NDArray[np.bool_], images: Sequence[Image], blur: FloatArray
-) -> FloatArray:
+def moved_to_edges(inward: FloatArray, border: Mask, images: Sequence[Image], blur: FloatArray) -> FloatArray:
     """Return how far each pixel of a border must move towards where `inward` rises to lie at an edge, in pixels; H x W.
 
     Elsewhere it is 0.
@@ -183,14 +181,14 @@ class Located:
 
     zone: Zone
     planes: FloatArray
-    is_near: NDArray[np.bool_]  # H x W: whether a pixel lies on the near side
+    is_near: Mask  # H x W: whether a pixel lies on the near side
     distance: FloatArray  # pixels from the nearest outline
     place_sd: FloatArray  # standard deviation in pixels of the nearest outline's place
     reach: FloatArray  # how far residuals reach from the outline on each pixel's side
-    is_explained: NDArray[np.bool_]  # H x W: by the surface on the pixel's side
+    is_explained: Mask  # H x W: by the surface on the pixel's side
 
     @property
-    def is_unoccluded(self) -> NDArray[np.bool_]:
+    def is_unoccluded(self) -> Mask:
         """Return the pixels that outlines do not reach (H x W)."""
         return ~self.zone.is_inside | (self.distance > CLEAR_REACHES * self.reach)
 
@@ -199,8 +197,8 @@ def locate(
     equalised: Equalised,
     nodes: Nodes,
     jump_sd: FloatArray,
-    is_reliable: NDArray[np.bool_],
-    is_settled: NDArray[np.bool_],
+    is_reliable: Mask,
+    is_settled: Mask,
     images: Sequence[Image],
 ) -> Located | None:
     """Return outlines between the surfaces that are continued from reliable nodes (h x w); None where there are none.
@@ -243,12 +241,12 @@ def locate(
 
 
 def _at_edges(
-    is_near: NDArray[np.bool_],
+    is_near: Mask,
     zone: Zone,
-    is_settled: NDArray[np.bool_],
+    is_settled: Mask,
     images: Sequence[Image],
     blur: FloatArray,
-) -> NDArray[np.bool_]:
+) -> Mask:
     """Return the `near` side (H x W) with its outlines moved to where the views have edges."""
     distance, nearest = _distance(is_near, zone, is_settled)
     inward = np.where(is_near, distance, -distance) if np.isfinite(distance).all() else np.where(is_near, 1e3, -1e3)
@@ -256,9 +254,7 @@ def _at_edges(
     return np.where(distance < EDGE_SEARCH + 1, inward > moved, is_near)
 
 
-def _distance(
-    is_near: NDArray[np.bool_], zone: Zone, is_settled: NDArray[np.bool_]
-) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
+def _distance(is_near: Mask, zone: Zone, is_settled: Mask) -> tuple[FloatArray, tuple[NDArray[np.intp], ...]]:
     """Pixels from the nearest outline, a border of the `near` side (H x W) between the surfaces of one jump; its place.
 
     No outline runs through pixels that are settled (H x W).
@@ -302,13 +298,13 @@ def squared_residual(equalised: Equalised, level: FloatArray, sd: FloatArray) ->
     return left / (expected + slope * (sd**2 + error**2))
 
 
-def few_large(residual: FloatArray) -> NDArray[np.bool_]:
+def few_large(residual: FloatArray) -> Mask:
     """Test whether few of the squared residuals about a pixel are large: the depth explains them."""
     large = (residual > LARGE_RESIDUAL).astype(np.float32)
     return np.asarray(smoothed(large, COUNT_SD) < MAX_LARGE)
 
 
-def _without_specks(part: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_specks(part: Mask) -> Mask:
     label, count = ndimage.label(part)
     size = np.bincount(label.ravel(), minlength=count + 1)
     size[0] = 0

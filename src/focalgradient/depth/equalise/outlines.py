@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage, special
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.equalise.outline_jumps import SCATTER_WINDOWS, between_surfaces, find_small_jumps
 from focalgradient.depth.equalise.outline_places import (
@@ -123,8 +123,8 @@ class Outlines:
     """Depth near outlines, H x W each."""
 
     side: NDArray[np.int8]  # 1 at an outline on its near side, -1 on its far side, 0 elsewhere
-    is_replaced: NDArray[np.bool_]  # where this replaces the depth that windows give
-    is_valid: NDArray[np.bool_]
+    is_replaced: Mask  # where this replaces the depth that windows give
+    is_valid: Mask
     level: NDArray[np.float32]
     sd: NDArray[np.float32]  # of the surface, in levels
     side_sd: NDArray[np.float32]  # because a pixel may lie on the other side, in levels
@@ -145,7 +145,7 @@ class Outlines:
         for name in ("level", "sd", "side_sd"):
             getattr(self, name)[tile.core][at] = getattr(part, name)[tile.within][at]
 
-    def is_clear(self, equalised: Equalised, nodes: Nodes) -> NDArray[np.bool_]:
+    def is_clear(self, equalised: Equalised, nodes: Nodes) -> Mask:
         """Return the nodes (h x w) whose widest window, with blur, holds one side only."""
         step, widest = equalised.step, SMOOTH.windows[-1] * equalised.window
         distance = at_nodes(ndimage.distance_transform_edt(self.side == 0), step)
@@ -235,9 +235,7 @@ def _outlines_of_tile(
     return ends
 
 
-def _may_jump(
-    equalised: Equalised, nodes: Nodes, is_consistent: NDArray[np.bool_], model_error: float
-) -> NDArray[np.bool_]:
+def _may_jump(equalised: Equalised, nodes: Nodes, is_consistent: Mask, model_error: float) -> Mask:
     """Return nodes (h x w) at or near which depth may jump: where it does, or where the views contradict each other.
 
     `is_consistent` (H x W): pixels whose views agree.
@@ -264,9 +262,9 @@ def _overlap(equalised: Equalised) -> int:
 def _find_large(
     equalised: Equalised,
     nodes: Nodes,
-    refine_again: Callable[[NDArray[np.bool_]], tuple[Nodes, NDArray[np.bool_]]],
-    is_reliable: NDArray[np.bool_],
-    is_explained: NDArray[np.bool_],
+    refine_again: Callable[[Mask], tuple[Nodes, Mask]],
+    is_reliable: Mask,
+    is_explained: Mask,
     model_error: float,
     images: Sequence[Image],
 ) -> Outlines | None:
@@ -276,7 +274,7 @@ def _find_large(
     """
     shape, step = is_explained.shape, equalised.step
 
-    def located_by(nodes: Nodes, is_reliable: NDArray[np.bool_], is_settled: NDArray[np.bool_]) -> Located | None:
+    def located_by(nodes: Nodes, is_reliable: Mask, is_settled: Mask) -> Located | None:
         is_settled = equalised.to_blocks(is_settled, shape)
         return locate(equalised, nodes, _jump_sd(equalised, nodes, model_error), is_reliable, is_settled, images)
 
@@ -306,9 +304,7 @@ def _find_large(
     return _continued(equalised, nodes, curved, is_clear, located)
 
 
-def _continued(
-    equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: NDArray[np.bool_], located: Located
-) -> Outlines:
+def _continued(equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: Mask, located: Located) -> Outlines:
     """Depth on either side of outlines: from windows clear of them (h x w), and continued from there."""
     zone, is_near, distance = located.zone, located.is_near, located.distance
     shape, gap = is_near.shape, jump_gap(equalised)
@@ -333,8 +329,8 @@ def _small(
     equalised: Equalised,
     nodes: Nodes,
     jump_sd: FloatArray,
-    is_reliable: NDArray[np.bool_],
-    is_valid: NDArray[np.bool_],
+    is_reliable: Mask,
+    is_valid: Mask,
     images: Sequence[Image],
 ) -> Outlines | None:
     """Depth on either side of jumps that depth alone shows, valid where windows are (H x W); None without any."""
@@ -353,7 +349,7 @@ def _small(
     )
 
 
-def _sides(is_beside: NDArray[np.bool_], is_near: NDArray[np.bool_]) -> NDArray[np.int8]:
+def _sides(is_beside: Mask, is_near: Mask) -> NDArray[np.int8]:
     """+1 at the pixels beside an outline on its near side, -1 at those on its far side, 0 elsewhere."""
     return np.where(is_beside, np.where(is_near, 1, -1), 0).astype(np.int8)
 
@@ -364,13 +360,13 @@ def _side_sd(distance: FloatArray, place_sd: FloatArray | float, rise: FloatArra
     return np.asarray(np.where(wrong > IMPROBABLE, np.sqrt(wrong * (1 - wrong)) * rise, 0), np.float32)
 
 
-def curvature_variance(equalised: Equalised, nodes: Nodes, is_informative: NDArray[np.bool_]) -> FloatArray:
+def curvature_variance(equalised: Equalised, nodes: Nodes, is_informative: Mask) -> FloatArray:
     """Variance of depth at `nodes`, in levels squared, where it is not plane as far as blur and window reach."""
     same = SAME_SURFACE * equalised.levels_per_pixel
     return departure_from_planes(nodes.level, nodes.sd, is_informative, equalised.reach(nodes), same)
 
 
-def _is_supported(located: Located) -> NDArray[np.bool_]:
+def _is_supported(located: Located) -> Mask:
     """Return whether the surface on each pixel's side explains the views where the outline does not reach; H x W.
 
     Tested at the nearest such pixel. A pixel that outlines reach from all around counts as supported.
@@ -388,9 +384,7 @@ def _is_supported(located: Located) -> NDArray[np.bool_]:
     return is_supported
 
 
-def _if_few(
-    is_clear: NDArray[np.bool_], is_reliable: NDArray[np.bool_], located: Located, step: int
-) -> NDArray[np.bool_]:
+def _if_few(is_clear: Mask, is_reliable: Mask, located: Located, step: int) -> Mask:
     """Return all reliable nodes of each part of a side that has few unaffected nodes; h x w each."""
     is_inside, is_near = located.zone.is_inside, located.is_near
     found = np.zeros_like(is_reliable)

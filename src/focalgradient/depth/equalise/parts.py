@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import Mask
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.signal import informative_nodes, own_texture, rests_on_texture
 from focalgradient.depth.equalise.split_band import DetailHalves
@@ -115,7 +116,7 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
         yield Tile.about((rows, columns), OVERLAP, step, shape)
 
 
-def tiles_about(some: NDArray[np.bool_], step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
+def tiles_about(some: Mask, step: int, shape: tuple[int, int], reach: int, overlap: int) -> list[Tile]:
     """Return tiles of a frame of `shape` whose cores cover `reach` pixels about `some` of its nodes (h x w).
 
     Where they would hold much of the frame, the whole frame is one tile.
@@ -191,7 +192,7 @@ def _rim(views: RegisteredViews, equalised: Equalised) -> int:
     return min(round(equalised.window), min(views.shape) // 8)
 
 
-def usable_at_first(views: RegisteredViews, equalised: Equalised) -> NDArray[np.bool_]:
+def usable_at_first(views: RegisteredViews, equalised: Equalised) -> Mask:
     """Return the pixels that may be used before depth is known (H x W)."""
     return views.usable & (_inward(views) >= _rim(views, equalised))
 
@@ -201,17 +202,17 @@ class Likelihood:
     """Cost of every candidate (minus twice the log likelihood), and the depth of least cost."""
 
     energy: Image  # L x h x w: squared residuals, summed over each node's block
-    is_summed: NDArray[np.bool_]  # H x W: the pixels that they are summed over
+    is_summed: Mask  # H x W: the pixels that they are summed over
     nodes: Nodes
 
     @classmethod
-    def of(cls, equalised: Equalised, is_used: NDArray[np.bool_], energy: Image | None = None) -> Likelihood:
+    def of(cls, equalised: Equalised, is_used: Mask, energy: Image | None = None) -> Likelihood:
         """Sum the residuals over the pixels of `is_used` (H x W), unless their `energy` is known; it is kept."""
         weight = is_used.astype(np.float32)
         energy = equalised.energy(weight) if energy is None else energy
         return cls(energy, is_used, equalised.minima(*equalised.averages(energy, weight)))
 
-    def over(self, equalised: Equalised, is_used: NDArray[np.bool_]) -> Likelihood:
+    def over(self, equalised: Equalised, is_used: Mask) -> Likelihood:
         """Sum the residuals over other pixels; `energy` is changed in place."""
         weight = is_used.astype(np.float32)
         equalised.sum_again(self.energy, weight, self.is_summed ^ is_used)
@@ -224,16 +225,16 @@ class Refined:
 
     nodes: Nodes
     likelihood: Likelihood  # over the inliers, but for a share `REJECTION_SETTLED` at most
-    is_consistent: NDArray[np.bool_]  # H x W: whether a pixel's views agree
-    is_within: NDArray[np.bool_]  # H x W: usable pixels that light from beyond the frame does not reach
-    is_textured: NDArray[np.bool_]  # H x W: depth rests on texture at the pixel itself
+    is_consistent: Mask  # H x W: whether a pixel's views agree
+    is_within: Mask  # H x W: usable pixels that light from beyond the frame does not reach
+    is_textured: Mask  # H x W: depth rests on texture at the pixel itself
     other_surface: Image  # H x W: probability that a pixel belongs to a surface without texture beside that seen
     images: list[tuple[Image, Image]]  # each comparison's residual at depth in the first windows, and its derivative
 
 
 def _inliers(
     equalised: Equalised, views: RegisteredViews, found: Likelihood, false_alarm: float
-) -> tuple[Likelihood, NDArray[np.bool_], NDArray[np.bool_], ResidualStatistics]:
+) -> tuple[Likelihood, Mask, Mask, ResidualStatistics]:
     """Reject pixels whose views contradict each other at the depth found, and find depth without them, in turn.
 
     Returns the likelihood, `Refined.is_consistent`, `Refined.is_within`, and what each pixel leaves at the depth by
@@ -280,9 +281,7 @@ def detail_halves(equalised: Equalised, refined: Refined, one_waveband: bool) ->
     return DetailHalves.of(equalised, refined.nodes, images, weight, informative_nodes(refined.nodes))
 
 
-def refine_without(
-    found: Likelihood, equalised: Equalised, tile: Tile, is_kept: NDArray[np.bool_]
-) -> tuple[Nodes, NDArray[np.bool_]]:
+def refine_without(found: Likelihood, equalised: Equalised, tile: Tile, is_kept: Mask) -> tuple[Nodes, Mask]:
     """Re-estimate depth at nodes from the pixels `is_kept` (H x W); return also the nodes that rest on signal."""
     is_summed, energy = found.is_summed[tile.outer], found.energy[:, *tile.outer_nodes(equalised.step)].copy()
     is_used = is_summed & is_kept

@@ -16,7 +16,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.filters import FINEST, LOW
 from focalgradient.depth.search import view_blur
 from focalgradient.depth.settings import AUTO, noise_of_each
@@ -176,8 +176,7 @@ def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatAr
             "pixels or more, or 13 x 13 of a periodic texture (wraps=True)."
         )
     own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** 2
-    found: FloatArray = np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9)
-    return found
+    return np.asarray(np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9))
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,7 +192,7 @@ class _Rings:
     counts: FloatArray
     passed: FloatArray
     taper: FloatArray
-    used: NDArray[np.bool_]
+    used: Mask
     place: NDArray[np.intp]
     twice: FloatArray
 

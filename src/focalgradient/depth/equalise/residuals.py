@@ -18,7 +18,7 @@ from numba import njit
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import ROUND, Frequencies, Image, Spectra
 from focalgradient.parallel import share_rows
@@ -89,10 +89,8 @@ def whitened_filters(
     tiny = TINY * float(np.abs(transfers).max())
     known = np.full(count, np.inf) if power is None else power
 
-    def some(first: int, last: int) -> None:
-        _whitened_filters(transfers, own, view_weight, weight, known, tiny, start, first, last, filters)
-
-    share_rows(count, some)
+    given = transfers, own, view_weight, weight, known, tiny, start
+    share_rows(count, lambda first, last: _whitened_filters(*given, first, last, filters))
     return list(filters)
 
 
@@ -342,9 +340,7 @@ class Residuals:
         """
         return self._summed(self.images, weight, step, levels)
 
-    def energy_of_blocks(
-        self, blocks: NDArray[np.bool_], weight: Image, step: int, levels: NDArray[np.intp] | None = None
-    ) -> Image:
+    def energy_of_blocks(self, blocks: Mask, weight: Image, step: int, levels: NDArray[np.intp] | None = None) -> Image:
         """Return `energy` only for the n blocks that are true in `blocks` (h x w): L x n."""
         row, column = np.nonzero(blocks)
         rows, columns = (index[:, None] * step + np.arange(step) for index in (row, column))

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from focalgradient.arrays import Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, ResidualStatistics
 from focalgradient.depth.equalise.wavebands import BandGains
@@ -74,9 +75,7 @@ depth: 0.5 to 3.2 at the true depth, 8 to thousands if the truth lies outside th
 lenses, 5th to 95th percentile)."""
 
 
-def rests_on_texture(
-    equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+def rests_on_texture(equalised: Equalised, nodes: Nodes, local: ResidualStatistics, weight: Image) -> tuple[Mask, Mask]:
     """Test whether each node's depth rests on texture near it, and whether depth curves its cost.
 
     A blank surface beside a strong edge would take the edge's depth, with all that compression, the model and the
@@ -111,7 +110,7 @@ def rests_on_texture(
     return np.asarray(narrow >= NEAR * wide), by_depth | (equalised.even.rate_at(nodes.level) < CHANGING)
 
 
-def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image) -> tuple[NDArray[np.bool_], Image]:
+def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image) -> tuple[Mask, Image]:
     """Test whether information about depth lies at each pixel, and not only beside it in its window (H x W).
 
     Also returns the probability that a pixel belongs to a surface without texture, beside that which is seen.
@@ -133,7 +132,7 @@ def own_texture(equalised: Equalised, local: ResidualStatistics, weight: Image) 
     return _without_gaps(has), (share / (share + EVEN_CHANCE)).astype(np.float32)
 
 
-def _without_gaps(textured: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _without_gaps(textured: Mask) -> Mask:
     """Close gaps up to `MAX_GAP` pixels wide."""
     reach = MAX_GAP // 2
     disc = np.hypot(*np.mgrid[-reach : reach + 1, -reach : reach + 1]) <= MAX_GAP / 2
@@ -205,7 +204,7 @@ class Signal:
     """Grid points of a frame whose depth is based on signal, and whether any of it is valid."""
 
     one_waveband: bool  # whether all views are in one
-    is_informative: NDArray[np.bool_]  # h x w: depth rests on signal
+    is_informative: Mask  # h x w: depth rests on signal
     explained: float  # share of the places with texture that are informative
     blank: float | None  # misfit of views without signal (`left_on_blank`)
     is_trusted: bool  # whether depth is claimed anywhere
@@ -234,9 +233,7 @@ class Signal:
         textured = nodes.misfit[nodes.has_texture]
         return float(np.median(textured if textured.size else nodes.misfit))
 
-    def rejection(
-        self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: NDArray[np.bool_]
-    ) -> dict[str, Any]:
+    def rejection(self, nodes: Nodes, tau: float, searched: tuple[float, float], is_valid: Mask) -> dict[str, Any]:
         """Return why almost no pixel is valid (H x W) although the views show texture; else an empty dictionary."""
         textured = nodes.has_texture
         if is_valid.mean() >= NEARLY_NOTHING or not (textured.any() or self.blank is not None):
@@ -304,7 +301,7 @@ def beyond_infinity(share: float, explained: float) -> list[str]:
     ]
 
 
-def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
+def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> Mask:
     """Return the grid points whose depth is based on signal, and not on noise or on contradictions of the model.
 
     Where the residual is uneven (uneven light, compression, an imperfect model), as much of it as the factor between
@@ -316,7 +313,7 @@ def informative_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.boo
     return informative & _clear_of_noise(nodes) if one_waveband else informative
 
 
-def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> NDArray[np.bool_]:
+def indicating_nodes(nodes: Nodes, one_waveband: bool = True) -> Mask:
     """Return grid points with more texture than noise, which may still be non-uniform noise: weak evidence of depth."""
     textured = nodes.texture >= np.maximum(1, nodes.misfit)
     if one_waveband:
@@ -338,12 +335,12 @@ def beyond_ends(nodes: Nodes, search: Search) -> NDArray[np.int8]:
     return (is_outside * np.where(last, 1, -1)).astype(np.int8)
 
 
-def outside_range(nodes: Nodes) -> NDArray[np.bool_]:
+def outside_range(nodes: Nodes) -> Mask:
     """Return the nodes that no candidate explains: the fit leaves the range, or the cost's minimum is not a depth."""
     return ~nodes.inside | ~nodes.curved_by_depth
 
 
-def among_outside(nodes: Nodes, width: float) -> NDArray[np.bool_]:
+def among_outside(nodes: Nodes, width: float) -> Mask:
     """Grid points (h x w) with much texture outside the search range around them, whose own depth is in it by chance.
 
     Parameters
@@ -390,7 +387,7 @@ def are_compressed(images: Sequence[Image]) -> bool:
     return max(max(steps_at_blocks(image)) for image in images) > FAINT_STEP_AT_BLOCKS
 
 
-def left_on_blank(nodes: Nodes, informative: NDArray[np.bool_], images: Sequence[Image]) -> float | None:
+def left_on_blank(nodes: Nodes, informative: Mask, images: Sequence[Image]) -> float | None:
     """Return the median misfit if the views contain no signal but non-uniform noise; else None.
 
     A residual below the noise indicates blank paper only in views (`images`, H x W each) with visible JPEG blocks;
@@ -417,11 +414,11 @@ def _unevenness(nodes: Nodes) -> float:
     return float(np.clip(strong / max(weak, 1e-6), 1.0, UNEVEN))
 
 
-def _clear_of_noise(nodes: Nodes) -> NDArray[np.bool_]:
+def _clear_of_noise(nodes: Nodes) -> Mask:
     """Return the grid points whose texture exceeds the noise and its non-uniformity."""
     return np.asarray(nodes.texture >= _unevenness(nodes) * np.maximum(1, nodes.misfit))
 
 
-def _contradicts(nodes: Nodes) -> NDArray[np.bool_]:
+def _contradicts(nodes: Nodes) -> Mask:
     """Return the grid points whose texture does not exceed the residual of the model error."""
     return np.asarray((nodes.texture < OVER_ERROR * (nodes.misfit - BY_CHANCE)) | (nodes.misfit >= MISFIT))

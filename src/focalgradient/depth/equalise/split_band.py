@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes
 from focalgradient.depth.filters import RADII, Image
@@ -119,7 +119,7 @@ class DetailHalves:
 
     radius: float  # px: blur radius that sets the cuts
     share: FloatArray  # levels: error of depth if the blur erred by its own radius
-    is_used: NDArray[np.bool_]  # nodes that are compared
+    is_used: Mask  # nodes that are compared
     differences: list[FloatArray]  # levels: depth from the first half less that from the second
     variances: list[FloatArray]  # levels squared: variance of the difference due to noise
 
@@ -130,7 +130,7 @@ class DetailHalves:
         nodes: Nodes,
         at_pixels: Sequence[tuple[Image, Image]],
         weight: Image,
-        is_trusted: NDArray[np.bool_],
+        is_trusted: Mask,
     ) -> DetailHalves:
         """Estimate depth from coarse and fine detail, and from detail along and across, at the nodes of `is_trusted`.
 
@@ -178,7 +178,7 @@ class DetailHalves:
             variances.append(widening * (first_variance + second_variance))
         return cls(radius, share, use, differences, variances)
 
-    def test(self, is_clear: NDArray[np.bool_] | None = None) -> SplitBand:
+    def test(self, is_clear: Mask | None = None) -> SplitBand:
         """Estimate the error of the blur model, from the nodes of `is_clear` (h x w) if these are enough."""
         use = self.is_used
         if is_clear is not None and (use & is_clear).sum() >= LEAST_NODES:

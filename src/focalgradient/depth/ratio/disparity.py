@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.ndimage import minimum_filter
 from scipy.special import gammaincinv
 
+from focalgradient.arrays import Mask
 from focalgradient.depth.filters import Image
 from focalgradient.depth.ratio import energies
 from focalgradient.depth.ratio.energies import BLOCK, StoredImage
@@ -73,8 +74,8 @@ def focal_disparity(
     levels: ArrayLike | None = None,
     absolute: bool = False,
     least: float = LEAST_DETAIL,
-    usable: NDArray[np.bool_] | None = None,
-) -> tuple[Image, NDArray[np.bool_]]:
+    usable: Mask | None = None,
+) -> tuple[Image, Mask]:
     """Return the focal disparity of two views that differ in aperture alone, on a grid of 4 x 4 pixels (Fig. 5c).
 
     Parameters
@@ -147,8 +148,8 @@ def read_depth(
     window: float = 8.0,
     levels: ArrayLike | None = None,
     least: float = LEAST_DETAIL,
-    usable: NDArray[np.bool_] | None = None,
-) -> tuple[Image, Image, NDArray[np.bool_]]:
+    usable: Mask | None = None,
+) -> tuple[Image, Image, Mask]:
     """Depth on the grid of 4 x 4 pixels, from all of a table's bands, each weighted by its information there.
 
     Parameters
@@ -222,7 +223,7 @@ def _content(
     grid: int,
     window: float,
     absolute: bool = False,
-    usable: NDArray[np.bool_] | None = None,
+    usable: Mask | None = None,
 ) -> tuple[Image, Image]:
     """Energy of both views in each of `bands` (b x 2 x h x w) and their brightness (2 x h x w), gathered.
 
@@ -250,12 +251,12 @@ def _content(
     return content.reshape(len(bands), 2, *shape), _gathered(brightness, BRIGHTNESS, grid, weight)
 
 
-def _weight(usable: NDArray[np.bool_], coarsest: int, grid: int) -> Image:
+def _weight(usable: Mask, coarsest: int, grid: int) -> Image:
     """Return 1 for squares of `grid` pixels away from unusable pixels by the reach of differences; 0 for others."""
     return np.asarray(minimum_filter(_squares(usable, grid), 1 + 2 * math.ceil(2 * coarsest / grid)), np.float32)
 
 
-def _squares(usable: NDArray[np.bool_], side: int) -> NDArray[np.bool_]:
+def _squares(usable: Mask, side: int) -> Mask:
     """Return whether each square of `side` pixels has only usable pixels."""
     rows, columns = (n // BLOCK // (side // BLOCK) for n in usable.shape)
     by_rows = usable[: side * rows, : side * columns].reshape(rows, side, side * columns).all(axis=1)

@@ -14,6 +14,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import Mask
 from focalgradient.depth.filters import Image
 from focalgradient.loops import compiled
 from focalgradient.parallel import share_rows
@@ -205,9 +206,7 @@ def smoothed(planes: Image, sd: float) -> Image:
     return np.stack([cv2.GaussianBlur(plane, (side, side), sd, borderType=cv2.BORDER_REFLECT) for plane in planes])
 
 
-def compared(
-    energy: Image, brightness: Image, noise: Image, span: float, least: float
-) -> tuple[Image, NDArray[np.bool_]]:
+def compared(energy: Image, brightness: Image, noise: Image, span: float, least: float) -> tuple[Image, Mask]:
     """Return the focal disparity, and where it is valid, from two views' energy and brightness (2 x h x w each).
 
     `noise` is the energy that noise has at a brightness of 0 .. `span` in equal steps, 2 x levels.
@@ -215,11 +214,8 @@ def compared(
     shape = energy.shape[1:]
     disparity, valid = np.empty(shape, np.float32), np.empty(shape, np.bool_)
 
-    def work(first: int, last: int) -> None:
-        _compare_rows(energy, brightness, noise, np.float32((noise.shape[1] - 1) / span), np.float32(least**2),
-                      first, last, disparity, valid)  # fmt: skip
-
-    share_rows(shape[0], work)
+    given = energy, brightness, noise, np.float32((noise.shape[1] - 1) / span), np.float32(least**2)
+    share_rows(shape[0], lambda first, last: _compare_rows(*given, first, last, disparity, valid))
     return disparity, valid
 
 

@@ -223,15 +223,10 @@ def likeliest_defocus(
     value, sd, misfit = np.empty((3, *shape), np.float32)
     step = np.float32((noise.shape[1] - 1) / span)
     log_steps = np.float32(np.log(STEPS[0])), np.float32(1 / np.log(STEPS[1] / STEPS[0]))
-    levels, (expected, weights, log_det, sds, unit) = defocus.astype(np.float32), covariance
+    levels = defocus.astype(np.float32)
 
-    def work(first: int, last: int) -> None:
-        _read_rows(
-            *(energy, brightness, noise, step, levels, expected, weights, log_det, sds, unit, log_steps),
-            *(np.float32(least**2), first, last, value, sd, misfit),
-        )
-
-    share_rows(shape[0], work)
+    given = energy, brightness, noise, step, levels, *covariance, log_steps, np.float32(least**2)
+    share_rows(shape[0], lambda first, last: _read_rows(*given, first, last, value, sd, misfit))
     return value, sd, misfit
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft, ndimage, special
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import (
     FINE_PASS,
@@ -185,7 +185,7 @@ class Compared:
         bands: Bands,
         hypothesis: Hypothesis,
         gathered: Image,
-        used: NDArray[np.bool_],
+        used: Mask,
         support: Image,
         shares: Image,
     ) -> Compared:
@@ -247,7 +247,7 @@ class Compared:
         dark, lit = self._parts(weight, np.s_[:])
         return _quadratic(lit, self.covariances[0], lit) + _quadratic(dark, self.covariances[1], dark)
 
-    def covariance(self, other: Compared, mine: int, its: int, where: NDArray[np.bool_]) -> FloatArray:
+    def covariance(self, other: Compared, mine: int, its: int, where: Mask) -> FloatArray:
         """Covariance, at nodes `where`, of the slope with another's, through a view that both compare.
 
         `mine` and `its` say whether it is the first view of either comparison (0) or the second (1).
@@ -272,7 +272,7 @@ def _quadratic(left: Image, matrix: FloatArray, right: Image) -> FloatArray:
 
 
 def compare(
-    bands: Bands, images: Sequence[Image], usable: NDArray[np.bool_], hypotheses: Sequence[Hypothesis], reach: int
+    bands: Bands, images: Sequence[Image], usable: Mask, hypotheses: Sequence[Hypothesis], reach: int
 ) -> list[Compared]:
     """Compare pairs of whole `images` (each H x W) under every hypothesis.
 
@@ -362,7 +362,7 @@ def scene_level(images: Sequence[Image]) -> float:
     return float(natural_levels(Spectra.of(images, 32).measure_and_power()[1]).max())
 
 
-def _sampled(usable: NDArray[np.bool_], skip: int) -> Image:
+def _sampled(usable: Mask, skip: int) -> Image:
     """Return which blocks of `skip` pixels are usable."""
     around = [(0, -n % skip) for n in usable.shape]
     return np.pad(usable, around)[skip // 2 :: skip, skip // 2 :: skip].astype(np.float32)

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from focalgradient.arrays import Mask
 from focalgradient.depth.noise import noise_from_residuals
 from focalgradient.depth.recover import problem_of
 from focalgradient.depth.settings import RecoverySettings, blur_source, checked_views
@@ -39,7 +40,7 @@ class Check:
     freedom: int
     """Its degrees of freedom, n - 2."""
 
-    agrees: NDArray[np.bool_]
+    agrees: Mask
     """False where views that do agree would disagree as much with less than the probability chosen, and at the rim."""
 
 

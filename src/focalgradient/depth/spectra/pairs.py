@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from focalgradient.arrays import FloatArray
+from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth import numerics
 from focalgradient.depth.filters import RADIAL, RADII, Floats, disc_pass
 from focalgradient.depth.registration import RegisteredViews
@@ -76,7 +76,7 @@ class JointEstimate:
     noise_sd: FloatArray  # the part of it that comes from noise
     statistic: FloatArray  # chi-square of the pairs' disagreement
     misfit: FloatArray  # chi-square of the best depth in the range searched, if that is at its end
-    unambiguous: NDArray[np.bool_]  # no secondary minimum fits about as well
+    unambiguous: Mask  # no secondary minimum fits about as well
     support: FloatArray  # share of the window that could be used
     tau: float  # the model error, as a share of the blur radius
     step: int  # pixels from node to node
@@ -86,13 +86,13 @@ class JointEstimate:
         """Degrees of freedom of the disagreement: n - 1 independent differences, less one vergence."""
         return max(pair.views[1] for pair in self.pairs) - 2
 
-    def agrees(self, false_alarm: float) -> NDArray[np.bool_]:
+    def agrees(self, false_alarm: float) -> Mask:
         """Return where the pairs agree, with the false-alarm rate `false_alarm`."""
         limit = stats.chi2.isf(false_alarm, self.freedom) if self.freedom else np.inf
         return self.whole & (self.statistic <= limit)
 
     @property
-    def whole(self) -> NDArray[np.bool_]:
+    def whole(self) -> Mask:
         """Test whether a patch is free of pixels that the frame's rim or masked pixels invalidate."""
         return self.support >= PATCH_SUPPORT
 
@@ -198,7 +198,7 @@ class Differences:
 
     def _unambiguous(
         self, cost: Floats, fine: FloatArray, place: FloatArray, vergence: FloatArray, sd: FloatArray
-    ) -> NDArray[np.bool_]:
+    ) -> Mask:
         """Return where no secondary minimum of `cost` fits about as well as that at `place`."""
         around = np.pad(cost, ((1, 1), (0, 0), (0, 0)), constant_values=np.inf)
         minimum = (cost < around[:-2]) & (cost <= around[2:])
