@@ -28,9 +28,7 @@ from focalgradient.parallel import share_rows
 __all__ = ["EvenCoordinate", "parabola_minimum", "read_minima", "summed_levels"]
 
 
-def parabola_minimum(
-    cost: NDArray[np.floating],
-) -> tuple[FloatArray, FloatArray, FloatArray]:
+def parabola_minimum(cost: NDArray[np.floating]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return place, value and curvature of the least of a cost, by the parabola through three even candidates.
 
     Along the first axis, L x ...; the place counts candidates from 0, and lies within one of the least inner one.
@@ -47,11 +45,7 @@ def parabola_minimum(
 
 
 def read_minima(
-    energy: NDArray[np.floating],
-    expected: FloatArray,
-    noise_slope: FloatArray,
-    noise: float,
-    size: FloatArray,
+    energy: NDArray[np.floating], expected: FloatArray, noise_slope: FloatArray, noise: float, size: FloatArray
 ) -> tuple[FloatArray, Mask]:
     """Find each node's minimum of the cost, its width, the misfit and the texture there, and whether it is unambiguous.
 

@@ -194,13 +194,7 @@ class FocusSeries:
 
     @classmethod
     def uniform(
-        cls,
-        picture: ArrayLike,
-        optics: Optics,
-        *,
-        pixel_angle: float,
-        defocus: tuple[float, float],
-        **others: Any,
+        cls, picture: ArrayLike, optics: Optics, *, pixel_angle: float, defocus: tuple[float, float], **others: Any
     ) -> FocusSeries:
         """Make the series of a flat picture: uniform defocus of any value.
 

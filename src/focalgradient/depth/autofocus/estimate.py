@@ -22,13 +22,7 @@ from scipy import ndimage
 
 from focalgradient.arrays import FloatArray, Mask
 from focalgradient.depth.noise import noise_from_spectrum, storage
-from focalgradient.depth.numerics import (
-    block_sum,
-    gather,
-    interpolate_nodes,
-    repeat_blocks,
-    step_of,
-)
+from focalgradient.depth.numerics import block_sum, gather, interpolate_nodes, repeat_blocks, step_of
 from focalgradient.depth.planes import SMOOTH, STEEP, grow_planes
 from focalgradient.depth.registration import filled
 from focalgradient.depth.search import LEVEL_STEP, Estimate, Problem

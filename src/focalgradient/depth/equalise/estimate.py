@@ -22,15 +22,7 @@ from focalgradient.depth.equalise.coarse import halved, joined
 from focalgradient.depth.equalise.frame import Frame, depth_at_nodes, depth_at_pixels
 from focalgradient.depth.equalise.likelihood import Equalised, Nodes, equalise, scene_power
 from focalgradient.depth.equalise.outlines import curves, find_outlines
-from focalgradient.depth.equalise.parts import (
-    ERRS,
-    Likelihood,
-    Tile,
-    detail_halves,
-    refine,
-    tiles,
-    usable_at_first,
-)
+from focalgradient.depth.equalise.parts import ERRS, Likelihood, Tile, detail_halves, refine, tiles, usable_at_first
 from focalgradient.depth.equalise.signal import BY_CHANCE, Signal, are_compressed, beyond_ends, beyond_infinity
 from focalgradient.depth.equalise.wavebands import BandGains, estimate_band_gains
 from focalgradient.depth.filters import Image, Spectra
@@ -174,12 +166,7 @@ def _brightness_of_noise(registered: RegisteredViews) -> float:
 
 
 def _even_out(
-    equalised: Equalised,
-    views: RegisteredViews,
-    is_used: Mask,
-    at: float | None,
-    one_waveband: bool,
-    compressed: bool,
+    equalised: Equalised, views: RegisteredViews, is_used: Mask, at: float | None, one_waveband: bool, compressed: bool
 ) -> tuple[NoiseLaw | None, Nodes, Image]:
     """Equalise noise that rises with brightness or contrast, in place; return the law, depth and energy.
 

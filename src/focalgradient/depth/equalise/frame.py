@@ -81,12 +81,7 @@ class Frame:
         return cls(consistent, np.empty(shape, np.int8), textured, np.empty(shape, np.float32))
 
     def fill(
-        self,
-        tile: Tile,
-        beyond: NDArray[np.int8],
-        refined: Refined,
-        split: SplitBand,
-        outlines: Outlines | None,
+        self, tile: Tile, beyond: NDArray[np.int8], refined: Refined, split: SplitBand, outlines: Outlines | None
     ) -> None:
         """Store the results of one tile."""
         self.beyond[tile.core] = beyond[tile.within]
@@ -100,12 +95,7 @@ class Frame:
 
 
 def depth_at_nodes(
-    frame: Frame,
-    equalised: Equalised,
-    blurs: Blurs,
-    gains: BandGains | None,
-    outlines: bool,
-    compressed: bool,
+    frame: Frame, equalised: Equalised, blurs: Blurs, gains: BandGains | None, outlines: bool, compressed: bool
 ) -> tuple[Nodes, SplitBand, FloatArray]:
     """Join the tiles' depth at nodes, and raise its uncertainty near jumps of depth.
 

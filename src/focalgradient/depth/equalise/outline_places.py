@@ -240,13 +240,7 @@ def locate(
     )
 
 
-def _at_edges(
-    is_near: Mask,
-    zone: Zone,
-    is_settled: Mask,
-    images: Sequence[Image],
-    blur: FloatArray,
-) -> Mask:
+def _at_edges(is_near: Mask, zone: Zone, is_settled: Mask, images: Sequence[Image], blur: FloatArray) -> Mask:
     """Return the `near` side (H x W) with its outlines moved to where the views have edges."""
     distance, nearest = _distance(is_near, zone, is_settled)
     inward = np.where(is_near, distance, -distance) if np.isfinite(distance).all() else np.where(is_near, 1e3, -1e3)

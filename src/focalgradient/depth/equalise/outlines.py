@@ -326,12 +326,7 @@ def _continued(equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear
 
 
 def _small(
-    equalised: Equalised,
-    nodes: Nodes,
-    jump_sd: FloatArray,
-    is_reliable: Mask,
-    is_valid: Mask,
-    images: Sequence[Image],
+    equalised: Equalised, nodes: Nodes, jump_sd: FloatArray, is_reliable: Mask, is_valid: Mask, images: Sequence[Image]
 ) -> Outlines | None:
     """Depth on either side of jumps that depth alone shows, valid where windows are (H x W); None without any."""
     jumps = find_small_jumps(equalised, replace(nodes, sd=jump_sd), is_reliable, images)

@@ -181,13 +181,7 @@ class Compared:
 
     @classmethod
     def of(
-        cls,
-        bands: Bands,
-        hypothesis: Hypothesis,
-        gathered: Image,
-        used: Mask,
-        support: Image,
-        shares: Image,
+        cls, bands: Bands, hypothesis: Hypothesis, gathered: Image, used: Mask, support: Image, shares: Image
     ) -> Compared:
         """Fit the power (2 x K x h x w) gathered of two images in the bands that are `used`."""
 
@@ -335,11 +329,7 @@ def _few(gains: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def _filtered(
-    spectrum: NDArray[np.complex64],
-    size: tuple[int, int],
-    within: tuple[slice, slice],
-    filters: FloatArray,
-    skip: int,
+    spectrum: NDArray[np.complex64], size: tuple[int, int], within: tuple[slice, slice], filters: FloatArray, skip: int
 ) -> Image:
     """Filter a view by each of `filters` (r x RADIAL), at the centre of each block of `skip` pixels: r x h x w.
 

@@ -24,11 +24,7 @@ CHUNK = 1_000_000
 
 
 def spectral_difference(
-    first: NDArray[np.floating],
-    second: NDArray[np.floating],
-    *,
-    window: float = 8.0,
-    noise: float = 0.0,
+    first: NDArray[np.floating], second: NDArray[np.floating], *, window: float = 8.0, noise: float = 0.0
 ) -> tuple[FloatArray, FloatArray]:
     """Estimate sigma2^2 - sigma1^2 of two Gaussian-blurred images of one scene, in pixels^2, and its sd.
 
