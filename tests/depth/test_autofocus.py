@@ -26,7 +26,7 @@ def stack(*vergences: float, f_number: float = 4) -> list[Lens]:
 # --- the peak ---------------------------------------------------------------------------------------------------------
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=20, deadline=None)
 @given(
     steps=st.lists(st.floats(0.05, 0.5), min_size=3, max_size=12),
     place=st.floats(0.05, 0.95),

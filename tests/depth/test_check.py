@@ -42,12 +42,8 @@ def test_every_pair_tells_the_depth_and_all_together_more() -> None:
 
 def test_false_alarms_are_as_many_as_asked_for() -> None:
     """Of what agrees, a tenth and a hundredth is rejected; the statistic follows chi-square."""
-    statistic = np.concatenate(
-        [
-            check_views(blurred.wall(LENSES, 1.3, psf="gaussian", seed=seed), **LIMITS).statistic[INSIDE]
-            for seed in range(2)
-        ]
-    ).ravel()
+    walls = [blurred.wall(LENSES, 1.3, psf="gaussian", seed=seed) for seed in range(2)]
+    statistic = np.concatenate([check_views(one, **LIMITS).statistic[INSIDE] for one in walls]).ravel()
     assert statistic.mean() == pytest.approx(1.0, abs=0.3)
     assert 0.04 <= np.mean(statistic > stats.chi2.isf(0.1, 1)) <= 0.16
     assert np.mean(statistic > stats.chi2.isf(0.01, 1)) <= 0.03

@@ -22,8 +22,7 @@ def vergence(sigma: float, optics: Lens = WIDE) -> float:
     return optics.focus_vergence - 2 * sigma * PIXEL / (optics.aperture_diameter / 2)
 
 
-@pytest.mark.parametrize("kappa", [0.0, 0.5, 0.625])
-@pytest.mark.parametrize("sigma", [1.0, 4.0])
+@pytest.mark.parametrize(("kappa", "sigma"), [(0.0, 1.0), (0.5, 4.0), (0.625, 1.0)])
 def test_two_gaussian_views_of_natural_texture_agree_with_the_closed_form(kappa: float, sigma: float) -> None:
     optics = [lens(5.6 / kappa if kappa else math.inf), WIDE]
     found = comparison_bound(
@@ -45,8 +44,7 @@ def test_the_papers_working_figures() -> None:
         assert 100 * float(sd) / (WIDE.focus_vergence - vergence(2.0)) == pytest.approx(percent, abs=0.005)
 
 
-@pytest.mark.parametrize("kappa", [0.0, 0.25, 0.5])
-@pytest.mark.parametrize("sigma", [1.0, 4.0])
+@pytest.mark.parametrize(("kappa", "sigma"), [(0.0, 4.0), (0.5, 1.0)])
 def test_a_disc_does_better_than_a_gaussian_by_a_quarter_to_a_half(kappa: float, sigma: float) -> None:
     """As docs/report/limits.md says: .53 to .76 of its bound, for discs of one second moment with the Gaussians."""
     optics = [lens(5.6 / kappa if kappa else math.inf), WIDE]
@@ -70,7 +68,7 @@ def test_the_likelihoods_best_reaches_the_bound() -> None:
         return [transfer(frequency, one.blur_radius(1 / level) / PIXEL, "gaussian") for one in optics]
 
     estimates = []
-    for _ in range(200):
+    for _ in range(120):
         # A texture of exactly this power, of random phase; only its bound is fixed, not the sample's luck.
         phase = np.fft.fft2(random.standard_normal((side, side)))
         spectrum = amplitude * side * phase / np.maximum(np.abs(phase), 1e-9)
@@ -86,8 +84,8 @@ def test_the_likelihoods_best_reaches_the_bound() -> None:
     bound = float(
         comparison_bound(optics, truth, PIXEL, power=natural_power(0.2, side), noise=sd, area=side**2, psf="gaussian")
     )
-    assert np.std(estimates) / bound == pytest.approx(1, abs=4 / math.sqrt(2 * 200))
-    assert abs(np.mean(estimates)) < 4 * bound / math.sqrt(200)
+    assert np.std(estimates) / bound == pytest.approx(1, abs=4 / math.sqrt(2 * 120))
+    assert abs(np.mean(estimates)) < 4 * bound / math.sqrt(120)
 
 
 def test_edge_bound_is_the_information_of_the_blurred_step() -> None:

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.signal import convolve2d
 
 from focalgradient.depth import numerics, planes
 from focalgradient.depth.noise import QUANTUM, NoiseLaw, noise_from_differences
@@ -36,14 +35,6 @@ def test_sums_over_blocks_are_those_of_their_definitions() -> None:
     high, high_slope = value - low, slope - low_slope
     halves = [-low * low_slope, low_slope**2, -high * high_slope, high_slope**2]
     assert found == pytest.approx(np.array([in_blocks(WEIGHT * one) for one in halves]), abs=1e-5)
-
-
-@pytest.mark.parametrize("window", [0.6, 2.0])
-def test_gathering_is_the_sum_under_a_gaussian(window: float) -> None:
-    reach = int(np.ceil(4 * window))
-    fall = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * window**2))
-    expected = [convolve2d(image, np.outer(fall, fall), mode="same") for image in IMAGES]
-    assert numerics.gather(IMAGES, window) == pytest.approx(np.array(expected), abs=1e-4)
 
 
 def test_a_parabola_over_levels_and_its_slope_are_interpolated_exactly() -> None:

@@ -10,7 +10,7 @@ from focalgradient.render import Rendered, cast, noisy
 from focalgradient.scenes import slant
 
 SHAPE = (240, 320)
-SEEDS = range(2)
+SEEDS = range(3)
 PITCH = 8e-6
 REGION = np.s_[75:165, 105:215]
 

@@ -218,15 +218,6 @@ def test_one_view_without_detail_is_rejected(pair: list[View], number: int) -> N
     assert recover_depth(views, near=0.85).valid.mean() < 0.05
 
 
-@pytest.mark.filterwarnings("ignore:.*valid, most likely")
-def test_views_of_two_scenes() -> None:
-    """Views that show different scenes are said to, hardly any depth is estimated, and nothing is aligned."""
-    views = [wall(APERTURES, 1.4, seed=1)[0], wall(APERTURES, 1.4, seed=2)[1]]
-    with pytest.warns(FocalGradientWarning, match="the views do not show one scene"):
-        depth = recover_depth(views, near=0.85, noise=0.01)
-    assert depth.valid.mean() < 0.02
-
-
 def test_without_the_mechanism_there_is_no_depth() -> None:
     """Both views blurred alike and said to differ: what was right before was owed to blur."""
     sharp = wall([lens(16)] * 2, 1.5, seed=6)

@@ -76,7 +76,7 @@ def test_tiles_take_the_law_of_the_frame(monkeypatch):
     assert np.median(apart) < 0.3
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=15, deadline=None)
 @given(st.floats(0.3, 0.95), st.integers(0, 2**32 - 1))
 def test_the_law_is_recovered_beneath_what_contradicts(share, seed):
     random = np.random.default_rng(seed)

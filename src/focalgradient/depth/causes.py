@@ -9,7 +9,7 @@ other optics that would fit.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 from scipy import ndimage
@@ -172,6 +172,31 @@ BESIDE_EDGES = 0.99
 """Maximum evidence of compression relative to that of hard edges, so that it ranks after them."""
 
 
+TEXTS = {
+    "scenes": "the views do not show one scene (their coarse detail correlates at {agreement:.2f}): check the files, "
+    "and that neither camera nor things moved",
+    "displacement": "a view is displaced by {displacement:.1f} pixels: align the views (align=True)",
+    "reversal": "the contrast of fine, regular texture is reversed in one view against another, as blur that is wider "
+    "than the texture's period does, where many depths fit alike: close the aperture, focus nearer to the scene, or "
+    "use texture without a period",
+    "optics": "the optics seem to be stated wrongly, as the views fit better with {slip}: check the f-numbers and "
+    "focus distances, and their order (f_number, focus_distance)",
+    "jpeg": "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
+    "range": "a view shows next to nothing of what another shows, as where its blur exceeds the search: close the "
+    "aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, far)",
+    "noise": "noise ({noise:.1%} of the light) hides the texture: expose longer, average exposures, or reduce the "
+    "pictures",
+    "texture": "the scene shows too little texture (contrast {contrast:.2%} of the light): light it from the side, or "
+    "project or stick a texture onto it",
+    "edges": "nearly all contrast lies in {textured:.0%} of the frame, as of hard edges on blank surfaces: use the "
+    "method for edges (method='edges')",
+    "saturation": "{unusable:.0%} of the frame is saturated or masked: expose less",
+    "blur": "even the sharpest view is blurred by about {blur:.0f} pixels, which leaves too little detail: focus "
+    "nearer to the scene, close the aperture, or reduce the pictures",
+}
+"""What is said of each cause, with fields of `Evidence`; an earlier one also explains the symptoms of later ones."""
+
+
 def rank_causes(
     found: Evidence, method: str = "equalise", slip: str | None = None, outside: str | None = None
 ) -> list[Cause]:
@@ -188,83 +213,26 @@ def rank_causes(
     clear_of_noise = found.signal / CLEAR
     lacks = (1 - found.agreement_as_given) / max(1 - found.agreement, 1e-3)
     faint = min(1.0, 1 / max(clear_of_noise, 1e-9))
-    one_is_sharp = found.fine_signal >= SHARP
+    one_is_sharp, is_noisy = found.fine_signal >= SHARP, found.noise >= NOISY
     one_scene = abs(found.agreement) >= AGREES
-    is_reversed = found.agreement <= -AGREES
-    light, hidden = found.noise, found.noise >= NOISY
     edges = 0.0 if method == "edges" or clear_of_noise < 1 else min(1.0, CONCENTRATED / max(found.textured, 1e-3))
-    # Beside hard edges compression leaves its blocks, too, which are then no cause by themselves.
-    blocks = float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1 if edges < 1 else BESIDE_EDGES))
-    # An earlier cause also explains the symptoms of later ones.
-    candidates = [
-        (
-            "scenes",
-            0.0 if one_scene or clear_of_noise < 1 else 1.0,
-            f"the views do not show one scene (their coarse detail correlates at {found.agreement:.2f}): check the "
-            "files, and that neither camera nor things moved",
-        ),
-        (
-            "displacement",
-            min(1.0, found.displacement / DISPLACED) if one_scene and lacks > ALIGNED_BETTER else 0.0,
-            f"a view is displaced by {found.displacement:.1f} pixels: align the views (align=True)",
-        ),
-        (
-            "reversal",
-            1.0 if is_reversed else 0.0,
-            "the contrast of fine, regular texture is reversed in one view against another, as blur that is wider than "
-            "the texture's period does, where many depths fit alike: close the aperture, focus nearer to the scene, "
-            "or use texture without a period",
-        ),
-        (
-            "optics",
-            0.0 if slip is None else 1.0,
-            f"the optics seem to be stated wrongly, as the views fit better with {slip}: check the f-numbers and focus "
-            "distances, and their order (f_number, focus_distance)",
-        ),
-        (
-            "jpeg",
-            blocks,
-            "the files show the blocks of JPEG compression, which removes fine detail: store the views without loss",
-        ),
-        (
-            "range",
-            1.0 if outside else faint * one_is_sharp,
-            outside
-            or "a view shows next to nothing of what another shows, as where its blur exceeds the search: close "
-            "the aperture, focus nearer to the scene, reduce the pictures, or give both limits of the search (near, "
-            "far)",
-        ),
-        (
-            "noise",
-            faint if hidden and not one_is_sharp else 0.0,
-            f"noise ({light:.1%} of the light) hides the texture: expose longer, average exposures, or reduce the "
-            "pictures",
-        ),
-        (
-            "texture",
-            0.0 if hidden or one_is_sharp else faint,
-            f"the scene shows too little texture (contrast {found.contrast:.2%} of the light): light it from the side, "
-            "or project or stick a texture onto it",
-        ),
-        (
-            "edges",
-            edges,
-            f"nearly all contrast lies in {found.textured:.0%} of the frame, as of hard edges on blank surfaces: use "
-            "the method for edges (method='edges')",
-        ),
-        (
-            "saturation",
-            float(np.clip((1 - found.usable) / (1 - SHOWN), 0, 1)),
-            f"{1 - found.usable:.0%} of the frame is saturated or masked: expose less",
-        ),
-        (
-            "blur",
-            min(1.0, found.blur / BLURRED),
-            f"even the sharpest view is blurred by about {found.blur:.0f} pixels, which leaves too little detail: "
-            "focus nearer to the scene, close the aperture, or reduce the pictures",
-        ),
-    ]
-    return sorted((Cause(*row) for row in candidates), key=lambda cause: -cause.evidence)
+    evidence = {
+        "scenes": 0.0 if one_scene or clear_of_noise < 1 else 1.0,
+        "displacement": min(1.0, found.displacement / DISPLACED) if one_scene and lacks > ALIGNED_BETTER else 0.0,
+        "reversal": 1.0 if found.agreement <= -AGREES else 0.0,
+        "optics": 0.0 if slip is None else 1.0,
+        # Beside hard edges compression leaves its blocks, too, which are then no cause by themselves.
+        "jpeg": float(np.clip(np.log(found.blocks) / np.log(BLOCKY), 0, 1 if edges < 1 else BESIDE_EDGES)),
+        "range": 1.0 if outside else faint * one_is_sharp,
+        "noise": faint if is_noisy and not one_is_sharp else 0.0,
+        "texture": 0.0 if is_noisy or one_is_sharp else faint,
+        "edges": edges,
+        "saturation": float(np.clip((1 - found.usable) / (1 - SHOWN), 0, 1)),
+        "blur": min(1.0, found.blur / BLURRED),
+    }
+    values = asdict(found) | {"slip": slip, "unusable": 1 - found.usable}
+    texts = {name: text.format(**values) for name, text in TEXTS.items()} | ({"range": outside} if outside else {})
+    return sorted((Cause(name, evidence[name], text) for name, text in texts.items()), key=lambda one: -one.evidence)
 
 
 def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:

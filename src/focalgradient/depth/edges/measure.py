@@ -138,7 +138,16 @@ def measure_edges(
     (True, 2.0, 0.02)
     """
     shape = psf_of(psf, _PAPER_K if k is None and isinstance(psf, str) else k)
-    pixels = _checked(image, shape, noise, length, fit, false_alarm, mask)
+    if not shape.gives_edge_response:
+        raise InputError(f"edges need the edge response, which {shape.name} does not give: use another psf.")
+    check_one_of("fit", fit, get_args(Fit))
+    if noise is not None and not (noise > 0 and math.isfinite(noise)):
+        raise InputError(f"noise is {noise!r}, but must be a positive number in the image's unit: or leave it out.")
+    if not 4 <= length <= 128:
+        raise InputError(f"length is {length!r}, but must be between 4 and 128 pixels.")
+    if not 0 < false_alarm < 1:
+        raise InputError(f"false_alarm is {false_alarm!r}, but must be a probability between 0 and 1.")
+    pixels = _checked(image, mask)
     whole = filled(pixels, mask)
     profile = Profile.of(shape)
     sd = noise_from_differences(whole, mask) if noise is None else float(noise)
@@ -166,18 +175,9 @@ def measure_edges(
     radius = np.sqrt(np.maximum(square, 0.0))
     # First order in the square; near zero, where the root is steep, the root of the square's own.
     radius_sd = square_sd / (2 * np.sqrt(np.maximum(square, 0.0) + square_sd / 4))
-    return Edges(
-        row=contour[0],
-        column=contour[1],
-        angle=np.where(np.isfinite(steps["angle"]), steps["angle"], angle)[back],
-        low=steps["low"][back],
-        high=steps["high"][back],
-        radius=radius[back],
-        radius_sd=radius_sd[back],
-        misfit=(steps["misfit"] / freedom)[back],
-        valid=valid[back],
-        segment=segment,
-    )
+    turned = np.where(np.isfinite(steps["angle"]), steps["angle"], angle)
+    fitted = turned, steps["low"], steps["high"], radius, radius_sd, steps["misfit"] / freedom, valid
+    return Edges(*contour[:2], *(values[back] for values in fitted), segment)
 
 
 def _band_middles(segment: NDArray[np.intp], half: int, hop: int) -> NDArray[np.intp]:
@@ -253,25 +253,8 @@ def average_segments(edges: Edges, length: float) -> Edges:
     return replace(edges, radius=radius, radius_sd=sd, valid=valid)
 
 
-def _checked(
-    image: NDArray[np.floating],
-    shape: Psf,
-    noise: float | None,
-    length: float,
-    fit: str,
-    false_alarm: float,
-    mask: Mask | None,
-) -> NDArray[np.float32]:
-    """Validate image and settings; return the image as 32-bit numbers."""
-    if not shape.gives_edge_response:
-        raise InputError(f"edges need the edge response, which {shape.name} does not give: use another psf.")
-    check_one_of("fit", fit, get_args(Fit))
-    if noise is not None and not (noise > 0 and math.isfinite(noise)):
-        raise InputError(f"noise is {noise!r}, but must be a positive number in the image's unit: or leave it out.")
-    if not 4 <= length <= 128:
-        raise InputError(f"length is {length!r}, but must be between 4 and 128 pixels.")
-    if not 0 < false_alarm < 1:
-        raise InputError(f"false_alarm is {false_alarm!r}, but must be a probability between 0 and 1.")
+def _checked(image: NDArray[np.floating], mask: Mask | None) -> NDArray[np.float32]:
+    """Validate an image and its mask; return it as 32-bit numbers."""
     pixels = np.ascontiguousarray(image, np.float32)
     if pixels.ndim != 2 or min(pixels.shape) < 8:
         raise InputError(f"image has shape {pixels.shape}, but must be H x W, of 8 pixels or more each way.")
