@@ -93,18 +93,3 @@ def test_edges_of_views_that_contradict_each_other_are_rejected():
     one = recover_depth(views[:1], method="edges", near=1.0)
     assert one.valid.sum() > 300
     assert (depth.valid & one.valid).sum() < 0.3 * one.valid.sum()
-
-
-def test_an_edge_that_recedes_is_followed():
-    # The upper edge of a card that runs from 1.2 m at the left to 2.4 m at the right.
-    near, far, half = 1 / 1.2, 1 / 2.4, SHAPE[1] / 2 * PIXEL
-    slope, middle = (far - near) / (2 * half), (near + far) / 2
-    scene = Scene((card(1 / middle, (4.0, 1.0), normal=(-slope, 0.0, -middle)), card(5.0, (np.inf, np.inf), mean=0.3)))
-    lowered = [Plane((p.point[0], 0.5, p.point[2]), p.normal, p.texture, p.size) for p in scene.objects]
-    rendered = cast(Scene(tuple(lowered)), lens(1.0), SHAPE, PIXEL, samples=256)
-    depth = recover_depth([noisy(rendered.view, NOISE, 1)], method="edges", near=1.0)
-    row, column = np.nonzero(depth.valid)
-    true = middle + slope * (column - (SHAPE[1] - 1) / 2) * PIXEL
-    assert np.ptp(column) > 100
-    assert np.median(np.abs(depth.vergence[row, column] / true - 1)) < 0.02
-    assert np.abs(depth.vergence[row, column] / true - 1).max() < 0.06

@@ -9,7 +9,7 @@ import pytest
 from judged import check
 from shaped import PIXEL, filtered
 
-from focalgradient import FocalGradientWarning, InputError, Lens, View, blur, recover_depth
+from focalgradient import InputError, Lens, View, blur, recover_depth
 from focalgradient.depth.limits import comparison_bound
 from focalgradient.optics import own_blur
 from focalgradient.psf import disc_transfer
@@ -97,14 +97,6 @@ def test_methods_that_know_discs_refuse_other_blur_by_name(method) -> None:
         recover_depth(pair, method=method)
     with pytest.raises(InputError, match=rf"'{method}' needs .*, which the optics' own blur does not give: use method"):
         recover_depth(pair, method=method, psf="optics")
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")
-def test_a_disc_that_is_asked_for_is_warned_about() -> None:
-    made = kind(("transfer",), None)
-    with pytest.warns(FocalGradientWarning, match=r"taken for a disc, as asked for, but the optics \(MyMirror\)"):
-        recover_depth(views([made(0.9), made(1.1)]), psf="disc")
 
 
 def test_optics_without_a_blur_of_their_own_cannot_be_asked_for_it() -> None:

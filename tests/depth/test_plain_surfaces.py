@@ -3,6 +3,7 @@
 import numpy as np
 from judged import over_sd
 from scipy import ndimage
+from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.psf import transfer
@@ -14,8 +15,7 @@ def texture_before_blank(seed: int) -> tuple[list[View], np.ndarray, np.ndarray]
     """Textured things before a blank wall: views, true vergence, and where the things are."""
     random = np.random.default_rng(seed)
     frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
-    texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE))
-    texture = 0.35 * np.exp(0.35 * texture / texture.std())
+    texture = 0.35 * np.exp(np.fft.irfft2(natural_spectrum((SIDE, SIDE), random, 0.35)))
     thing = ndimage.zoom(random.standard_normal((5, 5)), SIDE / 5, order=3) > 0.2
     views = []
     for lens in (Lens(0.025, number, 0.85) for number in (11, 4)):

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from judged import said
 from shaped import PIXEL, filtered
+from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
 from focalgradient.depth.equalise import parts
@@ -21,8 +22,7 @@ def views(light, sd, *, photons, seed=0):
     """A textured wall under uneven `light` (H x W), through both apertures, with noise of `sd` where light is 1."""
     random = np.random.default_rng(seed)
     frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
-    texture = np.fft.irfft2(np.fft.rfft2(random.standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE))
-    sharp = np.fft.rfft2(light * np.exp(0.25 * texture / texture.std()))
+    sharp = np.fft.rfft2(light * np.exp(np.fft.irfft2(natural_spectrum((SIDE, SIDE), random, 0.25))))
     made = []
     for lens in LENSES:
         image = np.fft.irfft2(sharp * transfer(frequency, lens.blur_radius(DISTANCE) / PIXEL, "disc"))
