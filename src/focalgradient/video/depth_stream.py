@@ -16,7 +16,6 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import Mask
 from focalgradient.depth.noise import noise_floor
 from focalgradient.depth.ratio import detail, focal_disparity, read_depth, table_for
 from focalgradient.depth.search import Search
@@ -57,7 +56,7 @@ class DepthFrame:
 
     number: int
     values: NDArray[np.float32]
-    is_valid: Mask
+    is_valid: NDArray[np.bool_]
 
 
 class DepthStream:

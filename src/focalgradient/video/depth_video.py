@@ -11,7 +11,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.arrays import Mask
 from focalgradient.errors import InputError
 from focalgradient.video.reading import check_frames
 from focalgradient.video.writing import CODECS, check_ending
@@ -94,7 +93,7 @@ class VideoFile:
                 f"{path.suffix}: choose another extension, of {', '.join(CODECS)}."
             )
 
-    def write(self, values: NDArray[np.floating], valid: Mask) -> None:
+    def write(self, values: NDArray[np.floating], valid: NDArray[np.bool_]) -> None:
         """Write a frame: `values` on the grid, drawn where `valid`."""
         share = (values - self._scale.dark) / (self._scale.bright - self._scale.dark)
         place = np.where(valid, 1 + 254 * np.clip(share, 0, 1), 0).astype(np.uint8)
