@@ -123,7 +123,7 @@ def test_edges_give_the_distance_from_the_users_plane(camera, tmp_path):
     np.testing.assert_allclose((depth.distance + depth.offset) * depth.vergence, 1, rtol=1e-5)
 
 
-def test_compared_views_give_it_too(camera, tmp_path):
+def test_compared_views_give_it_too_from_a_settings_file_that_names_the_calibration(camera, tmp_path):
     """A texture, blurred by true discs, compared by the default method."""
     rng = np.random.default_rng(4)
     frequency = np.hypot(np.fft.fftfreq(160)[:, None], np.fft.rfftfreq(160))
@@ -139,12 +139,14 @@ def test_compared_views_give_it_too(camera, tmp_path):
         np.save(names[-1], image)
     shots = "".join(f'[[view]]\nimage = "{n.name}"\nf_number = {n.stem}\n' for n in names)
     (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')
+    settings, calibration = load_settings(tmp_path / "views.toml"), load_camera(camera[0]).calibration
+    assert [lens.f_number for lens in settings.lenses()] == list(calibration.f_numbers.values())
+    assert (settings.offset, settings.given_k("gaussian")) == (calibration.offset, calibration.k)
+    assert settings.camera.pixel_pitch_um == 8
     succeed("depth", tmp_path / "views.toml", "--near", 0.4, "--far", 3, "--out", tmp_path / "out")
     summary = json.loads((tmp_path / "out" / "summary.json").read_text())
-    assert summary["medians"]["distance_m"] == pytest.approx(0.9, rel=0.1)
-    assert summary["medians"]["distance_m"] == pytest.approx(
-        0.9, abs=3 * summary["calibration"]["systematic_sd"]["distance_m"]
-    )
+    systematic = summary["calibration"]["systematic_sd"]["distance_m"]
+    assert summary["medians"]["distance_m"] == pytest.approx(0.9, abs=min(0.09, 3 * systematic))
     assert summary["settings"]["psf"] == "disc"
 
 
@@ -186,13 +188,3 @@ def test_targets_without_edges_are_refused_with_the_file_and_the_remedy(tmp_path
     said = sentence(run("calibrate", tmp_path / "t.toml", "--out", tmp_path / "c.toml"))
     assert re.search(r"a\.png: the view shows \d+ usable points along edges, .* flat sheet", said)
     assert not (tmp_path / "c.toml").exists()
-
-
-def test_a_settings_file_may_leave_to_the_calibration_what_it_tells(camera, tmp_path):
-    shots = "".join(f'[[view]]\nimage = "{n}.png"\nf_number = {n}\n' for n in STOPS)
-    (tmp_path / "views.toml").write_text(f'[camera]\ncalibration = "{camera[0].as_posix()}"\n{shots}')
-    settings = load_settings(tmp_path / "views.toml")
-    calibration = load_camera(camera[0]).calibration
-    assert [lens.f_number for lens in settings.lenses()] == list(calibration.f_numbers.values())
-    assert (settings.offset, settings.given_k("gaussian")) == (calibration.offset, calibration.k)
-    assert settings.camera.pixel_pitch_um == 8

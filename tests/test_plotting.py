@@ -161,9 +161,7 @@ def test_the_title_of_uncertainty_states_that_of_pixels_and_of_the_frame():
     assert re.fullmatch(r"Uncertainty: median sd [\d.]+ %\nbetween pixels, [\d.]+ % in common", title)
 
 
-@pytest.mark.fast_cases(6)
-@pytest.mark.parametrize("count", [2, 3, 4, 7])
-@pytest.mark.parametrize("shape", [(60, 80), (90, 40), (20, 200)])
+@pytest.mark.parametrize(("count", "shape"), [(2, (60, 80)), (3, (90, 40)), (4, (20, 200)), (7, (90, 40))])
 def test_legible_whatever_the_shape(count, shape):
     names = [f"a rather long name of a photograph {index}.png" for index in range(count)]
     depth = ramp(shape=shape, side_known=np.zeros(shape, bool))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import cache
 from itertools import islice
 from typing import Any
 
@@ -43,9 +44,14 @@ SMALL: dict[Draw, dict[str, Any]] = {
 every = pytest.mark.parametrize("draw", SMALL, ids=lambda draw: draw.__name__)
 
 
+@cache
+def drawn(draw: Draw) -> Stimulus:
+    return draw(**SMALL[draw])
+
+
 @every
 def test_arrays_agree_and_light_is_in_range(draw: Draw) -> None:
-    one = draw(**SMALL[draw])
+    one = drawn(draw)
     for array in (one.picture, one.sharp, one.depth_m, one.blur_arcmin):
         assert array.shape == one.shape
         assert array.dtype == float
@@ -63,7 +69,7 @@ def test_arrays_agree_and_light_is_in_range(draw: Draw) -> None:
 @every
 def test_depth_and_blur_obey_the_lens_law(draw: Draw) -> None:
     """Blur of the depth that is stated, by a lens: its disc's radius is twice the standard deviation."""
-    one = draw(**SMALL[draw])
+    one = drawn(draw)
     given = {**dict.fromkeys(("focus_m",)), **one.parameters}
     focus = one.controlled.get("focus_m") or given["focus_m"] or given.get("distance_m") or given["true_distance_m"]
     aperture = one.controlled.get("aperture_m", given["pupil_mm"] / 1000)
@@ -101,7 +107,7 @@ def test_a_corrugated_plane_has_the_relief_that_was_set() -> None:
 
 
 def test_a_miniature_depends_on_the_simulated_distance_alone() -> None:
-    given = {"width_deg": 12, "height_deg": 9, "seed": 2}
+    given = {"width_deg": 8, "height_deg": 6, "seed": 2}
     one, other = (miniature(true_distance_m=metres, simulated_distance_m=0.15, **given) for metres in (20.0, 783.0))
     np.testing.assert_allclose(one.picture, other.picture, atol=1e-5)
     np.testing.assert_allclose(one.blur_arcmin, other.blur_arcmin, rtol=1e-6, atol=1e-9)
@@ -111,7 +117,7 @@ def test_a_miniature_depends_on_the_simulated_distance_alone() -> None:
 
 @pytest.mark.parametrize(("gradient", "axis"), [("vertical", 0), ("horizontal", 1)])
 def test_the_control_of_the_miniature_has_a_planar_gradient_with_as_much_blur(gradient: Any, axis: int) -> None:
-    given = {"width_deg": 12, "height_deg": 9}
+    given = {"width_deg": 8, "height_deg": 6}
     control, one = miniature(gradient=gradient, **given), miniature(**given)
     signed = np.abs(np.diff(control.blur_arcmin, n=2, axis=axis))
     assert np.quantile(signed, 0.95) < 1e-6  # linear but where it crosses the focus
@@ -140,7 +146,7 @@ def test_the_gradient_of_the_control_slopes_as_the_scene(gradient: Any, nearer_f
     np.testing.assert_allclose(one.blur_arcmin * ARCMIN, wanted, rtol=1e-9)
 
 
-@pytest.mark.parametrize("exponent", [0.0, 1.0, 3.0])
+@pytest.mark.parametrize("exponent", [1.0, 3.0])
 def test_leaves_have_the_sizes_and_the_shapes_that_were_set(exponent: float) -> None:
     drawn = [*islice(_leaves((64, 64), (2.0, 20.0), exponent, 3.0, 1.0, (0.5, 0.5), 4), 4000)]
     radius = np.array([math.sqrt(leaf.long * leaf.short) for leaf in drawn])
@@ -178,7 +184,7 @@ def test_the_cube_is_sharp_where_it_is_fixated_and_gives_off_the_same_light(fixa
 @pytest.mark.parametrize("draw", [dead_leaves, slanted_plane, corrugated_plane])
 def test_luminance_and_contrast_are_equalised_over_blur(draw: Draw) -> None:
     blur = {"blurs_arcmin": (1.0, 3.0)} if draw is dead_leaves else {"pupil_mm": 20}
-    given = {**blur, "contrast": 0.15, "width_deg": 10, "height_deg": 4}
+    given = {**blur, "contrast": 0.15, "width_deg": 6, "height_deg": 4}
     one, plain = draw(**given, equalise=("luminance", "contrast")), draw(**given)
     assert one.picture.mean() == pytest.approx(one.sharp.mean(), rel=1e-6)
     assert one.picture.std() == pytest.approx(one.sharp.std(), rel=1e-6)

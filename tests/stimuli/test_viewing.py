@@ -19,16 +19,16 @@ from focalgradient.stimuli import Viewing
 ANGLE = math.radians(1 / 60)
 
 
-def picture(channels: int = 3) -> DepthPicture:
+def picture() -> DepthPicture:
     random = np.random.default_rng(3)
-    light = random.uniform(0, 1, (32, 48, channels)).astype(np.float32).squeeze()
-    metres = np.where(np.arange(48) < 24, 1.0, 2.0) * np.ones((32, 1))
+    light = random.uniform(0, 1, (16, 32, 3)).astype(np.float32)
+    metres = np.where(np.arange(32) < 16, 1.0, 2.0) * np.ones((16, 1))
     return DepthPicture("room", picture_of(light, "linear"), metres, 0.0, ANGLE)
 
 
 def test_the_number_of_wavelengths_includes_the_screen() -> None:
     """A screen that is out of focus needs as many as a surface there."""
-    shown, eye = replace(picture(), metres=np.ones((32, 48))), Eye(0.005, 1.0)
+    shown, eye = replace(picture(), metres=np.ones((16, 32))), Eye(0.005, 1.0)
     alike, near = (Viewing(eye, chromatic=True, screen=metres).resolved(shown).foci for metres in (1.0, 0.5))
     assert (alike, near) == (5, parts_needed([0.5, 1.0], eye, pixel_angle=ANGLE))
     assert alike < near
@@ -63,14 +63,14 @@ def test_the_blur_of_an_astigmat_is_that_of_its_more_blurred_meridian(
 ) -> None:
     """The image of a point is an ellipse: twice the standard deviation is the pupil's radius x defocus."""
     eye = Eye(refraction=refraction, response=0.0, pupil_diameter=0.006)
-    point = np.zeros((257, 257), np.float32)
-    point[128, 128] = 1.0
-    shown = DepthPicture("point", picture_of(point, "linear"), np.full(point.shape, 4.0), 0.0, ANGLE / 3)
+    point = np.zeros((129, 129), np.float32)
+    point[64, 64] = 1.0
+    shown = DepthPicture("point", picture_of(point, "linear"), np.full(point.shape, 4.0), 0.0, ANGLE / 1.5)
     seen = Viewing(eye).see(shown)
-    place, light = np.indices(point.shape) - 128, seen.light / seen.light.sum()
+    place, light = np.indices(point.shape) - 64, seen.light / seen.light.sum()
     axes = 2 * np.sqrt(np.linalg.eigvalsh(np.einsum("iyx,jyx,yx->ij", place, place, light)))
     # Spectacles of S dioptres, 12 mm before the eye, correct a far point at S / (1 - 0.012 S) dioptres behind it.
-    expected = sorted(0.003 * abs(-power / (1 - 0.012 * power) - 1 / 4) / (ANGLE / 3) for power in meridians)
+    expected = sorted(0.003 * abs(-power / (1 - 0.012 * power) - 1 / 4) / (ANGLE / 1.5) for power in meridians)
     assert seen.largest_blur_px == pytest.approx(expected[1], rel=1e-6)
     assert axes == pytest.approx(expected, rel=0.03)
 
