@@ -31,9 +31,8 @@ def reading(distance: float, psf: str = "disc") -> Reading:
     return Reading(distance, min(MARKS), None, blur.radius * unit, blur.radius_sd * unit)
 
 
-@pytest.mark.parametrize("psf", ["disc", "gaussian"])
-def test_the_blur_of_a_whole_sheet(psf):
-    blur = pair_blur(sheet(1.2, psf=psf), MARKS, psf)
+def test_the_blur_of_a_whole_sheet():
+    blur = pair_blur(sheet(1.2, psf="gaussian"), MARKS, "gaussian")
     true = float(Lens(0.025, SCALE * 5.6, FOCUS).blur_radius(1.2)) / PIXEL
     assert blur.radius == pytest.approx(true, abs=max(0.01, 4 * blur.radius_sd))
     assert blur.radius_sd < 0.02
@@ -95,7 +94,7 @@ def test_one_sheet_that_confirms_the_focus_mark_predicts_another_distance() -> N
     """Its common error at another distance: the stated sd was 0.13 D, the errors are 0.05 D."""
     rng = np.random.default_rng(1)
     sizes, sds = [], []
-    for _ in range(40):
+    for _ in range(30):
         offset, scale = 0.06 * rng.standard_normal(), np.exp(0.05 * rng.standard_normal())
         focus = (1 + 0.07 * rng.standard_normal()) / (1.0 + offset)
         width = 0.5 * disc_radius(0.05, 4 * scale, focus, 1 / (0.6 + offset))

@@ -62,19 +62,8 @@ def test_a_picture_lit_by_an_illuminant_is_blurred_as_its_light_is_focused(folde
 
 def test_each_focus_gives_a_picture_for_the_display_and_its_light(folder: Path) -> None:
     out = folder / "out"
-    succeed(
-        folder / "picture.png",
-        folder / "depth.npy",
-        "--out",
-        out,
-        *LENS,
-        "--focus",
-        "1.0",
-        "--focus",
-        "2.5",
-        "--field",
-        4,
-    )
+    given = ["--focus", "1.0", "--focus", "2.5", "--field", 4]
+    succeed(folder / "picture.png", folder / "depth.npy", "--out", out, *LENS, *given)
     assert {path.name for path in out.iterdir()} == {
         *("blurred-1.0m.png", "blurred-1.0m.npy", "blurred-2.5m.png", "blurred-2.5m.npy"),
         *("distance.npy", "summary.json"),
@@ -329,17 +318,8 @@ def test_a_flat_picture_needs_one_distance(folder: Path) -> None:
 
 
 def test_the_meridians_of_an_astigmat_are_stated(folder: Path) -> None:
-    given = [
-        folder / "picture.png",
-        folder / "depth.npy",
-        "--refraction",
-        "+1.00 -2.00 x 180",
-        "--age",
-        70,
-        "--field",
-        1,
-    ]
-    result = succeed(*given, "--pupil", 4, "--focus", 3, "--out", folder / "seen")
+    given = [folder / "picture.png", folder / "depth.npy", "--refraction", "+1.00 -2.00 x 180", "--age", 70]
+    result = succeed(*given, "--field", 1, "--pupil", 4, "--focus", 3, "--out", folder / "seen")
     meridians = "focused at 628 m (its meridians at -1.00 and 1.00 D)"
     assert f"cannot focus on 3 m: it is {meridians}, as" in result.stderr
     assert f"looks at 3 m, {meridians}, accommodates" in result.stdout

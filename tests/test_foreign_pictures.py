@@ -1,4 +1,4 @@
-"""Pictures and depth maps of other programs: marked holes, layers, pages, 8-bit arrays and lost frames."""
+"""Pictures and depth maps of other programs: marked holes, layers, pages and lost frames."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from focalgradient import FocalGradientWarning, InputError
 from focalgradient.photographs import read_photograph
@@ -65,16 +64,6 @@ def test_the_layers_of_depth_and_colour_are_found(tmp_path: Path, others: dict[s
     path = exr(tmp_path, **COLOURS, **others)
     np.testing.assert_allclose(read_distances(path).metres, RAMP, rtol=1e-6)
     np.testing.assert_allclose(read_picture(path).light[..., 1], RAMP / 3, rtol=1e-6)
-
-
-def test_8_bit_pixels_are_alike_in_each_container(tmp_path: Path) -> None:
-    pixels = np.arange(48, dtype=np.uint8).reshape(6, 8) * 5
-    np.save(tmp_path / "a.npy", pixels)
-    Image.fromarray(pixels).save(tmp_path / "a.png")
-    one, other = (read_photograph(tmp_path / f"a.{kind}") for kind in ("npy", "png"))
-    np.testing.assert_array_equal(one.luminance, other.luminance)
-    assert one.encoding == other.encoding == "srgb"
-    assert one.assumed
 
 
 @pytest.mark.parametrize("lost", [1, 2, 3, 7, 12, 20, 22])

@@ -89,7 +89,9 @@ def test_formats_and_encodings(tmp_path, name, pixels, stated, encoding, expecte
 )
 def test_arrays_are_linear_but_of_8_bits(tmp_path, pixels, expected):
     np.save(tmp_path / "a.npy", pixels)
-    np.testing.assert_allclose(read_photograph(tmp_path / "a.npy").luminance, expected, rtol=1e-5)
+    read = read_photograph(tmp_path / "a.npy")
+    np.testing.assert_allclose(read.luminance, expected, rtol=1e-5)
+    assert read.assumed == (pixels.dtype == np.uint8)
 
 
 @pytest.mark.parametrize("quality", [50, 85, 90])

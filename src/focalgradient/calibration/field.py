@@ -10,7 +10,7 @@ split-band test of the same maps, so that the standard deviations of a calibrate
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -110,22 +110,19 @@ class _Terms:
         """Return the design matrix (cells x terms): constants, slants, blur, focus."""
         own = (cells.which == np.arange(int(cells.which.max()) + 1)[:, None]).astype(float)
         curved = Field.terms(cells.x, cells.y)[2:]
-        parts = [own]
-        if self.tilt:
-            parts += [own * cells.x, own * cells.y]
-        if self.blur:
-            parts.append(curved * cells.defocus)
-        if self.focus:
-            parts.append(curved)
-        return np.concatenate(parts).T
+        every = np.concatenate([own, own * cells.x, own * cells.y, curved * cells.defocus, curved])
+        return every[self.fitted(len(own))].T
 
-    def parts(self, fit: FloatArray, maps: int) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Split coefficients into constants, slants (2 x maps), curvature of blur and curvature of focus."""
-        sizes = (maps, 2 * maps * self.tilt, 3 * self.blur, 3 * self.focus)
-        constant, slant, blur, focus = np.split(fit, np.cumsum(sizes)[:-1])
-        zero = np.zeros(3)
-        slants = slant.reshape(2, maps) if self.tilt else np.zeros((2, maps))
-        return constant, slants, blur if self.blur else zero, focus if self.focus else zero
+    def fitted(self, maps: int) -> NDArray[np.bool_]:
+        """Return which of all coefficients are fitted."""
+        return np.repeat([True, self.tilt, self.blur, self.focus], [maps, 2 * maps, 3, 3])
+
+    def parts(self, fit: FloatArray, maps: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return slants (2 x maps), curvature of blur and curvature of focus from coefficients; 0 if not fitted."""
+        every = np.zeros(3 * maps + 6)
+        every[self.fitted(maps)] = fit
+        slants, blur, focus = np.split(every[maps:], [2 * maps, 2 * maps + 3])
+        return slants.reshape(2, maps), blur, focus
 
 
 def _fit(cells: _Cells, terms: _Terms, use: NDArray[np.bool_]) -> tuple[FloatArray, FloatArray]:
@@ -174,7 +171,7 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
             if now < MAX_ERROR_RATIO * error:
                 best, error = terms, now
     fit, rest = _fit(cells, best, np.ones(cells.x.size, bool))
-    _, slants, blur, focus_curve = best.parts(fit, len(places))
+    slants, blur, focus_curve = best.parts(fit, len(places))
     # the map estimates V = centre + slant + f + b (V - focus); the last two terms are to be removed
     bounds = (cells.x.min(), cells.x.max(), cells.y.min(), cells.y.max())
     field = Field(
@@ -194,14 +191,16 @@ def fit_field(maps: Sequence[DepthMap], views: Sequence[Sequence[View]]) -> Fiel
         for place in places
         for parity in (0, 1)
     ]
-    known = [ratio for ratio, _ in ratios if ratio is not None]
-    scale = float(np.clip(np.sqrt(np.mean(known)), *SCALE_LIMITS)) if known else 1.0
-    swapped = [ratios[n ^ 1][0] for n in range(len(ratios))]
-    within = []
-    for n, ratio in enumerate(swapped):  # each half of the frame with the ratio of the other
-        used = 1.0 if ratio is None else float(np.clip(np.sqrt(ratio), *SCALE_LIMITS))
-        within.append(ratios[n][1](used))
+    scale = _scale(ratio for ratio, _ in ratios)
+    # Each half of the frame with the ratio of the other.
+    within = [covered(_scale([ratios[number ^ 1][0]])) for number, (_, covered) in enumerate(ratios)]
     return FieldFit(replace(field, split_band_scale=scale), centres, centre_sd, error, without, float(np.mean(within)))
+
+
+def _scale(squares: Iterable[float | None]) -> float:
+    """Return the root mean square of the known ratios within `SCALE_LIMITS`; 1 if none is known."""
+    known = [square for square in squares if square is not None]
+    return float(np.clip(np.sqrt(np.mean(known)), *SCALE_LIMITS)) if known else 1.0
 
 
 def _excess(

@@ -114,17 +114,8 @@ def calibrate(
     if not readings:
         raise InputError("there is no view of a target, but calibration needs one or more: add views.")
     check_number("pixel_pitch", pixel_pitch, "metres", positive=True)
-    for reading in readings:
-        _check(reading, focal_length)
     camera = _Fit.of(readings, focal_length, pixel_pitch, priors).best(pixel_pitch)
     return replace(camera, edge_scatter=float(np.sqrt(np.mean([reading.scatter**2 for reading in readings]))))
-
-
-def _check(reading: Reading, focal_length: float) -> None:
-    """Raise `InputError` for readings that are impossible with a lens of this focal length."""
-    mark = reading.focus_distance
-    Lens(focal_length, reading.f_number, math.inf if mark is None else mark)  # validates the values
-    check_fields(reading)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,7 +135,10 @@ class _Fit:
 
     @classmethod
     def of(cls, readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> _Fit:
-        """Group the readings into cells of equal distance and setting."""
+        """Group the readings, after validation, into cells of equal distance and setting."""
+        for r in readings:
+            Lens(focal_length, r.f_number, math.inf if r.focus_distance is None else r.focus_distance)  # validates them
+            check_fields(r)
         stops = sorted({r.f_number for r in readings})
         marks = sorted({r.focus_distance for r in readings}, key=lambda mark: math.inf if mark is None else mark)
         distances = sorted({r.distance for r in readings})
@@ -306,8 +300,7 @@ class _Fit:
                 )
                 converged = alone.minima(model_error)
                 least = min(chi_square for chi_square, _ in converged)
-                ends = sorted({round(t[3 + len(self.stops)], 2) for c, t in converged if c < least + 30})
-                starts = ends
+                starts = sorted({round(t[3 + len(self.stops)], 2) for c, t in converged if c < least + 30})
             groups.append(starts)
         found = []
         for focus in product(*groups):
@@ -344,8 +337,6 @@ def improbability(readings: Sequence[Reading], focal_length: float, pixel_pitch:
 
     Among readings of the same photographs, lower values indicate more plausible statements about them.
     """
-    for reading in readings:
-        _check(reading, focal_length)
     fit = _Fit.of(readings, focal_length, pixel_pitch, priors)
     return replace(fit, tolerance=COMPARISON_TOLERANCE).improbability()
 

@@ -8,7 +8,7 @@ probable is reported.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -69,24 +69,22 @@ class _Stated:
     pixel_pitch: float
     priors: Priors
 
+    def changed(self, change: Callable[[float], float], *names: str, **only: float) -> _Stated:
+        """Return the values with known fields `names` changed, of readings whose fields are as in `only`."""
+        readings = []
+        for reading in self.readings:
+            known = {name: value for name in names if (value := getattr(reading, name)) is not None}
+            is_meant = all(getattr(reading, key) == wanted for key, wanted in only.items())
+            readings.append(replace(reading, **{name: change(value) for name, value in known.items() if is_meant}))
+        return replace(self, readings=readings)
+
     def scaled(self, factor: float, *names: str) -> _Stated:
-        """Return the values with the fields `names` of each reading, where known, multiplied by a factor."""
-
-        def change(reading: Reading) -> Reading:
-            known = {name: getattr(reading, name) for name in names}
-            return replace(reading, **{name: factor * value for name, value in known.items() if value is not None})
-
-        return replace(self, readings=[change(reading) for reading in self.readings])
+        """Return the values with the fields `names` of each reading multiplied by a factor."""
+        return self.changed(lambda value: factor * value, *names)
 
     def exchanged(self, name: str, values: dict[float, float], **only: float) -> _Stated:
         """Return the values with the field `name` changed as in `values`, of readings whose fields are as in `only`."""
-
-        def change(reading: Reading) -> Reading:
-            value = getattr(reading, name)
-            within = all(getattr(reading, key) == wanted for key, wanted in only.items())
-            return replace(reading, **{name: values.get(value, value)}) if within else reading
-
-        return replace(self, readings=[change(reading) for reading in self.readings])
+        return self.changed(lambda value: values.get(value, value), name, **only)
 
     def improbability(self) -> float:
         """Return minus twice the log posterior density of the best camera; infinite if none is possible."""

@@ -14,11 +14,9 @@ from typing import Literal
 
 from focalgradient.errors import InputError
 
-__all__ = ["PLANES", "Body", "Plane", "plane_name"]
+__all__ = ["Body", "Plane", "plane_name"]
 
 Plane = Literal["entrance_pupil", "sensor", "lens_front"]
-
-PLANES: tuple[Plane, ...] = ("entrance_pupil", "sensor", "lens_front")
 
 UNSTATED_SD_FOCAL_LENGTHS = 0.5
 """Standard deviation of an unstated entrance-pupil position, in focal lengths (a design choice). In photographic lenses

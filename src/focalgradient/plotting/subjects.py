@@ -119,8 +119,7 @@ def blur_figure(result: DepthRatingResult, blur: Mapping[str, tuple[float, float
         ratio_axis(ax, "y")
         ax.set(xlabel="maximum retinal blur (arcmin)", ylabel="perceived depth (ratio to the pinhole)")
         _labels(ax, labels, 0.15)
-        if simulated:
-            _label_simulated(ax)
+        _label_simulated(ax, simulated)
     return figure
 
 
@@ -146,7 +145,7 @@ def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
         if simulated:
             low, high = axes[-1].get_ylim()
             axes[-1].set_ylim(low, high + 0.1 * (high - low))  # above the thresholds' labels
-            _label_simulated(axes[-1])
+        _label_simulated(axes[-1], simulated)
     return figure
 
 
@@ -221,8 +220,7 @@ def _draw_ratings(
     else:
         ax.set_ylabel("rating (geometric mean)")
     _labels(ax, labels, 0.15)
-    if simulated:
-        _label_simulated(ax)
+    _label_simulated(ax, simulated)
     return ax
 
 
@@ -314,8 +312,7 @@ def draw_nonrigid_share(ax: Axes, result: NeckerResult, *, simulated: bool) -> A
     ax.axhline(50, **REFERENCE)
     ax.set(ylim=(-2, 102), ylabel="nonrigid percept (% of the time)", title="Nonrigid percept")
     _gradients(ax, conditions)
-    if simulated:
-        _label_simulated(ax)
+    _label_simulated(ax, simulated)
     return ax
 
 
@@ -419,5 +416,6 @@ def _count(number: int, word: str) -> str:
     return f"{number} {word}{'' if number == 1 else 's'}"
 
 
-def _label_simulated(ax: Axes) -> None:
-    ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=OUTLINE, zorder=6)
+def _label_simulated(ax: Axes, simulated: bool) -> None:
+    if simulated:
+        ax.text(0.03, 0.97, SIMULATED, transform=ax.transAxes, va="top", color="black", path_effects=OUTLINE, zorder=6)
