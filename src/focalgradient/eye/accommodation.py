@@ -26,7 +26,7 @@ from focalgradient.eye.model_eye import Eye, TimeCourse
 from focalgradient.eye.plant import Plant
 from focalgradient.eye.prediction import Predictor
 from focalgradient.eye.pulse import Pulse, PulsedPlant
-from focalgradient.eye.ranges import check_pupil
+from focalgradient.eye.ranges import Pupil
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import NEAREST, Motion, Tracker
 from focalgradient.progress import Progress
@@ -128,7 +128,7 @@ class Accommodation:
     """
 
     cue: Cue = "both"
-    pupil_diameter: float = 0.004
+    pupil_diameter: Pupil = 0.004
     plant: Plant = field(default_factory=Plant)
     pulse: Pulse | None = field(default_factory=Pulse)
     fluctuation: TimeCourse | None = field(default_factory=Microfluctuations)
@@ -140,7 +140,6 @@ class Accommodation:
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_pupil(self.pupil_diameter)
         if not (self.fluctuation is None or callable(getattr(self.fluctuation, "at", None))):
             raise InputError(
                 f"fluctuation is {described(self.fluctuation)}, but must be a course in time: give Microfluctuations()."

@@ -160,9 +160,6 @@ class Eye:
         given = dict(locals())
         for field in fields(Eye):
             object.__setattr__(self, field.name, given[field.name])
-        self._check()
-
-    def _check(self) -> None:
         check_aberrations(self.aberrations)
         check_fields(self)
 

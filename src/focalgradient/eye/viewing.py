@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass, replace
+from typing import Unpack
 
 from focalgradient.errors import check_fields
 from focalgradient.eye.accommodation import Cue
@@ -18,7 +18,7 @@ from focalgradient.eye.off_axis import off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, resolved_cpd
 from focalgradient.eye.scatter import Scatter
-from focalgradient.eye.views import SceneInput, eye_views
+from focalgradient.eye.views import Forming, SceneInput, eye_views
 from focalgradient.render import Rendered
 
 __all__ = ["EXTREMES_S", "ViewingConditions", "compared_views"]
@@ -90,18 +90,14 @@ def compared_views(
     conditions: ViewingConditions | None = None,
     course: TimeCourse | None = None,
     times: Sequence[float] = EXTREMES_S,
-    correlation: float = 0.95,
-    noise: float = 0.01,
-    samples: int = 64,
-    seed: int = 0,
-    executor: Executor | None = None,
+    **forming: Unpack[Forming],
 ) -> dict[str, Rendered]:
     """Return the views from which an eye could estimate depth, by band and moment.
 
     Parameters
     ----------
-    scene, shape, pixel_angle, correlation, noise, samples, seed, executor
-        As for `eye_views`.
+    scene, shape, pixel_angle, forming
+        As for `eye_views`, with a `correlation` of 0.95 and `noise` of 0.01 by default.
     eye
         The eye at the mean of the course, at its place in the visual field (`ViewingConditions.off_axis`).
     cue
@@ -128,15 +124,6 @@ def compared_views(
         moments = {f" at {1e3 * time:.0f} ms": one for time, one in zip(times, eyes, strict=True)}
     bands: tuple[Band, ...] = ("L+M",) if cue == "moments" else ("L+M", "S")
     cones = {f"{band}{moment}": conditions.cones(one, band) for moment, one in moments.items() for band in bands}
-    views = eye_views(
-        scene,
-        [*cones.values()],
-        shape,
-        pixel_angle,
-        correlation=correlation,
-        noise=noise,
-        samples=samples,
-        seed=seed,
-        executor=executor,
-    )
+    assumed = Forming(correlation=0.95, noise=0.01)
+    views = eye_views(scene, [*cones.values()], shape, pixel_angle, **(assumed | forming))
     return dict(zip(cones, views, strict=True))

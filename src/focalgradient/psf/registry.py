@@ -131,7 +131,7 @@ def psf_from(stated: str | Mapping[str, Any], k: float | None = None) -> Psf:
     return _with_k(shape_class(name), values, k)
 
 
-def _with_k(shape: type[Psf], values: Mapping[str, Any], k: float | None) -> Psf:
+def _with_k(shape: type[Psf], values: dict[str, Any], k: float | None) -> Psf:
     """Return the shape of these parameters, with `k` where it has one that they leave open."""
     has_k = k is not None and "k" in [parameter.key for parameter in shape.parameters()]
     return shape.of(({"k": k} if has_k else {}) | values)

@@ -146,10 +146,8 @@ def blur_at(
     """
     for name, value, unit in (("aperture", aperture, "metres"), ("k", k, "disc radii")):
         check_number(name, value, unit, least=0)
-    if focus == "near":
-        vergence = 1 / necker.nearest
-    elif focus == "far":
-        vergence = 1 / necker.farthest
+    if focus in ("near", "far"):
+        vergence = 1 / (necker.nearest if focus == "near" else necker.farthest)
     elif isinstance(focus, (int, float)) and math.isfinite(focus):
         vergence = focus
     else:
