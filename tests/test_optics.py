@@ -52,14 +52,6 @@ def test_blur_by_similar_triangles(focal_length: float, f_number: float, focus: 
     assert lens.blur_radius(distance) * lens.sensor_distance == pytest.approx(on_sensor, rel=1e-6, abs=1e-12)
 
 
-def test_a_hand_worked_camera() -> None:
-    """50 mm at f/2, focused at 1 m: sensor at 1000/19 mm; 2 m is imaged at 2000/39 mm, and its disc is 25/76 mm."""
-    lens = Lens(focal_length=0.050, f_number=2, focus_distance=1.0)
-    assert lens.aperture_diameter == pytest.approx(0.025)
-    assert lens.sensor_distance == pytest.approx(1 / 19)
-    assert lens.blur_radius(2.0) * lens.sensor_distance == pytest.approx(0.025 / 76)
-
-
 def test_infinity() -> None:
     """Focus at infinity puts the sensor at F, and only infinity is sharp; focus at H blurs H/2 and infinity alike."""
     far = Lens(focal_length=0.025, f_number=4, focus_distance=math.inf)

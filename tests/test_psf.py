@@ -46,13 +46,8 @@ def test_disc_is_the_integral_over_its_chords(radius: float) -> None:
 
 
 @pytest.mark.parametrize("shape", [Disc(), Gaussian(), Blend(), Annulus(0.4)])
-@pytest.mark.parametrize("radius", [0.4, 2.5])
-def test_line_response_is_the_slope_of_the_edge_response(shape: Psf, radius: float) -> None:
-    position = radius * np.linspace(-6, 6, 24_001)
-    line = shape.line_response(position, radius)
-    edge = np.concatenate([[0], np.cumsum((line[1:] + line[:-1]) / 2 * np.diff(position))])
-    assert edge == pytest.approx(shape.edge_response(position, radius), abs=1e-4)
-    assert shape.edge_response(shape.edge_reach * radius, radius) == pytest.approx(1, abs=1e-6)
+def test_the_edge_response_ends_within_its_reach(shape: Psf) -> None:
+    assert shape.edge_response(np.array([shape.edge_reach, 2 * shape.edge_reach]), 1.0) == pytest.approx(1, abs=1e-6)
 
 
 def test_the_reach_of_an_edge_is_computed_where_a_shape_states_none() -> None:
@@ -95,22 +90,6 @@ def test_k_is_the_second_moment_of_the_disc() -> None:
     assert np.sqrt(np.mean(x[np.hypot(x, y) <= 1] ** 2)) == pytest.approx(DISC_K, rel=2e-3)
     low = np.linspace(0, 0.05, 6)  # cycles per radius
     assert gaussian_transfer(low, 1.0, DISC_K) == pytest.approx(disc_transfer(low, 1.0), abs=2e-4)
-
-
-@pytest.mark.parametrize("psf", ["disc", "gaussian"])
-def test_light_is_kept_and_no_blur_is_no_filter(psf: str) -> None:
-    assert (transfer(0.0, [0.0, 0.1, 3.0, 100.0], psf) == 1).all()
-    assert (transfer([0.0, 0.1, 0.5], 0.0, psf) == 1).all()
-
-
-@pytest.mark.parametrize("psf", ["disc", "gaussian"])
-def test_only_frequency_times_radius_counts(psf: str) -> None:
-    """Pixels, radians or metres: whatever the unit, and shapes broadcast."""
-    frequency, radius = np.linspace(0, 0.5, 7)[:, None], np.array([0.5, 2.0, 5.0])
-    one = transfer(frequency, radius, psf)
-    assert one.shape == (7, 3)
-    assert transfer(frequency / 3e-4, radius * 3e-4, psf) == pytest.approx(one)
-    assert (np.diff(one[:, 0]) < 0).all()  # within the first lobe more frequency is less contrast
 
 
 def test_gaussian_k_scales_the_radius() -> None:

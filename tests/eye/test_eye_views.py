@@ -137,9 +137,9 @@ def test_photons_of_a_lit_room(beyond: float) -> None:
 
 @pytest.mark.slow
 def test_scenes_with_occlusions_by_both_kinds_of_views() -> None:
-    eye, scene = Eye(0.004, 1.0), spheres(seed=2, field=256 * PIXEL)
+    eye, scene = Eye(0.004, 1.0), spheres(seed=2, field=176 * PIXEL)
     cones = [Cones.of(eye.at(time, Oscillation()), band, wavelengths=3) for time in PAIR for band in ("L+M", "S")]
-    found = scored(eye_views(scene, cones, (192, 256), PIXEL, noise=0.01, correlation=0.95, samples=32), fixation=1.0)
+    found = scored(eye_views(scene, cones, (132, 176), PIXEL, noise=0.01, correlation=0.95, samples=32), fixation=1.0)
     assert found["valid"] > 0.4
     assert found["median_error_D"] < 0.05
     assert found["side_right"] > 0.95

@@ -10,7 +10,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from focalgradient.eye import Eye, optical_transfer, point_spread, pupil_transfer, zernike
-from focalgradient.eye.wavefront import defocus_term
 
 PRYSM = json.loads(Path(__file__).with_name("prysm_reference.json").read_text(encoding="utf-8"))
 
@@ -52,17 +51,6 @@ def test_zernike_polynomials_are_orthonormal() -> None:
     values = np.array([zernike(n, m, x, y) for n, m in TERMS])
     products = np.einsum("arp,brp,r->ab", values, values, weights / 2) / 32
     assert products == pytest.approx(np.eye(len(TERMS)), abs=1e-12)
-
-
-def test_the_term_of_a_defocus_is_the_parabola_of_the_defocus() -> None:
-    """D r^2 / 2 less its mean, over a pupil: its size is the coefficient. 1 D over 4, 3 and 6 mm by hand."""
-    r = np.linspace(0, 1, 11)
-    for pupil, hand in ((0.004, 0.577), (0.003, 0.325), (0.006, 1.299)):
-        coefficient = defocus_term(1.0, pupil)
-        assert coefficient == pytest.approx(hand, abs=5e-4)
-        parabola = 1e6 * (pupil / 2 * r) ** 2 / 2  # micrometres
-        assert coefficient * (zernike(2, 0, r, 0) - zernike(2, 0, 0, 0)) == pytest.approx(parabola)
-    assert defocus_term(-0.5, 0.004) == pytest.approx(-0.2887, abs=5e-5)
 
 
 @settings(max_examples=20, deadline=None)

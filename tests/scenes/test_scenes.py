@@ -7,7 +7,7 @@ import pytest
 
 from focalgradient import InputError, Lens, cast
 from focalgradient.depth.filters import SCENE_SLOPE
-from focalgradient.scenes import Plane, Scene, Sphere, Texture, bottle, scene_about, slant, spheres
+from focalgradient.scenes import Plane, Scene, Sphere, Texture, bottle, scene_about, spheres
 from focalgradient.scenes.texture import NATURAL_SLOPE
 
 
@@ -39,14 +39,6 @@ def test_splines_pass_through_the_texels() -> None:
     for axis in (0, 1):
         seen = (np.roll(seen, 1, axis) + 4 * seen + np.roll(seen, -1, axis)) / 6
     assert np.abs(seen - texture.values()).max() < 1e-6
-
-
-def test_slant_passes_through_near_and_far_at_the_edges_of_the_frame() -> None:
-    (surface,) = slant(0.9, 2.2, 0.1).objects
-    assert isinstance(surface, Plane)
-    for x, distance in ((-0.05, 0.9), (0.05, 2.2)):
-        point = np.array([x * distance, 0.3, distance])
-        assert np.dot(point - surface.point, surface.normal) == pytest.approx(0, abs=1e-12)
 
 
 def test_spheres_stand_on_the_floor_and_apart_in_depth() -> None:
