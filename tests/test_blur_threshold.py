@@ -185,11 +185,11 @@ def errors(seeds: range, slope: float = 3.5) -> tuple[list[float], int]:
 
 @pytest.mark.slow
 def test_known_thresholds_are_recovered_without_bias_and_covered():
-    """Sixty sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
-    found, covered = errors(range(100, 160))
+    """Forty sessions of 60 trials; their spread is 13 % each (`benchmarks/blur_thresholds.py`)."""
+    found, covered = errors(range(100, 140))
     assert abs(np.mean(found)) < 0.07
     assert 0.08 < np.std(found) < 0.22
-    assert covered >= 53
+    assert covered >= 36
 
 
 @pytest.mark.slow

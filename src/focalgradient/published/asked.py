@@ -69,9 +69,7 @@ class Asked(ABC):
         """Convert the response given on the control to the recorded answer."""
 
     @abstractmethod
-    def simulate(
-        self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
-    ) -> float:
+    def simulate(self, observer: Observer, drawn: tuple[Stimulus, ...], chance: np.random.Generator) -> float:
         """Return the response of a simulated observer who looks at the pictures."""
 
 
@@ -95,9 +93,7 @@ class NearerSide(Asked):
         side = PAPERS[self.paper].conditions[condition][f"{SIDES[int(given) - 1]}_blur_arcmin"]
         return float(side > 0)
 
-    def simulate(
-        self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
-    ) -> float:
+    def simulate(self, observer: Observer, drawn: tuple[Stimulus, ...], chance: np.random.Generator) -> float:
         """Return the response of a simulated observer."""
         (stimulus,) = drawn
         order = DepthOrder(first=stimulus.masks["left"], second=stimulus.masks["right"])
@@ -131,9 +127,7 @@ class MoreBlurredInterval(Asked):
         """Convert the response to the recorded answer."""
         return float(int(given) == place)
 
-    def simulate(
-        self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
-    ) -> float:
+    def simulate(self, observer: Observer, drawn: tuple[Stimulus, ...], chance: np.random.Generator) -> float:
         """Return the response of a simulated observer."""
         first, second = drawn
         answer = observer.look(first.picture, displayed(first), BlurDiscrimination(second.picture)).simulate(chance)
@@ -154,9 +148,7 @@ class MoreBlurredQuadrant(Asked):
         """Convert the response to the recorded answer."""
         return float(QUADRANTS[int(given) - 1] == PAPERS[self.paper].conditions[condition]["quadrant"])
 
-    def simulate(
-        self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
-    ) -> float:
+    def simulate(self, observer: Observer, drawn: tuple[Stimulus, ...], chance: np.random.Generator) -> float:
         """Choose the largest of four log blurs, with errors according to the Weber fraction of pairwise comparison."""
         (stimulus,) = drawn
         height, width = stimulus.shape
@@ -221,9 +213,7 @@ class DistanceInMetres(Asked):
         """Convert the response to the recorded answer."""
         return float(given)
 
-    def simulate(
-        self, observer: Observer, drawn: tuple[Stimulus, ...], condition: str, place: int, chance: np.random.Generator
-    ) -> float:
+    def simulate(self, observer: Observer, drawn: tuple[Stimulus, ...], chance: np.random.Generator) -> float:
         """Return the response of a simulated observer."""
         (stimulus,) = drawn
         question = distance_question(stimulus.depth_m, EXPECTED_M[self.paper])

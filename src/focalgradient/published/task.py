@@ -133,7 +133,7 @@ class PublishedTask(Task[PublishedDesign, PublishedTrial, PublishedAnswer]):
         """Return the answer of a simulated observer who looks at such pictures."""
         asked: Asked = design.asked
         drawn = asked.drawn(trial.condition_name, trial.place, asked.pixels_per_degree, trial.trial)
-        given = asked.simulate(observer, drawn, trial.condition_name, trial.place, chance)
+        given = asked.simulate(observer, drawn, chance)
         return self.answered(design, trial, given, onset=0.0, response_time=DECISION_S)
 
     def planned(self, design: Any) -> tuple[Any, ...]:
