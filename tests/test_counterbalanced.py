@@ -201,7 +201,7 @@ def test_a_field_that_no_trial_has_is_refused_by_name() -> None:
 
 
 def test_interleaved_procedures_are_recorded_checked_and_find_the_threshold(tmp_path: Path) -> None:
-    simulate(BlurDesign(), tmp_path / "data", observers=4, seed=3)
+    simulate(BlurDesign(), tmp_path / "data", observers=3, seed=3)
     assert validate(tmp_path / "data").problems == ()
     table = read_dataset(tmp_path / "data").tables["interleaved"]
     assert [*table].count("level") == 1

@@ -357,6 +357,7 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     assert len(printed(said)) == 6
 
 
+@pytest.mark.fast_cases(2)
 @needs_r
 @pytest.mark.parametrize("by", [("mm", "group", "age", "eye"), ("mm", "eye", "group"), ("age",), ("mm=factor",)])
 def test_r_finds_the_effects_of_conditions_of_a_table(by: tuple[str, ...], tmp_path: Path) -> None:
