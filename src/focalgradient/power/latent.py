@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError, check_fields
-from focalgradient.power.ratings import Raters, main_questions, shares_found
+from focalgradient.power.ratings import Raters, main_questions, shares_found, shown_to
 from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
 from focalgradient.statistics import Effect, NotComputed
 from focalgradient.user_tables.tidy import in_order
@@ -92,25 +92,18 @@ def simulated_answers(
     (384, [1.0, 2.0, 3.0, 4.0, 5.0])
     """
     scale, fixations = design.response_scale, in_order(design.fixations)
-    trials = [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
-    largest = max(trial.aperture_mm for trial in trials) or 1.0
+    rows = shown_to(type(design), design.model_dump_json(), "01")
+    rows = rows[~rows["catch"]]
     means = [model.effect, *[model.far_effect] * (len(fixations) - 1)]
-    pictures = dict.fromkeys((trial.scene, trial.fixation) for trial in trials)
-    of_scene = {picture: rng.normal(0, model.between_scenes) for picture in pictures}
-    scene = np.array([of_scene[trial.scene, trial.fixation] for trial in trials])
-    share = np.array([trial.aperture_mm / largest for trial in trials])
-    which = np.array([fixations.index(trial.fixation) for trial in trials])
-    rows = pd.DataFrame(
-        {
-            name: [getattr(trial, name) for trial in trials]
-            for name in ("scene", "aperture", "aperture_mm", "fixation", "trial")
-        }
-    ).assign(catch=False, session="", kind="simulated", dropped_frames=0, repetition=1)
+    picture = rows.groupby(["scene", "fixation"], sort=False).ngroup().to_numpy()
+    scene = rng.normal(0, model.between_scenes, picture.max() + 1)[picture]
+    share = rows["aperture_mm"].to_numpy() / (rows["aperture_mm"].max() or 1.0)
+    which = rows["fixation"].map(fixations.index).to_numpy()
     tables = []
     for number in range(1, subjects + 1):
         rises = np.array([rng.normal(math.log(mean), model.between) for mean in means])
         level = 0.0 if scale.compares else rng.normal(0, BETWEEN_LEVELS)
-        felt = level + (rises[which] + scene) * share + rng.logistic(size=len(trials))
+        felt = level + (rises[which] + scene) * share + rng.logistic(size=len(rows))
         tables.append(rows.assign(participant_id=f"sub-{number:02}", rating=scale.latent(felt)))
     return pd.concat(tables, ignore_index=True)
 

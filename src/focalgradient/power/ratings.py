@@ -32,7 +32,7 @@ from focalgradient.statistics.rating_questions import EQUIVALENT
 from focalgradient.statistics.records import ALPHA
 from focalgradient.user_tables.tidy import in_order
 
-__all__ = ["Model", "Raters", "quick_power", "shares_found", "simulated_ratings"]
+__all__ = ["Model", "Raters", "main_questions", "quick_power", "shares_found", "shown_to", "simulated_ratings"]
 
 Array = NDArray[np.float64]
 RATIO = Range("ratios, where 1 means none,", 0.1, 10)
@@ -175,7 +175,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         }
         of_scene = {scene: rng.normal(0, model.scenes) for scene in design.scenes}
         largest = max(trial.aperture_mm for trial in trials) or 1.0
-        table = _columns(type(design), text, f"{number:02}")
+        table = shown_to(type(design), text, f"{number:02}")
         level = np.array(
             [
                 EXAMPLES.get(trial.scene, 0.0)
@@ -194,7 +194,8 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
 
 
 @cache
-def _columns(kind: type[DepthRatingDesign], design_json: str, participant: str) -> pd.DataFrame:
+def shown_to(kind: type[DepthRatingDesign], design_json: str, participant: str) -> pd.DataFrame:
+    """Return the main trials of a participant with the columns of a data set, but for the answers."""
     names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
     rows = [tuple(getattr(trial, name) for name in names) for trial in main_trials(kind, design_json, participant)]
     return pd.DataFrame(rows, columns=list(names)).assign(
