@@ -8,6 +8,7 @@ from functools import lru_cache
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from focalgradient.dataset.percepts import percepts
 from focalgradient.design import DepthRatingDesign, NeckerDesign
@@ -40,14 +41,13 @@ def _ratings(observer: Observer) -> Mapping[tuple[str, str], np.ndarray]:
     """Return the log geometric mean rating of each simulated person, by aperture and fixation."""
     design = DepthRatingDesign(scenes=SCENES, catch_trials=0, practice_trials=0)
     encoded = seen_pictures(design, None, None, lambda share, words: None)["encoded"]
-    by_condition: dict[tuple[str, str], list[float]] = {}
-    for person, answers in enumerate(_people(observer, design, encoded)):
-        person_logs: dict[tuple[str, str], list[float]] = {}
-        for trial, answer in zip(design.trials(_label(person)), answers, strict=True):
-            person_logs.setdefault((trial.aperture, trial.fixation), []).append(math.log(answer.rating))
-        for condition, logs in person_logs.items():
-            by_condition.setdefault(condition, []).append(float(np.mean(logs)))
-    return {condition: np.array(logs) for condition, logs in by_condition.items()}
+    rows = [
+        (trial.aperture, trial.fixation, person, math.log(answer.rating))
+        for person, answers in enumerate(_people(observer, design, encoded))
+        for trial, answer in zip(design.trials(_label(person)), answers, strict=True)
+    ]
+    means = pd.DataFrame(rows).groupby([0, 1, 2])[3].mean().unstack()
+    return {condition: means.loc[condition].to_numpy() for condition in means.index}
 
 
 def rise(observer: Observer, fixation: str) -> Prediction:

@@ -179,24 +179,16 @@ def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, interv
             )
         counts = (signal & yes, signal & ~yes, ~signal & yes, ~signal & ~yes)
         people[str(person), str(condition)] = sensitivity(*(int(one.sum()) for one in counts), intervals=intervals)
-    conditions = list(dict.fromkeys(rows["condition"]))
-    d = {
-        name: {who: one.d_prime.estimate for (who, where), one in people.items() if where == name}
-        for name in conditions
-    }
-    c = {name: [one.criterion.estimate for (_, where), one in people.items() if where == name] for name in conditions}
-    first = conditions[0]
-    differences = {
-        name: paired_effect(
-            [d[name][who] - d[first][who] for who in d[name] if who in d[first]], "d' of each person, paired t-test"
-        )
-        for name in conditions[1:]
-    }
+    d, c = (
+        pd.Series({who: getattr(one, name).estimate for who, one in people.items()}).unstack()
+        for name in ("d_prime", "criterion")
+    )
+    first, *others = dict.fromkeys(rows["condition"])
+    method = "d' of each person, paired t-test"
     return DetectionGroup(
         people,
-        {name: t_interval(list(own.values())) for name, own in d.items()},
-        {name: t_interval(own) for name, own in c.items()},
-        differences,
+        *({name: t_interval(values[name].dropna()) for name in (first, *others)} for values in (d, c)),
+        {name: paired_effect((d[name] - d[first]).dropna(), method) for name in others},
     )
 
 

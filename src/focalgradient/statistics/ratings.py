@@ -346,16 +346,11 @@ def _subject_means(table: pd.DataFrame, *, ratios: bool) -> tuple[SubjectMean, .
     rows = [(*key, size, mean) for key, size, mean in cells.itertuples()]
     sharp = {(participant, fixation): mean for participant, fixation, mm, _, _, mean in rows if mm == 0}
 
-    def ratio(participant: str, fixation: str, mean: float) -> float | None:
-        reference = sharp.get((participant, fixation))
-        return None if reference is None or not ratios else math.exp(mean - reference)
-
-    means = [
-        SubjectMean(
-            who, fixation, name, float(mm), int(size), math.exp(mean) if ratios else mean, ratio(who, fixation, mean)
-        )
-        for who, fixation, mm, name, size, mean in rows
-    ]
+    means = []
+    for who, fixation, mm, name, size, mean in rows:
+        ratio = math.exp(mean - sharp[who, fixation]) if ratios and (who, fixation) in sharp else None
+        rating = math.exp(mean) if ratios else mean
+        means.append(SubjectMean(who, fixation, name, float(mm), int(size), rating, ratio))
     order = fixations_of(table)
     return tuple(sorted(means, key=lambda mean: (mean.participant_id, order.index(mean.fixation), mean.aperture_mm)))
 
