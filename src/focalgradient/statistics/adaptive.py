@@ -68,14 +68,11 @@ def adapted_questions(
     def prepare(table: pd.DataFrame) -> dict[str, ThresholdResult]:
         rows = table.assign(level=table[level].astype(float), correct=table[right].astype(bool), catch=False)
         rows = rows if "session" in rows else rows.assign(session="")
-        shown = [rows[name].map(level_text) for name in factors]
-        results = {}
-        for name, texts in cells.items():
-            there = pd.Series(True, index=rows.index)
-            for values, text in zip(shown, texts, strict=True):
-                there &= values == text
-            results[name] = _thresholds(rows[there], rows["level"], unit, guess, fits=fits)
-        return results
+        shown = rows[[*factors]].map(level_text)
+        return {
+            name: _thresholds(rows[shown.eq([*texts]).all(axis=1)], rows["level"], unit, guess, fits=fits)
+            for name, texts in cells.items()
+        }
 
     asked = threshold_questions(unit, cells, guess, compared=compared)
     questions = asked.questions

@@ -444,14 +444,10 @@ def subject_effects(cells: pd.DataFrame, test: ConditionTest) -> pd.Series[float
     if test.level is not None:
         by_text = {level_text(level): cells[level] for level in cells}
         return (by_text[test.level] - by_text[str(test.against)]).dropna()
-    x = np.array([float(str(level)) for level in cells])
-    slopes = {}
-    for who, row in zip(cells.index, cells.to_numpy(float), strict=True):
-        known = np.isfinite(row)
-        if known.sum() >= 2:
-            centred = x[known] - x[known].mean()
-            slopes[who] = float(centred @ row[known] / (centred @ centred))
-    return pd.Series(slopes, dtype=float)
+    cells = cells[cells.notna().sum(axis=1) >= 2]
+    x = cells.notna() * [float(str(level)) for level in cells]
+    centred = x.sub(x.sum(axis=1) / cells.notna().sum(axis=1), axis=0).where(cells.notna(), 0.0)
+    return (centred * cells).sum(axis=1) / (centred**2).sum(axis=1)
 
 
 def level_text(value: object) -> str:

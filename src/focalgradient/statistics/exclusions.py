@@ -134,15 +134,16 @@ def quality(
             "The table has neither a column rating nor a column percept: it must hold depth ratings or reports on the "
             "cube."
         )
-    exclusions = []
-    number, names = pd.factorize(table["participant_id"].to_numpy(object), sort=True)
-    for rule, wrong in _bad_trials(table, rules):
-        for one in np.unique(number[wrong]):
-            rows = table[wrong & (number == one)]
-            exclusions.append(Exclusion(str(names[one]), rule, False, _count(rows)))
-    for subject in subjects:
-        for rule in _bad_subject(subject, rules):
-            exclusions.append(Exclusion(subject.participant_id, rule, True, subject.trials))
+    exclusions = [
+        Exclusion(str(name), rule, False, _count(rows))
+        for rule, wrong in _bad_trials(table, rules)
+        for name, rows in table[wrong].groupby("participant_id")
+    ]
+    exclusions += [
+        Exclusion(subject.participant_id, rule, True, subject.trials)
+        for subject in subjects
+        for rule in _bad_subject(subject, rules)
+    ]
     kept = table[kept_rows(table, subjects, rules)]
     before, after = table[~table["catch"]], kept[~kept["catch"]]
     return kept, Quality(
