@@ -65,12 +65,9 @@ def provenance(
     rows = [[name, ", ".join(values)] for name, values in facts.items()]
     if rows:
         yield listed("data_set.csv", "Data set", ["what", "value"], rows, folded=True)
-    hashes = []
-    for files in sidecars:
-        for path in (files.table, files.sidecar):
-            hashes.append([path.relative_to(root).as_posix(), hashlib.sha256(read_bytes(path)).hexdigest()])
-    if not sidecars:
-        hashes += [[path.name, hashlib.sha256(read_bytes(path)).hexdigest()] for path in paths]
+    read = [(path.relative_to(root).as_posix(), path) for files in sidecars for path in (files.table, files.sidecar)]
+    named = read or [(path.name, path) for path in paths]
+    hashes = [[name, hashlib.sha256(read_bytes(path)).hexdigest()] for name, path in named]
     whole = hashlib.sha256("".join(f"{sha}  {name}\n" for name, sha in sorted(hashes)).encode()).hexdigest()
     hashes.append(["all of them together", whole])
     yield listed("files.csv", "Files analysed", ["file", "SHA-256"], hashes, folded=True)

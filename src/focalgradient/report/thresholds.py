@@ -176,7 +176,7 @@ def threshold_part(
         shown=everyone,
         data=data,
         said=said,
-        notices=[*_unfitted(sessions), *_notices(sessions, levels, ends)],
+        notices=[*_notices(sessions, levels, ends)],
         figures=figures,
         captions={EFFECTS: "Geometric mean thresholds" + ", and their ratios between conditions" * bool(several)},
         sheets=[_sheet(f"{file}.csv", results, unit, is_design=data is not None)],
@@ -186,12 +186,10 @@ def threshold_part(
     )
 
 
-def _unfitted(sessions: Sequence[tuple[str, SubjectThreshold]]) -> list[str]:
-    return [WITHOUT_FIT] * any(isinstance(one.fit, LateLevels) for _, one in sessions)
-
-
 def _notices(sessions: Sequence[tuple[str, SubjectThreshold]], levels: tuple[float, float], ends: str) -> Iterator[str]:
     at_end = []
+    if any(isinstance(one.fit, LateLevels) for _, one in sessions):
+        yield WITHOUT_FIT
     for condition, one in sessions:
         who = ", ".join(filter(None, [one.name, condition]))
         fit = one.fit

@@ -17,9 +17,7 @@ from focalgradient.statistics.questions import Analysis
 from focalgradient.statistics.records import NotComputed
 from focalgradient.statistics.threshold_questions import MEAN, threshold_questions
 from focalgradient.statistics.thresholds import (
-    LateLevels,
     SubjectThreshold,
-    ThresholdFit,
     ThresholdResult,
     blur_thresholds,
     late_levels,
@@ -98,16 +96,11 @@ def _thresholds(
     least, most = float(levels.min()), float(levels.max())
     if 0 < least < most and fits:
         return blur_thresholds(rows, least=least, most=most, unit=unit, guess=guess)
-    fit: ThresholdFit | LateLevels | NotComputed
-    subjects = []
-    for (who, session), own in rows.groupby(["participant_id", "session"], sort=True):
-        if least <= 0:
-            fit = NotComputed(
-                f"A threshold needs levels above 0, as it is found on their logarithm, and one is {least:g}."
-            )
-        elif fits:
-            fit = NotComputed(f"All levels are {least:g}: a threshold needs several.")
-        else:
-            fit = late_levels(own["level"])
-        subjects.append(SubjectThreshold(str(who), str(session), 0, 0, True, fit))
-    return ThresholdResult(unit, tuple(subjects))
+    why = f"All levels are {least:g}: a threshold needs several." if fits else ""
+    if least <= 0:
+        why = f"A threshold needs levels above 0, as it is found on their logarithm, and one is {least:g}."
+    sessions = [
+        SubjectThreshold(str(who), str(session), 0, 0, True, NotComputed(why) if why else late_levels(own))
+        for (who, session), own in rows.groupby(["participant_id", "session"], sort=True)["level"]
+    ]
+    return ThresholdResult(unit, tuple(sessions))

@@ -258,19 +258,17 @@ def fit_dominance(data: PerceptDurations) -> DominanceModel | NotComputed:
         return NotComputed(f"How people differ needs 3 of them, and there are {people}.")
     if (~cut).sum() < max(FEWEST, 2 * people):
         return NotComputed(f"A fit needs 2 uncensored durations a person, and there are {(~cut).sum()} in all.")
-    names = ["median", "median_log_sd", "spread", "spread_log_sd"]
-    start = [math.log(float(np.median(data.seconds))), math.log(0.5), math.log(0.8), math.log(0.2)]
-    for name, informed, at in (
-        ("preference", len(np.unique(data.reading)) > 1, 0.0),
-        ("preference_sd", len(np.unique(data.reading)) > 1, math.log(0.25)),
-        ("first_ratio", bool(first.any() and not first.all()), 0.0),
-        ("drift", len(np.unique(data.trial)) > 1, 0.0),
-        ("serial", not first.all(), 0.1),
-    ):
-        if informed:
-            names.append(name)
-            start.append(at)
-    return _fitted(_Likelihood(data), dict(zip(names, start, strict=True)))
+    logs = {"median": float(np.median(data.seconds)), "median_log_sd": 0.5, "spread": 0.8, "spread_log_sd": 0.2}
+    start = {name: math.log(value) for name, value in logs.items()}
+    if len(np.unique(data.reading)) > 1:
+        start |= {"preference": 0.0, "preference_sd": math.log(0.25)}
+    if first.any() and not first.all():
+        start["first_ratio"] = 0.0
+    if len(np.unique(data.trial)) > 1:
+        start["drift"] = 0.0
+    if not first.all():
+        start["serial"] = 0.1
+    return _fitted(_Likelihood(data), start)
 
 
 def _fitted(likelihood: _Likelihood, start: dict[str, float]) -> DominanceModel | NotComputed:
