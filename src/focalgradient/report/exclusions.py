@@ -23,7 +23,6 @@ __all__ = [
     "EFFECT",
     "both_results",
     "catch_answers",
-    "changed",
     "criteria",
     "exclusions_table",
     "main_results",
@@ -108,12 +107,8 @@ def main_results(both: Iterable[tuple[str, Answer]]) -> list[dict[str, Any]]:
     for which, answer in both:
         row: dict[str, Any] = {"exclusions": which, "what": answer.headline}
         if isinstance(answer.outcome, Effect):
-            ends = {
-                "value": answer.outcome.estimate,
-                "value_low": answer.outcome.low,
-                "value_high": answer.outcome.high,
-            }
-            row |= {name: answer.displayed(end) for name, end in ends.items()}
+            ends = zip(("value", "value_low", "value_high"), ("estimate", "low", "high"), strict=True)
+            row |= {name: answer.displayed(getattr(answer.outcome, end)) for name, end in ends}
         elif answer.n is not None:
             row["subjects"] = answer.n
         fields = as_table([answer.outcome]).astype(object)
@@ -123,16 +118,20 @@ def main_results(both: Iterable[tuple[str, Answer]]) -> list[dict[str, Any]]:
     return found
 
 
-def with_and_without(found: Quality, both: Iterable[tuple[str, Answer]]) -> Iterator[Block]:
-    """Yield notices of conclusions that change with exclusions, and sentences on the results without them."""
-    if not found.exclusions:
+def with_and_without(found: Quality | None, both: Iterable[tuple[str, Answer]]) -> Iterator[Block]:
+    """Yield notices of conclusions that change with exclusions, and sentences on the results without them.
+
+    `found` is None where single trials at most can be excluded.
+    """
+    if found and not found.exclusions:
         yield Paragraph("The rules left out nobody and no trial.")
         return
     of: dict[str, list[Answer]] = {WITH: [], WITHOUT: []}
     for which, answer in both:
         of[which].append(answer)
-    yield from map(Notice, changed(of[WITH], of[WITHOUT]))
-    if of[WITHOUT]:
+    if found or of[WITH]:
+        yield from map(Notice, changed(of[WITH], of[WITHOUT]))
+    if found and of[WITHOUT]:
         results = "; ".join(f"{answer.headline}: {_in_words(answer)}" for answer in of[WITHOUT])
         counted = f"{many(found.subjects_before, 'subject')}, {many(found.trials_before, 'trial')}"
         yield Paragraph(f"Without exclusions ({counted}): {results}.")

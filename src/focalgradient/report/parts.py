@@ -13,7 +13,7 @@ from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
 from focalgradient.report.choices import chosen
 from focalgradient.report.document import FURTHER, Block, Details, Figure, Notice, Paragraph
-from focalgradient.report.exclusions import WITH, WITHOUT, both_results, changed, exclusions_table, with_and_without
+from focalgradient.report.exclusions import WITHOUT, both_results, exclusions_table, with_and_without
 from focalgradient.report.rules import Stated
 from focalgradient.report.tables import CHECKS, EFFECTS, MEANS, Sheet, answer_tables, listed, quality_sheets
 from focalgradient.scales import Analysis
@@ -259,7 +259,7 @@ class Part:
         cautions = [text for text in checks if isinstance(text, Caution)]
         yield from map(Paragraph, [*self.said, *cautions, *self.sample])
         yield from map(Notice, self.notices)
-        yield from self._exclusions()
+        yield from with_and_without(self.quality, self.both)
         figures = [(drawing, output.figure(drawing.name, drawing.draw(), drawing.caption)) for drawing in self.figures]
         yield from (figure for drawing, figure in figures if not drawing.folded)
         tables = [table for role in self.captions for table in answer_tables(answers, self.captions[role], role)]
@@ -278,15 +278,6 @@ class Part:
             yield Details(FURTHER, [*further, *shown[1:]])
         else:
             yield from shown[1:]
-
-    def _exclusions(self) -> Iterator[Block]:
-        """Yield what the results are without exclusions."""
-        if self.quality is not None:
-            yield from with_and_without(self.quality, self.both)
-            return
-        of = {which: [answer for name, answer in self.both if name == which] for which in (WITH, WITHOUT)}
-        if of[WITH]:
-            yield from map(Notice, changed(of[WITH], of[WITHOUT]))
 
     def methods(self, output: Output) -> Iterator[Block]:
         """Yield the methods for a paper."""
