@@ -43,6 +43,15 @@ class Interval:
         low, high = (None if end is None else math.exp(end) for end in (self.low, self.high))
         return Interval(math.exp(self.estimate), low, high)
 
+    def summary(self, unit: str = "") -> str:
+        """Return the estimate with its interval as text, with a unit after the estimate.
+
+        >>> Interval(0.2, 0.1, 0.3).summary(" D"), Interval(0.2, None, None).summary()
+        ('0.2 D, 95 % interval 0.1 to 0.3', '0.2')
+        """
+        is_known = self.low is not None and self.high is not None
+        return f"{self.estimate:.3g}{unit}" + (f", 95 % interval {self.low:.3g} to {self.high:.3g}" if is_known else "")
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Effect:

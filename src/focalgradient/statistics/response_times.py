@@ -56,16 +56,10 @@ class ResponseTimes:
 
     def summary(self) -> str:
         """Return times and differences of log time as text, one per line."""
-        lines = [f"{name or 'time'}: {_ends(one)} s" for name, one in self.times.items()]
+        lines = [f"{name or 'time'}: {one.summary()} s" for name, one in self.times.items()]
         lines += [line(f"log time, {name}", one) for name, one in self.effects.items()]
         lines += [line(f"log time whatever the answer, {name}", one) for name, one in self.unadjusted.items()]
         return "\n".join(lines)
-
-
-def _ends(found: Interval) -> str:
-    if found.low is None or found.high is None:
-        return f"{found.estimate:.3g}"
-    return f"{found.estimate:.3g}, 95 % interval {found.low:.3g} to {found.high:.3g}"
 
 
 def response_times(table: pd.DataFrame | Mapping[str, ArrayLike]) -> ResponseTimes:

@@ -12,7 +12,7 @@ from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.means import between_levels
 from focalgradient.statistics.questions import Analysis, Answers, Question, Tested, quoted
-from focalgradient.statistics.records import Effect, Interval, NotComputed
+from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.thresholds import SubjectThreshold, ThresholdFit, ThresholdResult, log_thresholds
 from focalgradient.statistics.wording import statistic, with_interval
 
@@ -159,12 +159,7 @@ def _kept(results: Results, keep: Callable[[SubjectThreshold], bool]) -> tuple[R
 def _sessions(results: Results) -> dict[str, Tested]:
     """Return the threshold of each session."""
     return {
-        ", ".join(filter(None, [session.participant, session.session, name])): Tested(
-            session.fit
-            if isinstance(session.fit, NotComputed)
-            else Interval(session.fit.threshold, getattr(session.fit, "low", None), getattr(session.fit, "high", None)),
-            n=1,
-        )
+        ", ".join(filter(None, [session.participant, session.session, name])): Tested(session.interval, n=1)
         for name, result in results.items()
         for session in result.subjects
     }

@@ -179,6 +179,13 @@ class SubjectThreshold:
         """Participant, and session if labelled: "01, session 2"."""
         return ", session ".join(filter(None, [self.participant, self.session]))
 
+    @property
+    def interval(self) -> Interval | NotComputed:
+        """Threshold with its interval, or the reason why there is none."""
+        if isinstance(self.fit, NotComputed):
+            return self.fit
+        return Interval(self.fit.threshold, *(getattr(self.fit, end, None) for end in ("low", "high")))
+
 
 @dataclass(frozen=True, slots=True, repr=False)
 class ThresholdResult:
@@ -218,23 +225,14 @@ class ThresholdResult:
         geometric mean: 0.2 D...
         01: 0.2 D, 95 % interval 0.1 to 0.3
         """
-        mean = self.mean
-        if isinstance(mean, NotComputed):
-            words = mean.reason
-        else:
-            words = f"{mean.estimate:.3g} {self.unit}"
-            if mean.low is not None and mean.high is not None:
-                words += f", 95 % interval {mean.low:.3g} to {mean.high:.3g}"
-        return "\n".join([f"geometric mean: {words}", *map(self._session, self.subjects)])
+        lines = [f"geometric mean: {self._told(self.mean)}"]
+        for one in self.subjects:
+            missed = isinstance(one.interval, Interval) and not one.kept
+            lines.append(f"{one.name}: {self._told(one.interval)}{'; catch trials were missed' * missed}")
+        return "\n".join(lines)
 
-    def _session(self, one: SubjectThreshold) -> str:
-        if isinstance(one.fit, NotComputed):
-            return f"{one.name}: {one.fit.reason}"
-        left_out = "" if one.kept else "; catch trials were missed"
-        fit = one.fit
-        if isinstance(fit, LateLevels):
-            return f"{one.name}: {fit.threshold:.3g} {self.unit}{left_out}"
-        return f"{one.name}: {fit.threshold:.3g} {self.unit}, 95 % interval {fit.low:.3g} to {fit.high:.3g}{left_out}"
+    def _told(self, found: Interval | NotComputed) -> str:
+        return found.reason if isinstance(found, NotComputed) else found.summary(f" {self.unit}")
 
 
 def fit_threshold(
