@@ -282,11 +282,10 @@ def depth_rating(
     means = _means(table, data, answers, remarks) if analysis.ratios else ()
     usual = set(present) <= {*FIXATIONS}
     apart, here = (answers.to(f"{DIFFERENCE}{end}") for end in ("", HERE))
-    missing = NO_PAIR if usual else MORE
-    if not analysis.ratios:
-        missing = ORDINAL
-    elif usual and len(present) == 1:
-        missing = _not_fixated(next(name for name in FIXATIONS if name not in present))
+    missing = MORE if analysis.ratios else ORDINAL
+    if analysis.ratios and usual and len(present) == 1:
+        [other] = {*FIXATIONS} - {*present}
+        missing = NotComputed(f"The {other} object is fixated in no trial: nothing can be compared.")
     pair = less(*FIXATIONS)
     described = [
         stated("mean rating", f"{mean.fixation}, {mean.aperture}", mean.rating, "description", n=mean.subjects)
@@ -313,14 +312,9 @@ def depth_rating(
 
 
 MORE = NotComputed("There are other fixations than the nearest and the farthest: each pair is compared.")
-NO_PAIR = NotComputed("There is only one fixation: nothing can be compared.")
 ORDINAL = NotComputed("The scale is ordinal: its steps have no ratios.")
 SECONDARY = NotComputed("Only the primary depth effect has a sensitivity analysis.")
 RATIO = NotComputed("The ratings are ratios: the ordinal analysis is for answers in steps.")
-
-
-def _not_fixated(fixation: str) -> NotComputed:
-    return NotComputed(f"The {fixation} object is fixated in no trial: nothing can be compared.")
 
 
 def _fixation(fixation: str, own: Cells, answers: Answers, remarks: list[str]) -> FixationResult:
