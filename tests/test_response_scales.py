@@ -107,7 +107,7 @@ def test_a_broken_part_fails_the_check_by_name(reason: str) -> None:
 @given(st.floats(allow_nan=True))
 def test_a_place_on_the_line_is_an_answer_within_its_ends_only(value: float) -> None:
     design = DepthRatingDesign(scale="visual-analogue")
-    assert design.is_answer(value) == (-1e-6 <= value <= 100 + 1e-6)
+    assert design.response_scale.is_answer(value) == (-1e-6 <= value <= 100 + 1e-6)
 
 
 @pytest.fixture(scope="module")

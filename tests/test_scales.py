@@ -38,7 +38,7 @@ def honest(design: DepthRatingDesign, trial: DepthTrial, chance: np.random.Gener
     deep = {"example-flat": -1.2, "example-deep": 1.2}.get(trial.scene, 0.04 * trial.aperture_mm)
     deep *= trial.fixation == "nearest" or trial.scene.startswith("example-")
     deep += 0.1 * (trial.factors.get("light") == "bright") + 0.1 * chance.standard_normal()
-    least, most = design.bounds
+    least, most = design.response_scale.bounds
     if design.scale == "ratio":
         return float(np.clip(math.exp(deep), least, most))
     if design.scale == "choice":
@@ -53,7 +53,7 @@ def record(root: Path, design: DepthRatingDesign, people: int, answer=honest, la
         with Session.begin(root, design, name, apparatus=APPARATUS) as session:
             for at, trial in enumerate(session.remaining()):
                 rating = answer(design, trial, chance)
-                start = None if design.scale == "choice" else float(chance.uniform(*design.bounds))
+                start = None if design.scale == "choice" else float(chance.uniform(*design.response_scale.bounds))
                 told = {"response_time": 1.0 + chance.random(), "start": start, **how}
                 session.record(trial, Rated(onset=20.0 * at, rating=rating, **told))
     return root
@@ -88,7 +88,7 @@ def test_answers_that_are_off_the_scale_are_refused_and_found(tmp_path):
 
 
 LAZY = {
-    "holds one key to the end": (lambda design, trial, chance: design.bounds[1], {}),
+    "holds one key to the end": (lambda design, trial, chance: design.response_scale.bounds[1], {}),
     "one answer for all": (lambda design, trial, chance: 1.0, {}),
     "answers without looking": (
         lambda design, trial, chance: math.exp(chance.uniform(-1.3, 1.3)),
