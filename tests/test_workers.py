@@ -63,10 +63,7 @@ COMMANDS = {
     ),
     "simulate depth-rating": ("simulate", "depth-rating", "--observers", "3", "--seed", "1", "--design", "rating.toml"),
     "simulate necker": ("simulate", "necker", "--observers", "3", "--seed", "1", "--design", "necker.toml"),
-    "power depth-rating": (
-        *("power", "depth-rating", "--subjects", "3,4", "--experiments", "6", "--design", "rating.toml"),
-    ),
-    "power necker": ("power", "necker", "--subjects", "3,4", "--experiments", "6", "--design", "necker.toml"),
+    "power": ("power", "depth-rating", "--subjects", "3,4", "--experiments", "6", "--design", "rating.toml"),
     "eye": ("eye", "plane", "--views", "both"),
     "report": ("report", "data"),
     "depth": ("depth", "frame0.toml", "frame1.toml", "frame2.toml", "frame3.toml", "--psf", "gaussian"),

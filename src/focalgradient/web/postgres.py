@@ -118,6 +118,17 @@ def _opening(address: str) -> Iterator[Database]:
 
 
 @contextmanager
+def _study(address: str) -> Iterator[Database]:
+    """Open a database that must contain a study, and close it afterwards."""
+    with _opening(address) as database:
+        with database.transaction() as connection:
+            if connection.execute("select to_regclass('people')").fetchone() == (None,):
+                raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
+        yield database
+        database.close()
+
+
+@contextmanager
 def _answering() -> Iterator[None]:
     """Answer 503 if the database fails, so that the page retries later."""
     try:
@@ -274,13 +285,8 @@ def collect_store(address: str, root: Path) -> dict[str, int]:
     InputError
         If the database cannot be used or contains no study, or a journal in the folder differs.
     """
-    with _opening(address) as database:
-        with database.transaction() as connection:
-            if connection.execute("select to_regclass('journals')").fetchone() == (None,):
-                raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
-            added = _exported(connection, root)
-        database.close()
-    return added
+    with _study(address) as database, database.transaction() as connection:
+        return _exported(connection, root)
 
 
 def _record(lines: list[str]) -> str | None:
@@ -307,15 +313,11 @@ def withdraw_from_store(address: str, participant: str) -> bool:
         If the database cannot be used or contains no study.
     """
     label = participant.removeprefix("sub-")
-    with _opening(address) as database:
-        with database.transaction() as connection:
-            if connection.execute("select to_regclass('people')").fetchone() == (None,):
-                raise InputError("the store contains no study: give the store of 'focalgradient serve'.")
+    with _study(address) as database:
         people = SharedPeople(database)
         there = label in people.everybody()
         if there:
             people.forget(label)
-        people.close()
     return there
 
 
