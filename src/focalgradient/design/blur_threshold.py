@@ -163,15 +163,13 @@ class BlurThresholdDesign(Plan):
             If a label is not alphanumeric.
         """
         shown = [BlurTrial(scene=scene, interval=interval) for scene, interval in product(self.scenes, (1, 2))]
-        return tuple(
-            self.listed(
-                participant,
-                session,
-                blocks=[shown * self.repetitions],
-                factors=lambda trial: (trial.interval,),
-                catches=lambda draws: [replace(one, catch=True) for one in self._easy(self.catch_trials, draws)],
-                practice=lambda draws: self._easy(self.practice_trials, draws),
-            )
+        return self.listed(
+            participant,
+            session,
+            blocks=[shown * self.repetitions],
+            factors=lambda trial: (trial.interval,),
+            catches=lambda draws: [replace(one, catch=True) for one in self._easy(self.catch_trials, draws)],
+            practice=lambda draws: self._easy(self.practice_trials, draws),
         )
 
     def _easy(self, count: int, draws: Draws) -> list[BlurTrial]:

@@ -179,7 +179,7 @@ class Counterbalanced(Plan):
         blocks = self._blocks(list(conditions), self.blocked, number, draws)
         order = self._within(blocks, number, draws)
         practice = draws.rounds(conditions, self.practice_trials)
-        return tuple(self.numbered(practice, order))
+        return self.numbered(practice, order)
 
     def _check_names(self, trial: Trial) -> None:
         for setting in ("blocked", "runs", "distances"):

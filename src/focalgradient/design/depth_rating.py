@@ -319,18 +319,17 @@ class DepthRatingDesign(Plan):
             participant,
             session,
             blocks=blocks,
-            factors=lambda trial: self._in_runs(trial),
+            factors=self._in_runs,
             catches=lambda draws: self._with_levels(self._catches(draws), levels, draws),
             practice=lambda draws: self._with_levels(self._practice(draws), levels, draws),
         )
-        listed = [
-            replace(trial, standard_before=True)
-            if self.has_standard and trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial))
-            else trial
-            for trial in listed
-        ]
+        if self.has_standard:
+            listed = tuple(
+                replace(trial, standard_before=trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial)))
+                for trial in listed
+            )
         if self.response_scale.intervals == 1:
-            return tuple(listed)
+            return listed
         mirrored = self.place(participant).mirrored
         halves = self._first_halves(seen, self.draws(participant, session, "intervals"))
         own = self.draws(participant, session, "own intervals, mirrored" if mirrored else "own intervals")

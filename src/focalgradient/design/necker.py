@@ -164,15 +164,13 @@ class NeckerDesign(Plan):
             for (gradient, strength), direction in product(self._gradings(), self.directions)
         ]
         blocks = [seen] * self.repetitions
-        return tuple(
-            self.listed(
-                participant,
-                session,
-                blocks=blocks,
-                factors=lambda trial: (trial.gradient, trial.direction),
-                catches=self._catches,
-                practice=self._practice,
-            )
+        return self.listed(
+            participant,
+            session,
+            blocks=blocks,
+            factors=lambda trial: (trial.gradient, trial.direction),
+            catches=self._catches,
+            practice=self._practice,
         )
 
     def _gradings(self) -> list[tuple[Gradient, float]]:

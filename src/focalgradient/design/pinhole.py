@@ -106,13 +106,4 @@ class Pinhole(Plan):
             for form in self.forms
             for _ in range(self.repetitions)
         ]
-        return tuple(
-            self.listed(
-                participant,
-                session,
-                blocks=blocks,
-                factors=lambda trial: (trial.viewing,),
-                catches=lambda draws: (),
-                practice=lambda draws: (),
-            )
-        )
+        return self.listed(participant, session, blocks=blocks, factors=lambda trial: (trial.viewing,))

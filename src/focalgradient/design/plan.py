@@ -269,15 +269,12 @@ class Plan(Table):
         No condition occurs more than `longest_run` times in a row; the second participant of each pair has the reversed
         order of the first.
         """
-        return tuple(
-            self.listed(
-                participant,
-                session,
-                blocks=[conditions] * self.repetitions,
-                factors=lambda trial: trial.condition,
-                catches=lambda draws: (),
-                practice=lambda draws: draws.rounds(conditions, self.practice_trials),
-            )
+        return self.listed(
+            participant,
+            session,
+            blocks=[conditions] * self.repetitions,
+            factors=lambda trial: trial.condition,
+            practice=lambda draws: draws.rounds(conditions, self.practice_trials),
         )
 
     @property
@@ -332,9 +329,9 @@ class Plan(Table):
         *,
         blocks: Sequence[Sequence[Kind]],
         factors: Callable[[Kind], Sequence[Hashable]],
-        catches: Callable[[Draws], Sequence[Kind]],
-        practice: Callable[[Draws], Sequence[Kind]],
-    ) -> list[Kind]:
+        catches: Callable[[Draws], Sequence[Kind]] = lambda draws: (),
+        practice: Callable[[Draws], Sequence[Kind]] = lambda draws: (),
+    ) -> tuple[Kind, ...]:
         """Return practice, then the conditions of the blocks interspersed with catch trials, in a participant's order.
 
         `factors` returns the levels of a trial whose runs are limited.
@@ -352,7 +349,7 @@ class Plan(Table):
         own = self.draws(participant, session, "own, mirrored" if self.place(participant).mirrored else "own")
         return self.numbered(practice(own), scatter(catches(own), order, own))
 
-    def numbered(self, practice: Sequence[Kind], order: Sequence[Kind]) -> list[Kind]:
+    def numbered(self, practice: Sequence[Kind], order: Sequence[Kind]) -> tuple[Kind, ...]:
         """Return practice, then the main trials in their order, with numbers, repetitions and breaks."""
         trained = [replace(trial, phase="practice", trial=number) for number, trial in enumerate(practice, start=1)]
         shown: Counter[Hashable] = Counter()
@@ -362,4 +359,4 @@ class Plan(Table):
             repetition = shown[trial.catch, trial.condition]
             pause = bool(self.break_every and number > 1 and (number - 1) % self.break_every == 0)
             main.append(replace(trial, trial=number, repetition=repetition, break_before=pause))
-        return [*trained, *main]
+        return (*trained, *main)
