@@ -177,7 +177,7 @@ def followed(target, seconds, horizon, noise=0.035, seed=0):
     return Course(times, wanted, np.array(focus), wanted, 0 * wanted), float(np.mean(skill[len(skill) // 2 :]))
 
 
-@pytest.mark.parametrize("hertz", [0.15, 0.33, 0.7, 1.0])
+@pytest.mark.parametrize("hertz", [0.15, 0.206, 0.33, 0.5, 0.7, 1.0])
 def test_sines_are_followed_with_the_phase_lag_of_people(hertz):
     """Heron & Charman (2004): a delay of 0.17 s, where latency, controller and lens take 0.6 to 0.7 s."""
     sine = lambda t: 2 + 0.5 * np.sin(2 * np.pi * hertz * t)  # noqa: E731

@@ -80,7 +80,7 @@ def test_an_astigmatic_eye_focuses_each_meridian_where_its_prescription_says():
     far_point = {axis: -focus for axis, focus in (("x", -1 / 1.012), ("y", -3 / 1.036))}
     fine = np.degrees(6.0)
     for axis, vergence in far_point.items():
-        along_x, along_y = (abs(eye.optical_transfer(*at, vergence)) for at in ((0.0, fine), (fine, 0.0)))
+        along_x, along_y = (abs(eye.optical_transfer(y, x, vergence)) for y, x in ((0.0, fine), (fine, 0.0)))
         sharp, blurred = (along_x, along_y) if axis == "x" else (along_y, along_x)
         assert sharp > 0.8
         assert blurred < 0.4

@@ -327,12 +327,8 @@ class Psf(ABC):
     @property
     def provides(self) -> frozenset[Capability]:
         """Properties that depth methods may require; see `focalgradient.depth.methods_for`."""
-        given = {
-            Capability.BY_RADIUS: True,
-            Capability.ISOTROPIC: self.isotropic,
-            Capability.EDGE_RESPONSE: self.gives_edge_response,
-        }
-        return frozenset(capability for capability, known in given.items() if known)
+        optional = {Capability.ISOTROPIC: self.isotropic, Capability.EDGE_RESPONSE: self.gives_edge_response}
+        return frozenset({Capability.BY_RADIUS, *(one for one, given in optional.items() if given)})
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
