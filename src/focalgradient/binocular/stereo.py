@@ -75,12 +75,9 @@ class _Eyes:
             )
         eyes = []
         for number, (optics, side) in enumerate(zip(self.optics, (-0.5, 0.5), strict=True)):
-            aside: dict[str, Any] = {
-                "place": side * self.interocular,
-                "ahead": -side * self.interocular * self.vergence,
-            }
-            psf_blur = own_blur(optics)
-            by_rays = self.blur and self.blur_distance is None and (psf_blur is None or not psf_blur.forms_views)
+            place, own = side * self.interocular, own_blur(optics)
+            by_rays = self.blur and self.blur_distance is None and (own is None or not own.forms_views)
+            aside: dict[str, Any] = {"place": place, "ahead": -place * self.vergence}
             seen = cast(scene, optics if by_rays else PINHOLE, **rays, **aside, progress=part_of(self.say, number, 2))
             shown = _distances(self.blur_distance, seen.distance, "blur_distance")
             light = seen.view.image.astype(np.float32)

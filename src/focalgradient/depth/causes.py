@@ -18,7 +18,7 @@ from focalgradient.arrays import Mask
 from focalgradient.depth.equalise.signal import EXPLAINED, JPEG_BLOCK, steps_at_blocks
 from focalgradient.depth.filters import Image
 from focalgradient.depth.hypotheses import likelier_slip
-from focalgradient.depth.registration import RegisteredViews, misstated_magnification, resample
+from focalgradient.depth.registration import misstated_magnification, resample
 from focalgradient.depth.search import Estimate, Problem
 from focalgradient.depth.validity import OUTSIDE
 
@@ -243,7 +243,8 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
     mean = max(float(images[0][usable].mean()), 1e-12)
     agreement = agreement_as_given = _agreement(images, usable)
     if not problem.settings.align:
-        agreement = _agreement(_placed(registered), usable)
+        placed = [resample(i, p)[0] for i, p in zip(images, registered.placements, strict=True)]
+        agreement = _agreement(placed, usable)
     as_given = [_band(image) for image in images]
     energy = _band_gain() * np.square(noise)
     power = np.array([float(band[usable].var()) for band in as_given])
@@ -263,10 +264,6 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
         usable=float(usable.mean()),
         blur=float(np.median(blur)),
     )
-
-
-def _placed(registered: RegisteredViews) -> list[Image]:
-    return [resample(i, p)[0] for i, p in zip(registered.images, registered.placements, strict=True)]
 
 
 def _band(image: Image, scale: float = 1.0) -> Image:

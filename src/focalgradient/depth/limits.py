@@ -177,7 +177,9 @@ def texture_bound(
     from scipy.ndimage import gaussian_filter
 
     _positive(window=window)
-    sharp = _picture("sharp", sharp)
+    sharp = check_finite("sharp", sharp, "linear radiance")
+    if sharp.ndim != 2:
+        raise InputError(f"sharp has shape {sharp.shape}, but must be H x W: turn colour into luminance first.")
     height, width = sharp.shape
     wide = np.pad(sharp, ((0, height), (0, width)), mode="symmetric")
     frequency = np.hypot(np.fft.fftfreq(2 * height)[:, None], np.fft.rfftfreq(2 * width))
@@ -241,14 +243,6 @@ def natural_power(contrast: float, side: int) -> Power:
         return np.asarray(scale / np.maximum(frequency, 1e-9) ** SCENE_SLOPE)
 
     return power
-
-
-def _picture(name: str, image: NDArray[np.floating]) -> FloatArray:
-    """Return `image` as numbers; raise `InputError` unless it is H x W and finite."""
-    values = check_finite(name, image, "linear radiance")
-    if values.ndim != 2:
-        raise InputError(f"{name} has shape {values.shape}, but must be H x W: turn colour into luminance first.")
-    return values
 
 
 def _positive(**values: float) -> None:

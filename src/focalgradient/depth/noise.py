@@ -448,10 +448,8 @@ def band_power(
             if not share.all():  # a small image has no frequency there
                 continue
             mean = energy[some] / usable[some]
-            for number in range(count):
+            for number in np.unique(group):
                 at = group == number
-                if not at.any():
-                    continue
                 place = np.rint(level[at]).astype(int)
                 freedom = share[place] * size[at]
                 if freedom.min() < LEAST_FREEDOM:

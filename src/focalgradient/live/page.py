@@ -6,6 +6,7 @@ import base64
 import re
 import zlib
 from importlib.resources import files
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -65,11 +66,10 @@ def page_shaders() -> dict[str, str]:
     >>> sorted(page_shaders())
     ['gamma', 'gamma_varies', 'srgb', 'srgb_varies']
     """
-    made = {}
-    for name, srgb in (("srgb", True), ("gamma", False)):
-        for end, varies in (("", False), ("_varies", True)):
-            made[name + end] = fragment_shader(Dialect.PAGE, srgb=srgb, varies=varies, lamp=True)
-    return made
+    return {
+        name + end: fragment_shader(Dialect.PAGE, srgb=name == "srgb", varies=bool(end), lamp=True)
+        for name, end in product(("srgb", "gamma"), ("", "_varies"))
+    }
 
 
 def page_script() -> str:

@@ -175,9 +175,18 @@ def measure_edges(
     radius = np.sqrt(np.maximum(square, 0.0))
     # First order in the square; near zero, where the root is steep, the root of the square's own.
     radius_sd = square_sd / (2 * np.sqrt(np.maximum(square, 0.0) + square_sd / 4))
-    turned = np.where(np.isfinite(steps["angle"]), steps["angle"], angle)
-    fitted = turned, steps["low"], steps["high"], radius, radius_sd, steps["misfit"] / freedom, valid
-    return Edges(*contour[:2], *(values[back] for values in fitted), segment)
+    return Edges(
+        row=contour[0],
+        column=contour[1],
+        angle=np.where(np.isfinite(steps["angle"]), steps["angle"], angle)[back],
+        low=steps["low"][back],
+        high=steps["high"][back],
+        radius=radius[back],
+        radius_sd=radius_sd[back],
+        misfit=(steps["misfit"] / freedom)[back],
+        valid=valid[back],
+        segment=segment,
+    )
 
 
 def _band_middles(segment: NDArray[np.intp], half: int, hop: int) -> NDArray[np.intp]:

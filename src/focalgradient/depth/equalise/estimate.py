@@ -270,8 +270,8 @@ def estimate_at_one_scale(problem: Problem, compressed: bool) -> tuple[Estimate,
     model_details: dict[str, Any] = {}
     texts: list[str] = []
     if one_waveband:
-        noises, found = (assumed_sd, noise_sd), (split, alternative, signal.misfit(nodes), signal.explained)
-        model_details, texts = check_model(problem, *noises, *found, bool(is_valid.any()))
+        found = split, alternative, signal.misfit(nodes), signal.explained, bool(is_valid.any())
+        model_details, texts = check_model(problem, assumed_sd, noise_sd, *found)
     outlines = frame.outlines if signal.is_trusted else None
     details = {
         **({} if gains is None else gains.stated(search.wavebands)),

@@ -139,16 +139,11 @@ def find_small_jumps(
     share = ndimage.gaussian_filter(found.astype(float), SURFACE_SMOOTHING)
     there = share > 1e-6  # beyond, the nearest such node
     nearest = ndimage.distance_transform_edt(~there, return_distances=False, return_indices=True)
-    low, high, middle, level = (
-        equalised.to_pixels(values, nodes.sd, shape)
-        for values in (
-            *(
-                (ndimage.gaussian_filter(v, SURFACE_SMOOTHING) / np.maximum(share, 1e-6))[tuple(nearest)]
-                for v in (far, near, between)
-            ),
-            nodes.level,
-        )
-    )
+    smooth = [
+        ndimage.gaussian_filter(values, SURFACE_SMOOTHING) / np.maximum(share, 1e-6) for values in (far, near, between)
+    ]
+    surfaces = *(values[tuple(nearest)] for values in smooth), nodes.level
+    low, high, middle, level = (equalised.to_pixels(values, nodes.sd, shape) for values in surfaces)
     is_near = level > middle
     border = np.zeros(shape, np.bool_)
     for first, second in NEIGHBOURS:

@@ -85,7 +85,9 @@ def vergence_likelihood(
     >>> bool(abs(vergences[found.argmax()] - 1.5) < 0.1)
     True
     """
-    levels = _levels_of(vergences)
+    levels = check_finite("vergences", vergences, "dioptres")
+    if levels.ndim != 1 or levels.size < 2:
+        raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")
     transfers = [ring_transfer(view, levels, wraps=wraps) for view in views]
     return likelihood_of_transfers(views, transfers, noise=noise, correlation=correlation, gain=gain, wraps=wraps)
 
@@ -238,13 +240,6 @@ def _powers(images: Sequence[FloatArray], noises: FloatArray, rings: _Rings) -> 
         for j, second in enumerate(spectra[: i + 1]):
             power[i, j] = power[j, i] = rings.mean((first.conj() * second).real)
     return power
-
-
-def _levels_of(vergences: ArrayLike) -> FloatArray:
-    levels = check_finite("vergences", vergences, "dioptres")
-    if levels.ndim != 1 or levels.size < 2:
-        raise InputError("vergences must be a list of two or more numbers: give them in dioptres.")
-    return levels
 
 
 def _checked(views: Sequence[View], noise: float | Sequence[float], correlation: float, gain: float) -> FloatArray:

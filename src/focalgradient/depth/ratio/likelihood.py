@@ -225,8 +225,9 @@ def likeliest_defocus(
     log_steps = np.float32(np.log(STEPS[0])), np.float32(1 / np.log(STEPS[1] / STEPS[0]))
     levels = defocus.astype(np.float32)
 
-    given = energy, brightness, noise, step, levels, *covariance, log_steps, np.float32(least**2)
-    share_rows(shape[0], lambda first, last: _read_rows(*given, first, last, value, sd, misfit))
+    expected, weights, log_det, sds, unit = covariance
+    given = energy, brightness, noise, step, levels, expected, weights, log_det, sds, unit, log_steps
+    share_rows(shape[0], lambda first, last: _read_rows(*given, np.float32(least**2), first, last, value, sd, misfit))
     return value, sd, misfit
 
 

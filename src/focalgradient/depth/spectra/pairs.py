@@ -233,24 +233,19 @@ class Differences:
         unit = np.maximum(LEAST_BLUR, self.search.radius(vergence)) / self.search.slope
         whole, tau = support >= PATCH_SUPPORT, 0.0
         for share in SPLITS:
-            differences, variances, units = [], [], []
+            found = []
             for p, row in enumerate(self.compared):
                 # Between two hypotheses of the depth: a disc's effect is not a straight line in squared frequency.
-                difference, variance = np.zeros((2, *place.shape))
+                totals = np.zeros((2, *place.shape))
                 for level, one in enumerate(row):
                     nearness = np.where(whole, np.maximum(1 - np.abs(place - level), 0), 0)
                     if nearness.any():
-                        found = one.coarse_less_fine(share)
-                        difference += nearness * found[0]
-                        variance += nearness * found[1]
-                slope = 4 * np.pi**2 * steep[p]
+                        totals += nearness * np.stack(one.coarse_less_fine(share))
+                (difference, variance), slope = totals, 4 * np.pi**2 * steep[p]
                 use = whole & (variance < NOTHING) & (variance > 0) & (np.abs(slope) > 1e-9)
-                differences.append(difference[use] / slope[use])
-                variances.append(variance[use] / slope[use] ** 2)
-                units.append(unit[use])
-            if sum(map(len, units)) >= LEAST_NODES:
-                found_tau, _ = random_effects(*(np.concatenate(parts) for parts in (differences, variances, units)))
-                tau = max(tau, found_tau)
+                found.append(np.stack([difference[use] / slope[use], variance[use] / slope[use] ** 2, unit[use]]))
+            if sum(values.shape[1] for values in found) >= LEAST_NODES:
+                tau = max(tau, random_effects(*np.concatenate(found, axis=1))[0])
         return tau, tau * unit
 
     def _information(self, level: NDArray[np.intp]) -> FloatArray:
