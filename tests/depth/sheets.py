@@ -5,6 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from textures import natural_spectrum
 
 from focalgradient import Lens, View
 from focalgradient.psf import pixel_transfer, transfer
@@ -15,11 +16,7 @@ PIXEL, TILE = 3.2e-4, 512
 
 def natural(random: np.random.Generator) -> NDArray[np.float64]:
     """Reflectance of amplitude 1/f."""
-    frequency = np.hypot(np.fft.fftfreq(TILE)[:, None], np.fft.fftfreq(TILE))
-    spectrum = np.fft.fft2(random.standard_normal((TILE, TILE))) / np.maximum(frequency, 1 / TILE)
-    spectrum[0, 0] = 0
-    texture = np.fft.ifft2(spectrum).real
-    return np.clip(0.4 + 0.1 * texture / texture.std(), 0.02, 0.95)
+    return np.clip(0.4 + np.fft.irfft2(natural_spectrum((TILE, TILE), random, 0.1)), 0.02, 0.95)
 
 
 def views(sheet: NDArray[np.float64], distance: float, quality: int | None) -> list[View]:

@@ -173,14 +173,6 @@ def test_curved_edges_and_corners():
     assert np.median(edges.radius[edges.valid]) == pytest.approx(2.0, rel=0.02)
 
 
-def test_noise_is_estimated_where_it_is_not_given():
-    image = image_of(step(2.0), 0.4, (96, 96), noise=0.01)
-    given_, found = measure_edges(image, noise=0.01), measure_edges(image)
-    assert np.median(found.radius_sd) == pytest.approx(np.median(given_.radius_sd), rel=0.1)
-    # Told of ten times less noise than there is, few of all that is then an edge pass.
-    assert measure_edges(image, noise=0.001).valid.mean() < 0.5
-
-
 def test_a_segment_that_recedes_is_fitted_by_a_line():
     # Blur grows from 2 to 4 px along 200 px.
     row, column = np.mgrid[:200, :80]

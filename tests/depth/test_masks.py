@@ -24,9 +24,7 @@ def with_hole(views: Sequence[View], value: float) -> list[View]:
     return [*views[:-1], replace(views[-1], image=image, mask=mask)]
 
 
-@pytest.mark.fast_cases(3)
-@pytest.mark.parametrize("method", ["equalise", "spectra", "ratio"])
-@pytest.mark.parametrize("value", [0.0, 1e4])
+@pytest.mark.parametrize(("method", "value"), [("equalise", 1e4), ("spectra", 0.0), ("ratio", 1e4)])
 def test_bad_pixels_do_not_count(method: str, value: float) -> None:
     views = wall([lens(16), lens(5.6)], 1.3, noise=0.005)
     depth = recover_depth(with_hole(views, value), method=method, near=0.85)  # type: ignore[arg-type]

@@ -27,6 +27,9 @@ __all__ = ["Cause", "Evidence", "likely_causes", "measure_evidence", "rank_cause
 FINE, COARSE = 3.0, 9.0
 """Standard deviations in pixels of the two Gaussians whose difference is coarse detail, which survives small blur."""
 
+BAND_GAIN = (FINE**-2 + COARSE**-2 - 4 / (FINE**2 + COARSE**2)) / (4 * np.pi)
+"""Power of white noise of variance 1 in the band of coarse detail (computed)."""
+
 COARSER, WIDE_ENOUGH = 3.0, 8.0
 """Ratio of still coarser detail, which survives blur of 40 pixels, to the coarse one; and the side of a frame in the
 wider Gaussian's standard deviations from which it is compared. Chosen by hand."""
@@ -246,7 +249,7 @@ def measure_evidence(problem: Problem, estimate: Estimate) -> Evidence:
         placed = [resample(i, p)[0] for i, p in zip(images, registered.placements, strict=True)]
         agreement = _agreement(placed, usable)
     as_given = [_band(image) for image in images]
-    energy = _band_gain() * np.square(noise)
+    energy = BAND_GAIN * np.square(noise)
     power = np.array([float(band[usable].var()) for band in as_given])
     displacement = max(p.displacement(registered.shape) for p in registered.placements)
     search, vergence = problem.search, estimate.vergence[usable].astype(float)
@@ -270,12 +273,6 @@ def _band(image: Image, scale: float = 1.0) -> Image:
     """Return the coarse detail of an image, or that of `scale` times its size."""
     fine, coarse = (ndimage.gaussian_filter(image, scale * sd) for sd in (FINE, COARSE))
     return np.asarray(fine - coarse, np.float32)
-
-
-def _band_gain() -> float:
-    """Return the power of white noise of variance 1 in the band of coarse detail."""
-    s, t = FINE**2, COARSE**2
-    return float((1 / s + 1 / t - 4 / (s + t)) / (4 * np.pi))
 
 
 def _agreement(images: Sequence[Image], usable: Mask) -> float:

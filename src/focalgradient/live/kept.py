@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from focalgradient.errors import InputError, described
 from focalgradient.files import printable, read_array, read_json, write_whole
 
-__all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name", "save_array"]
+__all__ = ["INPUTS", "MARK", "SUMMARY", "Kept", "digest_of", "plane_name"]
 
 SUMMARY, INPUTS = "series.json", "inputs.json"
 """File names of the summary (written last) and of the digest of the inputs (written first)."""
@@ -102,7 +102,7 @@ class Kept:
                 made = np.asarray(self._make(vergence), np.float16)
                 self.made += 1
                 if path is not None:
-                    write_whole(path, partial(save_array, made))
+                    write_whole(path, partial(np.save, arr=made))
                 self._pictures[vergence] = made
         return self._pictures[vergence]
 
@@ -117,8 +117,3 @@ class Kept:
             for path in self.folder.glob("focus-*D.npy"):
                 if path.name not in names:
                     path.unlink()
-
-
-def save_array(array: NDArray[Any], path: Path) -> None:
-    """Write an array as a .npy file."""
-    np.save(path, array)

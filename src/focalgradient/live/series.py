@@ -18,7 +18,7 @@ from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
 from focalgradient.errors import InputError, check_number, warn
 from focalgradient.files import printable, read_array, read_json, write_whole
-from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name, save_array
+from focalgradient.live.kept import MARK, SUMMARY, Kept, digest_of, plane_name
 from focalgradient.live.planes import Bound, choose, mix
 from focalgradient.memory import require
 from focalgradient.optics import Optics, check_optics, refocused
@@ -264,11 +264,11 @@ class FocusSeries:
         where = Path(folder)
         where.mkdir(parents=True, exist_ok=True)
         for vergence, plane in zip(self.vergences, self.planes, strict=True):
-            write_whole(where / plane_name(vergence), partial(save_array, plane))
+            write_whole(where / plane_name(vergence), partial(np.save, arr=plane))
         self._finish(where)
 
     def _finish(self, where: Path) -> None:
-        write_whole(where / DISTANCE, partial(save_array, self.distance))
+        write_whole(where / DISTANCE, partial(np.save, arr=self.distance))
         summary = {
             "written_by": MARK,
             "focus_dioptre": self.vergences,
