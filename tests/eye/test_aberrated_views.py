@@ -7,8 +7,7 @@ import pytest
 
 from focalgradient import InputError, recover_depth, scenes
 from focalgradient.depth.filters import ROUND, Spectra, natural_power, plane
-from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, eye_views, point_spread, score
-from focalgradient.render import blur_picture
+from focalgradient.eye import Cones, Eye, Oscillation, accommodation_views, band_views, eye_views, score
 
 PIXEL = np.radians(1 / 60)
 PAIR = (0.125, 0.375)
@@ -65,27 +64,6 @@ def test_the_planes_filters_are_those_of_the_radius() -> None:
     whole = (shape(np.hypot(*np.mgrid[-0.5:0.5:512j, -0.5:0.5:512j])) ** 2).mean()
     assert density @ at.measure == pytest.approx(whole, rel=0.02)
     assert natural_power(1.0, plane()).shape == plane().radius.shape
-
-
-def test_coma_spreads_light_to_the_side_that_its_sign_says() -> None:
-    """A bright point through `blur_picture`, and the point spread: their centres of gravity lie on one side."""
-    cones = Cones.of(Eye(0.004, 1.0, aberrations=COMA), "L+M", wavelengths=1)
-    point = np.zeros((41, 41))
-    point[20, 20] = 1.0
-    seen = blur_picture(point, np.ones((41, 41)), cones, pixel_angle=PIXEL)
-    angles = np.arange(-30, 31) * PIXEL / 2
-    eye = cones.eyes()[0]
-    spread = point_spread(angles, angles, eye, 1.0)
-    place = np.arange(-20, 21)
-    inner = np.abs(place) < 14
-
-    def skew(light, at):
-        across = light.sum(axis=0) / light.sum()
-        mean = (across * at).sum()
-        return (across * (at - mean) ** 3).sum()
-
-    assert skew(seen[:, inner], place[inner]) * skew(spread, angles) > 0
-    assert abs(skew(seen.T[:, inner], place[inner])) < 0.2 * abs(skew(seen[:, inner], place[inner]))
 
 
 def test_only_blur_that_is_round_has_a_radial_transfer() -> None:
