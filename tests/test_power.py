@@ -160,13 +160,6 @@ def test_power_of_a_difference_of_slopes_is_that_after_holms_correction(monkeypa
         assert shares["near_rise"] >= shares["interaction"]
 
 
-def test_a_large_effect_on_the_cube_is_found_in_both_directions() -> None:
-    design = NeckerDesign(strengths_mm=(4.0,), repetitions=1)
-    found = quick_cube_power(Study(CubeModel(effect=4.0, between=0.1), design), [12], 200, 60)[12]
-    assert set(found) == {"nonrigid_longer", "nonrigid_shorter"}
-    assert all(share >= 0.9 for share in found.values())
-
-
 @pytest.mark.parametrize(
     ("people", "design"),
     [
@@ -239,11 +232,9 @@ def test_the_number_of_subjects_for_a_power_is_interpolated(shares: dict[int, fl
     assert subjects_needed(shares, 0.8) == needed
 
 
-def test_shares_of_experiments_have_binomial_errors() -> None:
+def test_shares_of_experiments_are_summed_over_tests_and_people() -> None:
     found = pd.DataFrame({"subjects": 8, "a": [1.0, 0, 0, 0] * 4, "b": [1.0, 1, 0, 0] * 4})
     [one] = power(found.assign(width=2.0, far_width=3.0, left_out=0.5), logs=False)
     assert (one.found["a"], one.found["b"], one.joint) == (0.25, 0.5, 0.25)
-    for error in (one.standard_error["a"], one.joint_error):
-        assert error == pytest.approx(math.sqrt(0.3 * 0.7 / 20))  # 4 of 16, and two more of either outcome
-    assert one.standard_error["b"] == pytest.approx(math.sqrt(0.5 * 0.5 / 20))
+    assert one.joint_error == one.standard_error["a"] < one.standard_error["b"]
     assert (one.experiments, one.left_out) == (16, 0.5)

@@ -110,13 +110,12 @@ def test_the_page_is_whole_and_needs_nothing_else(made, data):
     assert not re.search(r"https?://|url\(|@import|<script|<link", text)
 
 
-def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, ratings, cube):
+def test_simulated_observers_are_said_to_be_in_page_and_pictures(made, cube):
     assert "Simulated observers, not people" in page(made)
-    for part, draw in ((ratings, depth_rating_figure), (cube, necker_figure)):
-        assert part.simulated
-        for simulated in (True, False):
-            texts = {text.get_text() for text in draw(part.result, simulated=simulated).findobj(Text)}
-            assert ("simulated observers" in texts) == simulated
+    assert cube.simulated
+    for simulated in (True, False):
+        texts = {text.get_text() for text in necker_figure(cube.result, simulated=simulated).findobj(Text)}
+        assert ("simulated observers" in texts) == simulated
 
 
 @pytest.mark.usefixtures("unrendered")
@@ -135,10 +134,6 @@ def test_every_subject_and_the_mean_are_drawn(ratings):
             assert tuple(own) in heights
         mean = [m.ratio.estimate for m in result.means if m.fixation == fixation]
         assert tuple(mean) in heights
-    names = [label.get_text().split() for label in ax.get_xticklabels()]
-    assert [one[0] for one in names] == ["pinhole", "f/22", "f/11", "f/5.6"]
-    sizes = sorted({mean.aperture_mm for mean in result.subject_means})
-    np.testing.assert_allclose(ax.get_xticks(), sizes)  # the trend is by the millimetre
     assert ax.get_yscale() == "log"  # of ratios
 
 

@@ -68,15 +68,6 @@ def test_means_of_the_levels_stand_beside_the_tests(table: Path) -> None:
     assert "Geometric means of the ratings over subjects" in made.files["report.md"].decode()
 
 
-def test_groups_of_subjects_are_compared_by_welch(table: Path) -> None:
-    [test] = rating_tests(read_conditions(table, by=["group=young"]))
-    own = pd.read_csv(table).assign(log=lambda rows: np.log(rows["rating"]))
-    means = own.groupby(["group", "subject"])["log"].mean()
-    expected = stats.ttest_ind(means["old"], means["young"], equal_var=False)
-    assert (test.level, test.against) == ("old", "young")
-    assert test.effect.statistic == pytest.approx(expected.statistic)
-
-
 def test_a_condition_that_is_not_there_or_does_not_vary_is_refused(table: Path) -> None:
     with pytest.raises(InputError, match="has no column blur_D: give by, one or more of subject, aperture_mm, group"):
         read_conditions(table, by=["blur_D"])
@@ -158,14 +149,6 @@ def test_the_figure_of_groups_says_that_its_means_are_not_adjusted(people: Path)
     prefix = "ratings_by_condition"
     expected = {(1, "group"): False, (3, "blur_D"): False, (3, "group"): True, (3, "age"): True}
     assert adjusted == {(count, f"{prefix}_{name}"): says for (count, name), says in expected.items()}
-
-
-def test_a_number_between_subjects_is_the_line_over_subjects(people: Path) -> None:
-    [test] = rating_tests(read_conditions(people, by=["age"]))
-    values = own_values(people)
-    fit = OLS(values["mean"], values[["age"]].assign(one=1.0)).fit(cov_type="HC2")
-    assert test.effect.estimate == pytest.approx(stats.linregress(values["age"], values["mean"]).slope)
-    assert test.effect.statistic == pytest.approx(fit.tvalues["age"])
 
 
 def test_conditions_between_subjects_that_vary_together_are_not_told_apart(people: Path) -> None:

@@ -267,25 +267,17 @@ def test_r_finds_the_odds_of_steps_over_subjects_and_scenes(tmp_path: Path) -> N
     assert row[1] == pytest.approx(rise.standard_error, rel=0.25)
 
 
+PINHOLE, ONE_CELL = "aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"
+
+
+@pytest.mark.fast_cases(1)
 @needs_r
-def test_r_finds_the_odds_of_steps(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("missing", "confounded"),
+    [("rating < 0", False), (PINHOLE, False), (PINHOLE, True), (ONE_CELL, False), (ONE_CELL, True)],
+)
+def test_r_finds_the_odds_of_steps(tmp_path: Path, missing: str, confounded: bool) -> None:
     """By Laplace's method, so to some percent; the wide table has the mean steps."""
-    table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
-    result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
-    said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R", "ordinal")
-    (row,) = [numbers(line) for line in said.splitlines()[1:]]
-    rise = result.ordinal.rises[0]
-    assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05)
-    wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
-    assert list(wide) == ["participant_id", "nearest pinhole", "nearest f/22", "nearest f/11", "nearest f/5.6"]
-    assert len(wide) == 8
-
-
-@pytest.mark.slow
-@needs_r
-@pytest.mark.parametrize("missing", ["aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"])
-@pytest.mark.parametrize("confounded", [False, True])
-def test_r_finds_the_odds_where_conditions_are_empty(tmp_path: Path, missing: str, confounded: bool) -> None:
     table = pd.read_csv(REFERENCE / "ordinal.csv", dtype={"participant_id": str}).assign(catch=False)
     table = table.drop(table.query(missing).index)
     table = table.assign(scene=table["aperture"]) if confounded else table
@@ -295,6 +287,10 @@ def test_r_finds_the_odds_where_conditions_are_empty(tmp_path: Path, missing: st
     (row,) = [numbers(line) for line in said.splitlines()[1:]]
     rise = result.ordinal.rises[0]
     assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05, abs=2e-3)
+    wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
+    apertures = table.sort_values("aperture_mm")["aperture"].unique()
+    assert list(wide) == ["participant_id", *(f"nearest {aperture}" for aperture in apertures)]
+    assert len(wide) == 8
 
 
 def reports_on_the_cube(*, complete: bool = False) -> pd.DataFrame:
