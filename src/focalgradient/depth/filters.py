@@ -119,7 +119,7 @@ FINE_PASS: FloatArray = ROUND.fine_pass()
 def plane(finest: float = 0.5) -> Frequencies:
     """Return frequencies of the plane, along its axes up to the first that is not below `finest` (cycles per pixel).
 
-    >>> plane().right[:2].round(4).tolist(), plane().radius.size, plane(0.2).radius.size
+    >>> plane().axes[1][:2].round(4).tolist(), plane().radius.size, plane(0.2).radius.size
     ([0.0, 0.0031], 5151, 2556)
     """
     return _plane(int(np.searchsorted(_axis(), min(finest, 0.5) - 1e-9)))
