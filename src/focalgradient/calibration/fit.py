@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 from itertools import product
 from typing import Literal
 
@@ -365,16 +366,17 @@ def cross_validate(
     >>> [round(found.distance, 2) for found in cross_validate(seen, 0.05, 5e-6, priors)]
     [1.41, 2.0, 2.99, 4.95]
     """
+    kinds = [reading.distance if leave == "distance" else number for number, reading in enumerate(readings)]
+
+    @cache
+    def camera(left_out: float) -> Calibration:
+        others = [reading for reading, kind in zip(readings, kinds, strict=True) if kind != left_out]
+        return fit(others, focal_length, pixel_pitch, priors)
+
     predictions: list[Prediction | None] = []
-    for number, reading in enumerate(readings):
-        others = [
-            other
-            for n, other in enumerate(readings)
-            if (other.distance != reading.distance if leave == "distance" else n != number)
-        ]
+    for reading, kind in zip(readings, kinds, strict=True):
         try:
-            camera = fit(others, focal_length, pixel_pitch, priors)
-            predictions.append(camera.predict(reading))
+            predictions.append(camera(kind).predict(reading))
         except InputError:
             predictions.append(None)
     return predictions

@@ -289,9 +289,7 @@ def _recorded(path: Path) -> _Recorded:
             exif.load(b"Exif\0\0" + data)
             tags, size = exif.get_ifd(ExifTags.IFD.Exif), (0, 0)
     pitch = _pixel_pitch(tags, size)
-    sized = (
-        pitch is not None or _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None
-    )  # unusable if the image was cropped
+    sized = _number(tags, ExifTags.Base.FocalPlaneXResolution) is not None  # unusable if the image was cropped
     equivalent = None if sized else _pitch_by_equivalent(tags, size)
     return _Recorded(
         focal_length_mm=_number(tags, ExifTags.Base.FocalLength),

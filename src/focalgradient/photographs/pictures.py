@@ -268,11 +268,10 @@ def _depth_values(path: Path, scale: float | None, unit: DepthUnit) -> NDArray[A
             f"{printable(path)} contains 8-bit integers, as a picture does: give the picture first, then its depth; or "
             f"for a depth map of 8 bits the {named('scale')}, {example}."
         )
-    if values.dtype.kind in "iu" and scale is None and unit == "mm":
-        present = values[(values > 0) & (values < np.iinfo(values.dtype).max)]
-        if present.size and PLAUSIBLE_MM[0] <= np.median(present) <= PLAUSIBLE_MM[1]:
-            return values
     if values.dtype.kind in "iu" and scale is None:
+        present = values[(values > 0) & (values < np.iinfo(values.dtype).max)]
+        if unit == "mm" and present.size and PLAUSIBLE_MM[0] <= np.median(present) <= PLAUSIBLE_MM[1]:
+            return values
         millimetres = f"{named('unit')} mm if it is a millimetre, the {named('scale')} in metres"
         remedy = f"the {named('scale')}, 1 if a step is one {step}" if step else millimetres
         raise InputError(
