@@ -26,71 +26,36 @@ def whole():
     return figure, ax
 
 
-def long_label(ax):
-    ax.set_xlabel("a label of which one cannot tell where it ends " * 4)
-
-
-def curve_beyond_its_axes(ax):
-    ax.set_ylim(-2, 1.5)
-
-
-def interval_beyond_its_axes(ax):
-    ax.errorbar([1], [1], [[1], [5]])
-    ax.set_ylim(-2, 5.1)
-
-
-def points_beyond_their_axes(ax):
-    ax.scatter([1], [9])
-    ax.set_ylim(-2, 8)
-
-
-def touching_labels(ax):
-    ax.text(0.5, 4, "near in focus")
-    ax.text(0.6, 4, "far in focus")
-
-
-def turned_labels(ax):
-    ax.text(0.5, 3, "near in focus", rotation=45)
-    ax.text(0.5, 3, "far in focus", rotation=-30)
-
-
-def legend_on_a_curve(ax):
-    ax.plot([0, 2], [7, 7.2])
-
-
-def two_people_in_one_colour(ax):
-    ax.plot([0, 1], [4, 4], color="C0", label="another")
-    ax.legend(loc="upper left")
-
-
-def unit_alone_on_a_line(ax):
-    ax.set_ylabel("distance from the pupil\n(m)")
-
-
-def axes_beyond_the_figure(ax):
-    ax.figure.add_axes((0.9, 0.1, 0.2, 0.1))
+FAULTS = {
+    "leaves the figure": lambda ax: ax.set_xlabel("a label of which one cannot tell where it ends " * 4),
+    "Line2D 'rising' leaves the axes 'answer'": lambda ax: ax.set_ylim(-2, 1.5),
+    "LineCollection leaves the axes": lambda ax: [ax.errorbar([1], [1], [[1], [5]]), ax.set_ylim(-2, 5.1)],
+    "PathCollection leaves the axes": lambda ax: [ax.scatter([1], [9]), ax.set_ylim(-2, 8)],
+    "'near in focus' and 'far in focus' touch": lambda ax: [
+        ax.text(0.5, 4, "near in focus"),
+        ax.text(0.6, 4, "far in focus"),
+    ],
+    "'near in focus' and 'distant in focus' touch": lambda ax: [
+        ax.text(0.5, 3, "near in focus", rotation=45),
+        ax.text(0.5, 3, "distant in focus", rotation=-30),
+    ],
+    "a legend covers Line2D": lambda ax: ax.plot([0, 2], [7, 7.2]),
+    "'another' and 'rising' look alike": lambda ax: [
+        ax.plot([0, 1], [4, 4], color="C0", label="another"),
+        ax.legend(loc="upper left"),
+    ],
+    "has its unit alone on a line": lambda ax: ax.set_ylabel("distance from the pupil\n(m)"),
+    "leave the figure": lambda ax: ax.figure.add_axes((0.9, 0.1, 0.2, 0.1)),
+}
+"""Ways of spoiling a whole figure, by the fault that is found."""
 
 
 @pytest.mark.figure_with_faults
-@pytest.mark.parametrize(
-    ("spoil", "fault"),
-    [
-        (long_label, "leaves the figure"),
-        (curve_beyond_its_axes, "Line2D 'rising' leaves the axes 'answer'"),
-        (interval_beyond_its_axes, "LineCollection leaves the axes"),
-        (points_beyond_their_axes, "PathCollection leaves the axes"),
-        (touching_labels, "'near in focus' and 'far in focus' touch"),
-        (turned_labels, "'near in focus' and 'far in focus' touch"),
-        (legend_on_a_curve, "a legend covers Line2D"),
-        (two_people_in_one_colour, "'another' and 'rising' look alike"),
-        (unit_alone_on_a_line, "has its unit alone on a line"),
-        (axes_beyond_the_figure, "leave the figure"),
-    ],
-)
-def test_each_fault_is_found(spoil, fault):
+@pytest.mark.parametrize("fault", FAULTS)
+def test_each_fault_is_found(fault):
     with style():
         figure, ax = whole()
-        spoil(ax)
+        FAULTS[fault](ax)
         with pytest.raises(CutContentError, match="drawn has content") as caught:
             check_figure(figure, "drawn")
     assert fault in str(caught.value)
