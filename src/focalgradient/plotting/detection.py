@@ -59,14 +59,8 @@ def _draw_sensitivity(ax: Axes, group: DetectionGroup, condition: str, number: i
     shift = 0.6 * (number + 0.5) / len(group.d_prime) - 0.3
     for (name, where), person in group.people.items():
         if where == condition:
-            ax.errorbar(
-                person.d_prime.estimate,
-                names.index(name) + shift,
-                xerr=_reach(person.d_prime),
-                color=colour,
-                fmt=".",
-                lw=0.8,
-            )
+            row, own = names.index(name) + shift, person.d_prime
+            ax.errorbar(own.estimate, row, xerr=_reach(own), color=colour, fmt=".", lw=0.8)
     mean = group.d_prime[condition]
     ax.errorbar(mean.estimate, len(names) + shift, xerr=_reach(mean), color=colour, fmt="o", markersize=6)
 

@@ -124,12 +124,8 @@ def depth_figure(
             draw_view(ax, view, title)
         for ax in panels[0][len(shown) :]:  # next to a single view: summary of its depth
             ax.set_axis_off()
-            ax.text(
-                0,
-                1,
-                "\n".join(fill(line, 48, subsequent_indent="   ") for line in depth.summary().splitlines()),
-                va="top",
-            )
+            said = (fill(line, 48, subsequent_indent="   ") for line in depth.summary().splitlines())
+            ax.text(0, 1, "\n".join(said), va="top")
         if depth.evidence is not None:
             completed_ax, completed_sd_ax = panels.pop()
             _draw_completed(completed_ax, completed_sd_ax, depth, limits)
@@ -144,9 +140,8 @@ def depth_figure(
         legend = [Patch(**REFUSED, linewidth=0, label="rejected: no depth estimate")]
         figure.legend(handles=legend, loc="lower left", bbox_to_anchor=(0.0, 0.0), handlelength=2.4, handleheight=1.2)
         if len(views) > len(shown):
-            figure.text(
-                0.99, 4.2 * MM / figure.get_figheight(), f"{len(shown)} of {len(views)} views shown", ha="right"
-            )
+            height = 4.2 * MM / figure.get_figheight()
+            figure.text(0.99, height, f"{len(shown)} of {len(views)} views shown", ha="right")
         figure.draw_without_rendering()  # ticks are created on first drawing, which must use this style
     return figure
 

@@ -51,15 +51,8 @@ def power_figure(
             looks[meaning] = look
             bars = np.maximum([share - low, high - share], 0)
             apart = (number - (len(shares) - 1) / 2) * BESIDE * max(np.ptp(subjects), 1)
-            left.errorbar(
-                np.add(subjects, apart),
-                100 * share,
-                100 * bars,
-                marker="o",
-                markersize=4,
-                capsize=2,
-                **look,
-            )
+            places = np.add(subjects, apart)
+            left.errorbar(places, 100 * share, 100 * bars, marker="o", markersize=4, capsize=2, **look)
             handles.append(left.plot([], [], marker="o", markersize=4, label=_folded(meaning), **look)[0])
         left.axhline(80, **REFERENCE)
         left.set(ylim=(0, 103), ylabel=share_label)

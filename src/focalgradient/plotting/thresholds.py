@@ -54,9 +54,8 @@ def person_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool,
     with people_grid(people, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, people, strict=True):
             for name, result in conditions.items():
-                only = replace(
-                    result, subjects=tuple(subject for subject in result.subjects if _name(subject) == person)
-                )
+                subjects = tuple(subject for subject in result.subjects if _name(subject) == person)
+                only = replace(result, subjects=subjects)
                 draw_functions(panel, only, colour=_colour(conditions, name) or COLOURS[0], label=name)
             panel.set(xlabel="", ylabel="", title=shortened(person))
         levels = [value for result in conditions.values() for value in _levels(result)]
@@ -101,26 +100,12 @@ def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = No
     if levels:
         x = np.geomspace(min(levels) / 1.2, max(levels) * 1.2, 200)
         colours = person_colours(len(fitted)) if colour is None else [colour] * len(fitted)
-        for number, ((subject, fit), subject_colour) in enumerate(zip(fitted, colours, strict=True)):
-            share = np.array(fit.right) / np.array(fit.shown)
-            ax.scatter(
-                fit.levels,
-                share,
-                s=3 * np.array(fit.shown),
-                color=subject_colour,
-                alpha=0.25,
-                linewidth=0,
-                clip_on=False,
-            )
+        for number, ((subject, fit), shade) in enumerate(zip(fitted, colours, strict=True)):
+            right, shown = np.array(fit.right), np.array(fit.shown)
+            ax.scatter(fit.levels, right / shown, s=3 * shown, color=shade, alpha=0.25, linewidth=0, clip_on=False)
             named = label if label and not number else None
-            ax.plot(
-                x,
-                fit.correct(x),
-                color=subject_colour,
-                linewidth=0.8,
-                linestyle="-" if subject.kept else ":",
-                label=named,
-            )
+            line = "-" if subject.kept else ":"
+            ax.plot(x, fit.correct(x), color=shade, linewidth=0.8, linestyle=line, label=named)
     for height in {fit.correct_at_threshold for _, fit in fitted} or {0.75}:
         ax.axhline(height, color=GREY, linewidth=0.6, linestyle="--")
     ax.set(ylim=(-0.03, 1.03), xlabel=_axis(result), ylabel="proportion correct")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
@@ -37,32 +38,21 @@ def trace_figure(
     """
     people = [*dict.fromkeys(table["participant_id"])]
     shown = people[:MOST_PANELS]
-    groups = [(None, table)] if factor is None else [*table.groupby(factor)]
-    with people_grid([str(person_id).removeprefix("sub-") for person_id in shown], simulated=simulated) as (
-        figure,
-        panels,
-    ):
+    groups: dict[str | None, pd.DataFrame] = {None: table}
+    if factor is not None:
+        groups = {
+            f"{factor} {name:g}" if isinstance(name, float) else f"{factor} {name}": trials
+            for name, trials in table.groupby(factor)
+        }
+    names = [str(person_id).removeprefix("sub-") for person_id in shown]
+    with people_grid(names, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, shown, strict=True):
-            for (name, trials), colour in zip(groups, person_colours(len(groups)), strict=True):
-                person_trials = trials[trials["participant_id"] == person]
-                label = (
-                    None if name is None else f"{factor} {name:g}" if isinstance(name, float) else f"{factor} {name}"
-                )
-                places = range(1, len(person_trials) + 1)
-                panel.plot(places, person_trials[level], "-o", color=colour, linewidth=0.8, markersize=2.5, label=label)
-                wrong = (
-                    ~person_trials["correct"].astype(bool).to_numpy()
-                    if "correct" in person_trials
-                    else [False] * len(person_trials)
-                )
-                panel.plot(
-                    [place for place, is_wrong in zip(places, wrong, strict=True) if is_wrong],
-                    person_trials[level][wrong],
-                    "o",
-                    color=colour,
-                    markersize=2.5,
-                    markerfacecolor="white",
-                )
+            for (label, trials), colour in zip(groups.items(), person_colours(len(groups)), strict=True):
+                own = trials[trials["participant_id"] == person]
+                places, levels = np.arange(1, len(own) + 1), own[level].to_numpy()
+                wrong = ~own["correct"].astype(bool).to_numpy() if "correct" in own else np.zeros(len(own), bool)
+                panel.plot(places, levels, "-o", color=colour, linewidth=0.8, markersize=2.5, label=label)
+                panel.plot(places[wrong], levels[wrong], "o", color=colour, markersize=2.5, markerfacecolor="white")
             if ratio:
                 panel.set_yscale("log")
                 log_ticks(panel.yaxis)
