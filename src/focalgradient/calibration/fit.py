@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -177,27 +177,14 @@ class _Fit:
         square = (1e6 * np.exp(theta[0]) * radius) ** 2 + theta[1]
         # edges in focus may have width 0, for which the SD of the squared width is that of its SD squared
         error = 2 * np.maximum(self.width, self.width_sd) * np.hypot(self.width_sd, model_error * self.width)
-        marked = np.array(
-            [
-                (v * (mark + (theta[2] if priors.focus_offset is None else priors.focus_offset)) - 1) / priors.focus_sd
-                for v, mark in zip(vergence_focus, self.marks, strict=True)
-                if mark is not None and math.isfinite(mark)
-            ]
-        )
+        offset = theta[2] if priors.focus_offset is None else priors.focus_offset
+        known = [(v, mark) for v, mark in zip(vergence_focus, self.marks, strict=True) if mark and math.isfinite(mark)]
+        marked = np.array([(v * (mark + offset) - 1) / priors.focus_sd for v, mark in known])
         marked = np.sign(marked) * np.sqrt((MARK_DF + 1) * np.log1p(marked**2 / MARK_DF))
-        return np.concatenate(
-            [
-                (square - self.width**2) / error,
-                [
-                    (theta[0] - math.log(priors.k)) / priors.k_sd,
-                    theta[1] / self.own_sd,
-                    (theta[2] - priors.offset) / priors.offset_sd,
-                ],
-                (theta[3:first] - np.log(self.stops)) / priors.f_number_sd,
-                marked,
-                slip / priors.distance_sd,
-            ]
-        )
+        expected, sd = (math.log(priors.k), 0.0, priors.offset), (priors.k_sd, self.own_sd, priors.offset_sd)
+        stops = (theta[3:first] - np.log(self.stops)) / priors.f_number_sd
+        cells = (square - self.width**2) / error
+        return np.concatenate([cells, (theta[:3] - expected) / sd, stops, marked, slip / priors.distance_sd])
 
     def best(self, pixel_pitch: float) -> Calibration:
         """Return the posterior mode; raise `InputError` if a camera on the other side of focus fits as well."""
@@ -321,15 +308,8 @@ class _Fit:
         lower, upper = np.full(start.size, -np.inf), np.full(start.size, np.inf)
         lower[focus], upper[focus] = 1e-4, 0.5 / self.focal_length
         start = np.clip(start, lower, upper)
-        fit = least_squares(
-            self.residuals,
-            start,
-            bounds=(lower, upper),
-            args=(model_error,),
-            x_scale="jac",
-            ftol=self.tolerance,
-            xtol=self.tolerance,
-        )
+        how: dict[str, Any] = {"x_scale": "jac", "ftol": self.tolerance, "xtol": self.tolerance}
+        fit = least_squares(self.residuals, start, bounds=(lower, upper), args=(model_error,), **how)
         return 2 * float(fit.cost), fit.x, np.asarray(fit.jac)
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,14 +69,8 @@ def frames_of(
     """Yield the radiance of each frame of a quarter rotation, H x W; 1 is the peak of a sharp line."""
     cube, shape = cube_of(design, trial.direction), shape_of(design, pixel_angle)
     if trial.is_ambiguous:
-        yield from necker_loop(
-            cube,
-            frames,
-            shape=shape,
-            pixel_angle=pixel_angle,
-            gradient=trial.gradient,
-            aperture=trial.strength / 1000,
-        )
+        blur: dict[str, Any] = {"gradient": trial.gradient, "aperture": trial.strength / 1000}
+        yield from necker_loop(cube, frames, shape=shape, pixel_angle=pixel_angle, **blur)
         return
     for frame in range(frames):
         turn = SYMMETRY * frame / frames

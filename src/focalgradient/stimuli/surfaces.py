@@ -365,8 +365,8 @@ def miniature(
     if gradient != "consistent":
         vergence, axis = 1 / metres, 0 if gradient == "vertical" else 1
         along = vergence.mean(axis=1 - axis)
-        ends = sorted((float(vergence.min()), float(vergence.max())), reverse=bool(along[-1] < along[0]))
-        plane = np.expand_dims(np.linspace(*ends, frame.shape[axis]), 1 - axis)
+        first, last = sorted((float(vergence.min()), float(vergence.max())), reverse=bool(along[-1] < along[0]))
+        plane = np.expand_dims(np.linspace(first, last, frame.shape[axis]), 1 - axis)
         shown_at = 1 / np.maximum(np.broadcast_to(plane, frame.shape), 1e-12)
     cause = f"simulated_distance_m is {simulated_distance_m:g}, with which "
     _widest(optics, shown_at, frame, cause, "a larger distance or a smaller pupil_mm")
