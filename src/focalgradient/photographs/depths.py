@@ -102,11 +102,8 @@ class PhotographedDepth:
             lines = [f"Median place in the stack: {place:.2f} of {count} (order only)"]
         else:
             valid = int(self.depth.valid.sum())
-            few = (
-                f" (of {valid} valid pixel{'s' * (valid > 1)} only)"
-                if valid < FEW_VALID * self.depth.valid.size
-                else ""
-            )
+            is_few = valid < FEW_VALID * self.depth.valid.size
+            few = f" (of {valid} valid pixel{'s' * (valid > 1)} only)" if is_few else ""
             lines = [f"Median distance: {distance:.4g} m from {self.settings.plane}{few}"]
             if not valid:
                 lines = ["No pixel is valid: there is no median distance"]

@@ -122,16 +122,9 @@ class KnownScenes(Photographs[SceneCamera, SceneShot]):
 
     def fit(self, scenes: list[KnownScene], psf: Psf) -> SceneFit:
         """Fit the camera to scenes that were read."""
-        camera, shots = self.camera, self.scenes[0]
-        return fit_scenes(
-            scenes,
-            camera.focal_length_mm * 1e-3,
-            camera.pixel_pitch_um * 1e-6,
-            [shot.f_number for shot in shots],
-            shots[0].focus_distance_m,
-            self.priors,
-            psf,
-        )
+        shots, lengths = self.scenes[0], (self.camera.focal_length_mm * 1e-3, self.camera.pixel_pitch_um * 1e-6)
+        f_numbers, focus = [shot.f_number for shot in shots], shots[0].focus_distance_m
+        return fit_scenes(scenes, *lengths, f_numbers, focus, self.priors, psf)
 
 
 @dataclass(frozen=True, slots=True, eq=False, repr=False)

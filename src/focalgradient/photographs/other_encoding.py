@@ -70,8 +70,6 @@ def encoding_difference(
         except InputError:
             return None
     is_valid_in_both = other.valid & depth.valid[part]
-    return (
-        float(np.median((other.vergence - depth.vergence[part])[is_valid_in_both]))
-        if is_valid_in_both.sum() >= MIN_VALID_PIXELS
-        else None
-    )
+    if is_valid_in_both.sum() < MIN_VALID_PIXELS:
+        return None
+    return float(np.median((other.vergence - depth.vergence[part])[is_valid_in_both]))

@@ -24,13 +24,11 @@ __all__ = ["CELL", "is_raw", "read_dual_pixel_raw", "read_raw"]
 CELL = 2
 """Sensor pixels per image pixel in each direction."""
 
-_SUFFIXES = tuple(
-    f".{name}"
-    for name in (
-        *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "kdc", "mef", "mos", "mrw", "nef", "nrw", "orf"),
-        *("pef", "raf", "raw", "rw2", "sr2", "srf", "srw"),
-    )
+_KINDS = (
+    *("3fr", "arw", "cr2", "cr3", "crw", "dcr", "dng", "erf", "kdc", "mef", "mos", "mrw", "nef", "nrw", "orf"),
+    *("pef", "raf", "raw", "rw2", "sr2", "srf", "srw"),
 )
+"""Extensions of camera raw files."""
 
 _QUARTER_TURNS = {0: 0, 3: 2, 5: 1, 6: 3}
 """Number of anticlockwise quarter turns to upright orientation, by LibRaw's orientation code."""
@@ -42,7 +40,7 @@ def is_raw(path: Path) -> bool:
     >>> is_raw(Path("IMG_0001.CR2")), is_raw(Path("IMG_0001.JPG"))
     (True, False)
     """
-    return path.suffix.lower() in _SUFFIXES
+    return path.suffix.lower().removeprefix(".") in _KINDS
 
 
 def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:

@@ -246,11 +246,9 @@ def views_with(data: Mapping[str, Any], *keys: str) -> bool:
     True
     """
     views = data.get("view")
-    return (
-        isinstance(views, list)
-        and bool(views)
-        and all(isinstance(view, dict) and all(key in view for key in keys) for view in views)
-    )
+    if not (isinstance(views, list) and views):
+        return False
+    return all(isinstance(view, dict) and all(key in view for key in keys) for view in views)
 
 
 def make_views(settings: Settings, photographs: Sequence[Photograph]) -> list[View]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -40,10 +41,7 @@ def trace_figure(
     shown = people[:MOST_PANELS]
     groups: dict[str | None, pd.DataFrame] = {None: table}
     if factor is not None:
-        groups = {
-            f"{factor} {name:g}" if isinstance(name, float) else f"{factor} {name}": trials
-            for name, trials in table.groupby(factor)
-        }
+        groups = {_labelled(factor, level): trials for level, trials in table.groupby(factor)}
     names = [str(person_id).removeprefix("sub-") for person_id in shown]
     with people_grid(names, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, shown, strict=True):
@@ -62,3 +60,7 @@ def trace_figure(
         figure.supxlabel(f"trial of the procedure{most}", fontsize=8)
         figure.supylabel(f"{level} ({units[level]})" if units.get(level) else level, fontsize=8)
     return figure
+
+
+def _labelled(factor: str, level: Any) -> str:
+    return f"{factor} {level:g}" if isinstance(level, float) else f"{factor} {level}"

@@ -254,15 +254,10 @@ def _versions(engine: Engine) -> dict[str, str]:
 
 def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
     """Validate the numbers of a set."""
-    many = Whole(1, MOST_SCENES, remedy="make a second set of another seed")
-    numbers = (
-        ("seed", seed, Whole(0)),
-        ("scenes", scenes, many),
-        ("size", size, Whole(16)),
-        ("samples", samples, Whole(2)),
-    )
-    for name, value, bounds in numbers:
-        bounds.check(name, value)
+    Whole(0).check("seed", seed)
+    Whole(1, MOST_SCENES, remedy="make a second set of another seed").check("scenes", scenes)
+    Whole(16).check("size", size)
+    Whole(2).check("samples", samples)
     if size % 2:
         raise InputError(
             f"size is {size}, but must be even, as displays interpolate centred pictures of odd size: use {size + 1}."

@@ -328,6 +328,7 @@ def _located(
         if depth is not None:
             with located(f"{with_depth[0].where}, column depth"):
                 position, distance = target_of(depth, end, position)
+        assert position is not None
         targets[end] = position, distance
     return targets, depth, middle
 

@@ -361,16 +361,9 @@ def stored_distance(distance: NDArray[np.floating], name: str) -> NDArray[np.flo
 
 def stored_display(shown: StoredDisplay) -> Display:
     """Return the display described by a validated table: the inverse of `display_json`."""
-    width, height = shown.size_px
-    gamma = (*shown.gamma,) if isinstance(shown.gamma, list) else shown.gamma
-    return Display(
-        (width, height),
-        shown.pixel_pitch_mm * 1e-3,
-        shown.distance_m,
-        gamma,  # type: ignore[arg-type]  # `Display` requires three
-        shown.white_cd_m2,
-        shown.dither,
-    )
+    (width, height), pitch = shown.size_px, shown.pixel_pitch_mm * 1e-3
+    gamma: Any = (*shown.gamma,) if isinstance(shown.gamma, list) else shown.gamma  # `Display` requires three
+    return Display((width, height), pitch, shown.distance_m, gamma, shown.white_cd_m2, shown.dither)
 
 
 def _lost(path: Path) -> InputError:

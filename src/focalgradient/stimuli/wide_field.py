@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -123,19 +123,9 @@ def wide_field(
     frame.blur("increment_arcmin", increment_arcmin)
     sds = [stretch * frame.blur("pedestal_arcmin + increment_arcmin", blur) for blur in blurs]
     depths = depth_of_blur([0.0, *blurs], side, focus_m=focus_m, pupil_mm=pupil_mm)
-    leaves = dead_leaves(
-        blurs_arcmin=(0.0,),
-        smallest_deg=smallest_deg,
-        largest_deg=largest_deg,
-        width_deg=flat,
-        height_deg=flat,
-        pixels_per_degree=pixels_per_degree,
-        mean=mean,
-        contrast=contrast,
-        focus_m=focus_m,
-        pupil_mm=pupil_mm,
-        seed=seed,
-    ).picture
+    shared = ("smallest_deg", "largest_deg", "pixels_per_degree", "mean", "contrast", "focus_m", "pupil_mm", "seed")
+    look: dict[str, Any] = {name: given[name] for name in shared}
+    leaves = dead_leaves(blurs_arcmin=(0.0,), width_deg=flat, height_deg=flat, **look).picture
     down, right = frame.grid()
     scale = frame.pixel_angle
     far = np.degrees(np.arctan(np.hypot(down, right) * scale))
