@@ -12,9 +12,8 @@ from commands import LINES, base, case
 QUICK = ("blur", "collect", "repair", "run", "serve", "stream", "validate", "withdraw")
 """Commands whose cases take a tenth of a second."""
 
-CASES = (
-    dict.fromkeys(QUICK, 8) | {"depth": 8, "calibrate": 4} | dict.fromkeys(("eye", "power", "report", "simulate"), 4)
-)
+CASES = dict.fromkeys(QUICK, 8) | dict.fromkeys(("calibrate", "depth", "stream", "validate"), 4)
+CASES |= dict.fromkeys(("eye", "power", "report", "simulate"), 3)
 """Number of cases in the suite."""
 
 

@@ -1,6 +1,7 @@
 """Distance in metres by blur: planes of known distance, looked at with their layout up to its scale."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -12,15 +13,14 @@ from focalgradient.stimuli import slanted_plane
 DISPLAY = Display()
 
 
+@cache
+def plane(distance):
+    size = {"width_deg": 10, "height_deg": 10, "pixels_per_degree": DISPLAY.pixels_per_degree}
+    return slanted_plane(slant_deg=75, distance_m=distance, pupil_mm=4, **size)
+
+
 def seen(distance, observer="default", **cues):
-    drawn = slanted_plane(
-        slant_deg=75,
-        distance_m=distance,
-        width_deg=10,
-        height_deg=10,
-        pixels_per_degree=DISPLAY.pixels_per_degree,
-        pupil_mm=4,
-    )
+    drawn = plane(distance)
     question = DistanceOfFixated(RelativeLayout(drawn.depth_m, **cues), (drawn.shape[1] / 2, drawn.shape[0] / 2))
     one = OBSERVERS[observer] if isinstance(observer, str) else observer
     return one.look(drawn.picture, DISPLAY, question)

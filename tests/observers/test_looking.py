@@ -1,6 +1,7 @@
 """Looking without a layout: depth by blur alone, unbiased by texture, order at borders, thresholds with their dip."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ FINE = Display(distance=Display().distance * 60 / Display().pixels_per_degree)
 """A display of about 60 pixels per degree."""
 
 
+@cache
 def halves(slope, observer, left=1.0, right=4.0):
     drawn = texture_border(
         left_blur_arcmin=left,
@@ -54,6 +56,7 @@ def test_a_sharp_texture_is_not_read_as_blurred_for_its_slope(slope, most):
     assert seen.texture_slope == pytest.approx(slope, abs=0.11)
 
 
+@cache
 def border(left, right, edge, seed=1):
     return texture_border(
         left_blur_arcmin=left,

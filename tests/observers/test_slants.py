@@ -1,6 +1,7 @@
 """Slant by blur and by two eyes, and disparity beside blur in the order of depth."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ PPD = DISPLAY.pixels_per_degree
 DEFAULT = OBSERVERS["default"]
 
 
+@cache
 def plane(slant, distance=0.3):
     size = {"width_deg": 9, "height_deg": 9, "pixels_per_degree": PPD}
     return slanted_plane(slant_deg=slant, distance_m=distance, **size)

@@ -30,9 +30,9 @@ from focalgradient.dataset.focus import focus_journals, wrong_focus
 from focalgradient.dataset.journal import Log, scan_journal
 from focalgradient.dataset.plausible import implausible, is_age, missing_trials, pictures_of
 from focalgradient.dataset.read import (
-    NAME,
     SessionTable,
     checked_design,
+    named_files,
     participants_of,
     read_session,
     sessions_of,
@@ -116,7 +116,7 @@ def checking(root: Path, stimuli: Path | None = None, *, executor: Executor | No
     of_files = set(sessions_of(root))
     unknown: dict[str, list[Path]] = {}
     for path in journals(root):
-        files = _named(root, path)
+        files = named_files(root, path.with_suffix(".tsv").name)
         if files is not None and not is_task(files.task):
             unknown.setdefault(files.task, []).append(path)
             checked.labels.add(files.participant)
@@ -164,12 +164,6 @@ def _check_sessions(job: tuple[Path, bool, list[Files]]) -> _Checked:
     for files in sessions:
         checked.session(files)
     return checked
-
-
-def _named(root: Path, path: Path) -> Files | None:
-    """Return the session to which a journal's name belongs; None for an invalid name."""
-    match = NAME.fullmatch(path.with_suffix(".tsv").name)
-    return Files(root, match[3], match[1], match[2]) if match else None
 
 
 class _Checked:

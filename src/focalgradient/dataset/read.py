@@ -31,6 +31,7 @@ __all__ = [
     "DataSet",
     "SessionTable",
     "checked_design",
+    "named_files",
     "participants_of",
     "read_dataset",
     "read_session",
@@ -133,12 +134,14 @@ class SessionTable:
 
 def sessions_of(root: Path, tasks: Collection[str] | None = None) -> list[Files]:
     """Return the sessions that have a table, in order of name."""
-    matches = (NAME.fullmatch(path.name) for path in sorted(root.glob("sub-*/**/*_beh.tsv")))
-    return [
-        Files(root, match[3], match[1], match[2])
-        for match in matches
-        if match and (is_task(match[3]) if tasks is None else match[3] in tasks)
-    ]
+    found = (named_files(root, path.name) for path in sorted(root.glob("sub-*/**/*_beh.tsv")))
+    return [files for files in found if files and (is_task(files.task) if tasks is None else files.task in tasks)]
+
+
+def named_files(root: Path, table: str) -> Files | None:
+    """Return the session to which a table's name belongs; None for an invalid name."""
+    match = NAME.fullmatch(table)
+    return Files(root, match[3], match[1], match[2]) if match else None
 
 
 def read_session(files: Files) -> SessionTable:

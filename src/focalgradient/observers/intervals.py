@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,7 +30,7 @@ from focalgradient.progress import Progress
 from focalgradient.render.rendered import LUMINANCE
 from focalgradient.stimuli import StimulusSet, blurred_scene, read_set
 
-__all__ = ["JUDGEMENTS", "SeenBlur", "SeenDepth", "SeenLevels", "encoded_levels", "seen_intervals"]
+__all__ = ["JUDGEMENTS", "SeenLevels", "encoded_levels", "seen_intervals"]
 
 
 ENCODED = 11
@@ -57,6 +57,8 @@ class SeenLevels:
         Encoded stimuli of both intervals at each level.
     sampling
         Sampling blur of the display's pixels in arcmin, which is subtracted.
+    judged
+        Judgement of the design: see `JUDGEMENTS`.
     """
 
     picture: str
@@ -64,10 +66,12 @@ class SeenLevels:
     without: Sequence[EncodedStimulus]
     added: Sequence[EncodedStimulus]
     sampling: float
+    judged: str
 
     def more(self, observer: Observer) -> FloatArray:
         """Return the probability at each of `levels` that the interval with the level is judged to have more."""
-        raise NotImplementedError
+        pairs = zip(self.added, self.without, strict=True)
+        return np.array([JUDGEMENTS[self.judged](added, without, observer, self.sampling) for added, without in pairs])
 
     def right_shares(self, observer: Observer) -> FloatArray:
         """Return the probability of a correct answer at each of `levels`, including lapses."""
@@ -75,43 +79,33 @@ class SeenLevels:
         return lapses / 2 + (1 - lapses) * self.more(observer)
 
 
-class SeenBlur(SeenLevels):
-    """Judgement of the more blurred interval, by the ratio of blurs including intrinsic blur (`BlurDiscrimination`)."""
+def _more_blurred(one: EncodedStimulus, other: EncodedStimulus, observer: Observer, sampling: float) -> float:
+    """Return the probability by the ratio of blurs including intrinsic blur (`BlurDiscrimination`)."""
 
-    __slots__ = ()
-
-    def more(self, observer: Observer) -> FloatArray:
-        """Return the probabilities of `SeenLevels.more`."""
-        pairs = zip(self.added, self.without, strict=True)
-        return np.array([more_blurred(self._whole(first), self._whole(second), observer) for first, second in pairs])
-
-    def _whole(self, stimulus: EncodedStimulus) -> tuple[float, float]:
+    def whole(stimulus: EncodedStimulus) -> tuple[float, float]:
         """Return the blur of a whole picture in arcmin, and the SD of its logarithm."""
         weight = np.broadcast_to(np.asarray(stimulus.blur_log_sd, float), stimulus.blur.shape) ** -2.0
         log = float(weight @ np.log(stimulus.blur) / weight.sum())
-        return math.sqrt(max(math.exp(2 * log) - self.sampling**2, 0.0)), float(weight.sum() ** -0.5)
+        return math.sqrt(max(math.exp(2 * log) - sampling**2, 0.0)), float(weight.sum() ** -0.5)
+
+    return more_blurred(whole(one), whole(other), observer)
 
 
-class SeenDepth(SeenLevels):
-    """Judgement of the deeper interval, by the ratio of perceived depths with the scatter of ratings."""
-
-    __slots__ = ()
-
-    def more(self, observer: Observer) -> FloatArray:
-        """Return the probabilities of `SeenLevels.more`."""
-        found = []
-        for one, other in zip(self.added, self.without, strict=True):
-            logs = [
-                np.log([relief(each, observer, np.random.default_rng(seed)) for seed in range(FIXATIONS)])
-                for each in (one, other)
-            ]
-            sd = math.sqrt(logs[0].var() + logs[1].var() + 2 * observer.scatter**2)
-            found.append(float(ndtr((logs[0].mean() - logs[1].mean()) / max(sd, 1e-9))))
-        return np.array(found)
+def _deeper(one: EncodedStimulus, other: EncodedStimulus, observer: Observer, _: float) -> float:
+    """Return the probability by the ratio of perceived depths with the scatter of ratings."""
+    logs = [
+        np.log([relief(stimulus, observer, np.random.default_rng(seed)) for seed in range(FIXATIONS)])
+        for stimulus in (one, other)
+    ]
+    sd = math.sqrt(logs[0].var() + logs[1].var() + 2 * observer.scatter**2)
+    return float(ndtr((logs[0].mean() - logs[1].mean()) / max(sd, 1e-9)))
 
 
-JUDGEMENTS: Mapping[str, type[SeenLevels]] = {"blur": SeenBlur, "depth": SeenDepth}
-"""Encoded-scene class by the judgement of the design."""
+JUDGEMENTS: Mapping[str, Callable[[EncodedStimulus, EncodedStimulus, Observer, float], float]] = {
+    "blur": _more_blurred,
+    "depth": _deeper,
+}
+"""Probability that the first interval is judged to have more, by the judgement of the design."""
 
 
 def encoded_levels(
@@ -140,7 +134,7 @@ def encoded_levels(
     """
     files = {scene: stimuli.picture(scene, "pinhole", design.fixation).png for scene in design.scenes}
     levels = np.geomspace(design.levels[0], design.levels[-1], ENCODED)
-    kind = JUDGEMENTS[design.judged]
+
     sampling = 0.5 * stimuli.display.arcmin(1.0)
     named = repr((design.judged, design.fixation, design.pedestal, design.pupil_mm, levels.tolist(), ENCODING))
     seen_levels = {}
@@ -158,7 +152,7 @@ def encoded_levels(
             return found
 
         stored = kept_stimuli(place, 2 * ENCODED, pairs)
-        seen_levels[scene] = kind(files[scene], levels, stored[::2], stored[1::2], sampling)
+        seen_levels[scene] = SeenLevels(files[scene], levels, stored[::2], stored[1::2], sampling, design.judged)
     return seen_levels
 
 
