@@ -10,7 +10,7 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.subjects import necker_figure
-from focalgradient.report.analysed import Reports, analyse_report_table, trials_in
+from focalgradient.report.analysed import Reports, analyse_report_table, designs_in, trials_in
 from focalgradient.report.displays import place_effects_of_cube, screens, screens_sheet, with_place
 from focalgradient.report.exclusions import CUBE_CATCH, criteria
 from focalgradient.report.export import r_script, report_files
@@ -69,7 +69,7 @@ def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
     sizes = sorted(trials["strength"][trials["strength"] > 0].unique())
     blurs = sorted({*trials["gradient"]} - {"none"})
     if data is not None:
-        designs = [sidecar["Design"] for sidecar in data.sidecars.values()]
+        designs = designs_in(data)
         shown = shown_cube(designs[0]) + differing(designs)
     else:
         lines = "sharp"

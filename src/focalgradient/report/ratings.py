@@ -13,7 +13,7 @@ import pandas as pd
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import blur_figure, depth_rating_figure, ordinal_figure, scenes_figure
-from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratings, trials_in
+from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratings, designs_in, trials_in
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
@@ -130,7 +130,7 @@ def shown_ratings(design: Mapping[str, Any]) -> str:
 def _shown(part: Ratings) -> str:
     """Describe the design that a data set recorded, or the user's own table, for which none is known."""
     if part.data is not None:
-        designs = [sidecar["Design"] for sidecar in part.data.sidecars.values()]
+        designs = designs_in(part.data)
         return shown_ratings(designs[0]) + differing(designs)
     main = part.table[~part.table["catch"]]
     apertures = main.drop_duplicates("aperture_mm").sort_values("aperture_mm")["aperture"]
@@ -175,7 +175,7 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
     methods = [] if posterior is None else [bayes_methods(posterior)]
     rows = ratings.kept[~ratings.kept["catch"]]
     rows = ratings.table[~ratings.table["catch"]] if rows.empty else rows
-    design = {} if data is None else next(iter(data.sidecars.values()))["Design"]
+    design = {} if data is None else designs_in(data)[0]
     unjudged = {one.rule: one.reason for one in quality.unjudged}
     questions = asked_of_ratings(rows, replace(asked.options, scale=analysis), data)
     plan = rating_plan(
@@ -335,7 +335,7 @@ def _sheets(result: DepthRatingResult | None, variants: Sequence[Variant]) -> It
 def gaze_blocks(part: Ratings, output: Output) -> Iterator[Block]:
     """Yield a count of trials in which gaze left the fixated object, and the findings without them."""
     assert part.data is not None
-    degrees = float(next(iter(part.data.sidecars.values()))["Design"].get("gaze_within_deg", 0.0))
+    degrees = float(designs_in(part.data)[0].get("gaze_within_deg", 0.0))
     rows = part.table[~part.table["catch"]]
     yield Heading("Gaze", 3)
     yield Paragraph(

@@ -147,7 +147,7 @@ def threshold_part(
     said: list[str] = []
     levels = float(table["level"].min()), float(table["level"].max())
     if data is not None:
-        design = next(iter(data.sidecars.values()))["Design"]
+        design = designs_in(data)[0]
         levels = float(design["least_level"]), float(design["most_level"])
         plan = threshold_plan(questions, design)
         result = results[""]
