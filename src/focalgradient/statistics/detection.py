@@ -185,11 +185,9 @@ def detection_by_person(table: pd.DataFrame | Mapping[str, ArrayLike], *, interv
     )
     first, *others = dict.fromkeys(rows["condition"])
     method = "d' of each person, paired t-test"
-    return DetectionGroup(
-        people,
-        *({name: t_interval(values[name].dropna()) for name in (first, *others)} for values in (d, c)),
-        {name: paired_effect((d[name] - d[first]).dropna(), method) for name in others},
-    )
+    d_prime, criterion = ({name: t_interval(of[name].dropna()) for name in (first, *others)} for of in (d, c))
+    differences = {name: paired_effect((d[name] - d[first]).dropna(), method) for name in others}
+    return DetectionGroup(people, d_prime, criterion, differences)
 
 
 @dataclass(frozen=True, slots=True)
