@@ -52,7 +52,7 @@ def test_steps_may_be_0_or_negative(tmp_path: Path, answers: str) -> None:
     rows = [f"A,{aperture},near,{answer}" for aperture, answer in zip("0808", answers.split(","), strict=True)]
     path = write(tmp_path, "\n".join(["subject,aperture,focus,rating", *rows]))
     assert read_ratings(path, steps=True).table["rating"].tolist() == [float(answer) for answer in answers.split(",")]
-    with pytest.raises(InputError, match=r"above 0: a ratio to the standard .*ordinal, where answers are steps"):
+    with pytest.raises(InputError, match=r"above 0: a ratio to the standard .*ordinal.* where answers are steps"):
         read_ratings(path)
 
 

@@ -147,7 +147,8 @@ def test_explaining_marks_what_is_missing(tmp_path: Path) -> None:
     assert shown.exit_code != 0
     assert "part0.txt and 1 more: 30 rows, taken for depth ratings\n" in shown.output
     assert "  Vpn -> participant_id: VP1; VP2\n" in shown.output
-    assert "  (no column) -> aperture: name it with --columns aperture=NAME\n" in shown.output
+    remedy = "name it with --columns aperture=NAME, or other conditions with --by NAME"
+    assert f"  (no column) -> aperture: {remedy}\n" in shown.output
     assert "  (no column) -> rating: name it with --columns rating=NAME\n" in shown.output
     assert "-> participant:" not in shown.output
     assert re.search(r"Error: the table of \S+ and 1 more has no columns for aperture, rating", shown.output)

@@ -144,7 +144,7 @@ def report(
     bound
         Equivalence bound: smallest relevant ratio of ratings at the largest aperture, set in advance.  [default: 1.2]
     ordinal
-        Ratings are steps of a scale (whole numbers), not ratios.
+        Ratings are steps of a scale (whole numbers) or, with --by, places on a line, not ratios.
     bayes
         Also fit Bayesian models of the ratings; takes some minutes, and requires the extra bayes.
     observers

@@ -48,6 +48,8 @@ def entries_as_options(sentence: str) -> str:
     "choose with --where phase=main, or give --by 'light level' --by eye."
     >>> entries_as_options('name them with columns={"rating": "NAME", "scene": "NAME"}.')
     'name them with --columns rating=NAME,scene=NAME.'
+    >>> entries_as_options('give scale="ordinal".')
+    'give --ordinal.'
     """
 
     def option(entry: re.Match[str]) -> str:
@@ -55,7 +57,7 @@ def entries_as_options(sentence: str) -> str:
         values = [",".join(map("=".join, pairs))] if pairs else re.findall(r'"([^"]*)"', entry[3])
         return " ".join(f"--{entry[1]} {shlex.quote(value)}" for value in values)
 
-    return _ENTRY.sub(option, sentence)
+    return _ENTRY.sub(option, sentence).replace('scale="ordinal"', "--ordinal")
 
 
 @contextmanager

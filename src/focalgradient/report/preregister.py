@@ -411,6 +411,8 @@ def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregister
             f"by {TASK_EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
             "Their effect is that of the observer in the task’s class."
         )
+        if study.model.are_alike(design):
+            subjects += " They do not differ from one another: with people, who do, the power is lower."
     neutral = "The design has no catch trials; state which trials show that participants attended."
     if catches := settings.get("catch_trials"):
         neutral = f"Catch trials ({catches}) are answered as their trials ask."

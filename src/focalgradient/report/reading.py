@@ -174,8 +174,8 @@ def explained_table(
         yield f"{rows} {kind.what}"
         yield from _columns(source)
         for role in source.missing():
-            optional = ", if there is one" if role == "fixation" else ""
-            yield f"  (no column) -> {role}: {columns_like(role)}{optional}"
+            also = {"fixation": ", if there is one", "aperture": ', or other conditions with by=["NAME"]'}.get(role, "")
+            yield f"  (no column) -> {role}: {columns_like(role)}{also}"
         raise
     varied = [*own.conditions] if kind.what == BY else []
     yield f"{rows} {len(own.table):,} {kind.what}{' by ' * bool(varied)}{' and '.join(varied)}"

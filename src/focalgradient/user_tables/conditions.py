@@ -41,8 +41,8 @@ CONDITION = Column(shown=True, compared=True, answer="condition", absent=frozens
 SHARP = frozenset(("pinhole", "ph", "sharp", "0", "f/inf"))
 """Names of levels without blur, which stand first."""
 
-STEPS = "Steps are averaged as numbers: effects of conditions are tested without an ordinal model."
-"""Statement on ratings that are steps of a scale."""
+STEPS = "Answers are averaged as they stand, not as ratios: effects are tested without an ordinal model."
+"""Statement on ratings that are steps of a scale, or positions on a line."""
 
 MOST_LEVELS = 50
 """Maximum number of levels of a condition that is not numeric."""
@@ -153,7 +153,7 @@ def read_conditions(
     for name in theirs:
         is_number = name not in references and _is_numeric(source.cells[name])
         defined[name] = CONDITION._replace(number=True, codes="signed") if is_number else CONDITION
-    source = replace(source, schema=RATINGS._replace(columns=defined))
+    source = replace(source, schema=RATINGS._replace(columns=defined)).without_pictures(theirs)
     table = rated(source, source.rows(), order)
     levels: dict[str, Sequence[Any]] = {}
     for name in theirs:
@@ -180,7 +180,7 @@ def read_conditions(
     cells = source.cells.loc[table.index]
     people = cells[source.columns["participant_id"]]
     note_groups(cells[source.unused], people, source.notices, theirs)
-    for name, values in few_levels(cells[source.unused], [people]).items():
+    for name, values in few_levels(cells[source.unused], [people, *(cells[by] for by in theirs)]).items():
         source.notices.append(
             f"Ratings are means over {printable(name)} ({values}): if it is a condition, add "
             f'by=["{printable(name)}"], or choose a level with {choice_like(cells, name, min(cells[name]))}.'

@@ -195,6 +195,24 @@ class Source:
         self.notices.append(f"{_rows_were(practice)} left out, of a loop of practice.")
         return replace(self, cells=self.cells[~practice].copy())
 
+    def without_pictures(self, conditions: Sequence[str]) -> Source:
+        """Leave out a column taken for the scene that names one picture a condition, as jsPsych's column `stimulus`.
+
+        `conditions` are the columns of the conditions. A column that the caller named, or that is named "scene", stays.
+        """
+        name = self.columns.get("scene", "scene")
+        if "scene" in self.given or heading(name) == "scene" or not conditions:
+            return self
+        cells = self.cells[[name, *conditions]]
+        pairs = cells[~cells.apply(lambda column: _is_empty(column, ABSENT)).any(axis=1)].drop_duplicates()
+        if not 1 < len(pairs) == pairs[name].nunique() == len(pairs[[*conditions]].drop_duplicates()):
+            return self
+        self.notices.append(
+            f"{printable(name)} names one picture for each condition, and was not used as the scene: name it with "
+            f'columns={{"scene": "{printable(name)}"}} where scenes differ.'
+        )
+        return replace(self, columns={role: column for role, column in self.columns.items() if role != "scene"})
+
     @property
     def unused(self) -> list[str]:
         """Columns without a role."""

@@ -36,8 +36,8 @@ REPORT_COLUMNS: Final = (
     "trial_duration",
 )
 ABOVE_0: Final = (
-    "above 0: a ratio to the standard (state the scale, ordinal, where answers are steps; compare positions on a line "
-    'as they stand, by=["aperture"])'
+    'above 0: a ratio to the standard (give scale="ordinal" where answers are steps; with by=["aperture"], too, where '
+    "they are places on a line)"
 )
 """Requirement of ratings that are ratios."""
 

@@ -48,6 +48,9 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
                 f"{table['participant_id'][shown].iloc[0]} occurs in a row above with another answer: leave one of "
                 f"them out ({rows_named(table, shown)}){_distinguished(source, table, keys)}."
             )
+        if block := _block(source, table, by):
+            source.notes.append(f"Trial numbers count within {printable(block)}.")
+            return _counted(source, table, by)
         source.notices.append(
             "The column of trials does not tell all trials apart and was not used: if each trial has several rows, "
             'choose that of the answer with where={"COLUMN": "VALUE"}.'
@@ -89,6 +92,19 @@ def note_order(table: pd.DataFrame, conditions: Sequence[str], notices: list[str
 def _in_files(table: pd.DataFrame, *roles: str) -> pd.Series[bool]:
     """Return which rows repeat the values of a row above in the same file."""
     return table.assign(file=table.index.get_level_values(0)).duplicated(["file", *roles])
+
+
+def _block(source: Source, table: pd.DataFrame, by: Sequence[str]) -> str:
+    """Return the unused column of blocks, consecutive rows of a subject within which no number occurs twice, or ""."""
+    if table.index.nlevels != 2:
+        return ""
+    for name in source.unused:
+        blocks = table.assign(block=source.cells.loc[table.index, name])[[*by, "trial", "block"]]
+        runs = blocks[[*by, "block"]]
+        is_start = (runs != runs.shift()).any(axis=1)
+        if is_start.sum() == len(runs.drop_duplicates()) < len(runs) / 2 and not blocks.duplicated().any():
+            return name
+    return ""
 
 
 def _counted(source: Source, table: pd.DataFrame, by: Sequence[str]) -> pd.DataFrame:

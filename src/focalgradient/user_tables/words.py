@@ -54,8 +54,11 @@ STOPS = frozenset(
 STEPS = 21
 """Maximum number of steps of a scale, as in designs."""
 
-SLIDER = 100
-"""Maximum position of a slider."""
+LINE = 100
+"""Maximum place on a line."""
+
+MIN_MEDIAN_ON_LINE = 10
+"""Minimum median of ratings with decimals that are noted as places on a line: ratios to 1 lie near 1."""
 
 Words = Mapping[str, tuple[str, str]]
 
@@ -246,7 +249,8 @@ def with_diameters(table: pd.DataFrame, header: str, words: Words, notices: list
         days = "; a spreadsheet program may have made dates of them, like 46178 of 5.6" if serial else ""
         raise InputError(
             f"aperture holds numbers that no lens has as its f-number, {few(unknown)}: name the column aperture_mm "
-            f"where they are diameters in millimetres, or write f/ before f-numbers{days}."
+            f"where they are diameters in millimetres, write f/ before f-numbers, or compare other conditions as they "
+            f'are with by=["NAME"]{days}.'
         )
     notices.append(
         f"The numbers {few(bare)} in the column of apertures were taken for f-numbers: name the column aperture_mm "
@@ -260,7 +264,7 @@ def _is_zero(text: str) -> bool:
 
 
 def whole_steps(ratings: pd.Series[float], by: str = "") -> list[str]:
-    """Return a notice if ratings look like ordinal steps, at least three small integers from 1, or like a slider's.
+    """Return a notice if ratings look like ordinal steps, at least three small integers from 1, or places on a line.
 
     `by` is the role of the apertures, which a remedy compares; "" if it is stated already.
 
@@ -269,13 +273,14 @@ def whole_steps(ratings: pd.Series[float], by: str = "") -> list[str]:
     >>> whole_steps(pd.Series([1.0, 1.4, 2.0]))
     []
     """
-    if (ratings % 1 != 0).any() or ratings.min() < 1 or not 3 <= ratings.max() <= SLIDER or ratings.nunique() < 3:
+    low, high, is_whole = ratings.min(), ratings.max(), (ratings % 1 == 0).all() and ratings.min() >= 1
+    if ratings.nunique() < 3 or not 3 <= high <= LINE or not (is_whole or ratings.median() >= MIN_MEDIAN_ON_LINE):
         return []
     kind, remedy = "answers in steps", "where they are steps"
-    if ratings.max() > STEPS:
-        kind, remedy = "positions of a slider", "where differences, not ratios, are to be compared"
+    if high > STEPS:
+        kind, remedy = "places on a line", "where differences, not ratios, are to be compared"
         remedy = f'and by=["{by}"] {remedy}' if by else remedy
     return [
-        f"All ratings are whole numbers from {ratings.min():g} to {ratings.max():g}, as {kind} are: they were taken "
-        f"for ratios to a standard of 1. State the scale (ordinal) {remedy}."
+        f"All ratings are {'whole ' if is_whole else ''}numbers from {low:g} to {high:g}, as {kind} are: they were "
+        f'taken for ratios to a standard of 1. Give scale="ordinal" {remedy}.'
     ]
