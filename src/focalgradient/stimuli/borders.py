@@ -145,9 +145,7 @@ def texture_border(
     height, width = frame.shape
     canvas, rim = (height + 2 * pad, width + 2 * pad), ((pad, pad), (pad, pad))
     inside = slice(pad, pad + height), slice(pad, pad + width)
-    bend = 0.0
-    if border == "sinusoidal":
-        bend = amplitude_deg * pixels_per_degree
+    bend = amplitude_deg * pixels_per_degree if border == "sinusoidal" else 0.0
     angle = 2 * math.pi / (period_deg * pixels_per_degree) if bend else 0.0
     factor = fineness(edge)
     left = _left_of(canvas, factor, bend, angle, math.radians(phase_deg))
@@ -169,10 +167,7 @@ def texture_border(
 
     flat = {side: mean * (1 + contrast * texture) for side, texture in textures.items()}
     sharp = np.clip(whole * flat["left"] + (1 - whole) * flat["right"], 0, 1)
-    depth = {
-        near: depth_of_blur(sides[near], "nearer", focus_m=focus_m, pupil_mm=pupil_mm),
-        far: depth_of_blur(sides[far], "beyond", focus_m=focus_m, pupil_mm=pupil_mm),
-    }
+    depth = {side: depth_of_blur(sides[side], kinds[side][1], focus_m=focus_m, pupil_mm=pupil_mm) for side in sides}
     blur_map = np.where(masks["left"], sides["left"], sides["right"]).astype(float)
     at_border = maximum_filter(covered, 3) - minimum_filter(covered, 3) > 1e-4
     # Through the near side's blurred border shows the far side, at its own blur.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Annotated, Literal
 
 import numpy as np
@@ -106,17 +107,16 @@ def fixated_cube(
     at = {"nearest": int(reading.argmin()), "farthest": int(reading.argmax())}.get(fixation)
     focus_m = distance_m if at is None else float(reading[at])
     pixel = frame.pixel_angle
-    vertices = cube.project(cube.vertices(turn)) / pixel + (np.array(frame.shape[::-1]) - 1) / 2
-    if (vertices < 0).any() or (vertices > np.array(frame.shape[::-1]) - 1).any():
+    size = np.array(frame.shape[::-1])
+    vertices = cube.project(cube.vertices(turn)) / pixel + (size - 1) / 2
+    if (vertices < 0).any() or (vertices > size - 1).any():
         raise InputError(
             f"edge_deg is {edge_deg:g}, with which the cube leaves the picture: give a smaller one, or a larger "
             "width_deg and height_deg."
         )
-    sharp = necker_frame(cube, turn, shape=frame.shape, pixel_angle=pixel).astype(float)
-    picture = necker_frame(
-        cube, turn, shape=frame.shape, pixel_angle=pixel, gradient=gradient, aperture=pupil_mm / 1000, focus=1 / focus_m
-    ).astype(float)
-    picture, sharp = line_light * picture, line_light * sharp
+    draw = partial(necker_frame, cube, turn, shape=frame.shape, pixel_angle=pixel)
+    sharp = line_light * draw().astype(float)
+    picture = line_light * draw(gradient=gradient, aperture=pupil_mm / 1000, focus=1 / focus_m).astype(float)
     if sharp.max() > 1:
         raise InputError(
             f"line_light is {line_light:g}, with which radiance reaches {sharp.max():.3g} where lines meet, but white "
@@ -128,7 +128,7 @@ def fixated_cube(
     lines = away <= max(1.0, frame.pixels(line_arcmin) / 2)
     down, right = frame.grid()
     # The centre of the cube lies on the axis, which the mean of its projected vertices misses.
-    middle = np.zeros(2) if at is None else vertices[at] - (np.array(frame.shape[::-1]) - 1) / 2
+    middle = np.zeros(2) if at is None else vertices[at] - (size - 1) / 2
     mark = np.hypot(right - middle[0], down - middle[1]) <= MARK_DEG * pixels_per_degree
     line_sd = frame.pixels(line_arcmin) / WIDTH  # standard deviation of a sharp line
     return drawing.stimulus(
@@ -141,7 +141,7 @@ def fixated_cube(
         lines=True,
         light_percent=100 * (float(picture.sum() / sharp.sum()) - 1),
         focus_m=focus_m,
-        fixation_px=[float(place) for place in middle + (np.array(frame.shape[::-1])) / 2],
+        fixation_px=[float(place) for place in middle + size / 2],
         blur_agrees_with_depth=gradient == "rigid",
     )
 

@@ -156,9 +156,8 @@ class Frame:
     @property
     def shape(self) -> tuple[int, int]:
         """Height and width in pixels, even."""
-        return 2 * round(self.height_deg * self.pixels_per_degree / 2), 2 * round(
-            self.width_deg * self.pixels_per_degree / 2
-        )
+        height, width = (2 * round(side * self.pixels_per_degree / 2) for side in (self.height_deg, self.width_deg))
+        return height, width
 
     def pixels(self, arcmin: float) -> float:
         """Return a number of minutes of arc in pixels."""
