@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 from headless import PAGES, Headless, Running, design, headless, keep, make_set, psychopy_here, session
@@ -15,15 +13,14 @@ from focalgradient.stimuli import blurred_scene, read_set
 
 SHORT = {"scenes": ["spheres-01"], "repetitions": 5, "catch_trials": 2, "practice_trials": 2, "break_every": 8}
 SHORT |= dict.fromkeys(("least_break_s", "mark_s", "picture_s", "blank_s", "pause_s"), 0.1)
-OF = {"blur": {"language": "en"}, "depth": {"language": "de", "most_level": 20.0}}
-"""Settings by what is judged."""
+SHORT |= {"judged": "depth", "most_level": 20.0, "language": "de"}
 
 
-def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop: int, folder: Path) -> None:
+def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop: int) -> None:
     """Answer rightly, but in every third trial that counts; kill it at the question of trial `stop`."""
     count = 0
     for number, event in enumerate(running.events()):
-        keep(screen, f"{folder.name}-{number:03}-{event.strip('?')}")
+        keep(screen, f"threshold-{number:03}-{event.strip('?')}")
         if event == "question":
             if count == stop:
                 running.process.kill()
@@ -38,27 +35,24 @@ def answer_all(running: Running, screen: Headless, trials: list[BlurTrial], stop
 
 @psychopy_here
 @pytest.mark.slow
-@pytest.mark.parametrize("judged", OF)
-def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_give(judged, tmp_path):
-    folder = tmp_path / judged
-    folder.mkdir()
-    make_set(folder / "set", ["spheres-01"])
-    given = [*session(folder, design("blurthreshold", judged=judged, **SHORT, **OF[judged])), "--gaze", "mouse"]
-    made = load_design(folder / "design.toml")
+def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_give(tmp_path):
+    make_set(tmp_path / "set", ["spheres-01"])
+    given = [*session(tmp_path, design("blurthreshold", **SHORT)), "--gaze", "mouse"]
+    made = load_design(tmp_path / "design.toml")
     assert isinstance(made, BlurThresholdDesign)
     trials = list(made.trials("01"))
-    with headless(folder / "x") as screen:
+    with headless(tmp_path / "x") as screen:
         first = Running(screen, "blur-threshold", *given)
-        answer_all(first, screen, trials, 7, folder)
+        answer_all(first, screen, trials, 7)
         first.end()
         recorded = read_journal(first.journal()).of("trial")
         assert 6 <= len(recorded) <= 7
         second = Running(screen, "blur-threshold", *given, "--resume")
-        answer_all(second, screen, trials[len(recorded) :], -1, folder)
+        answer_all(second, screen, trials[len(recorded) :], -1)
         assert second.end() == 0, second.errors
-    found = validate(folder / "data", folder / "set")
+    found = validate(tmp_path / "data", tmp_path / "set")
     assert found.problems == ()
-    table = read_dataset(folder / "data").blur_threshold
+    table = read_dataset(tmp_path / "data").blur_threshold
     assert len(table) == 12
     assert set(table["sitting"]) == {1, 2}
     assert (table["gaze_left"] == ~(table["gaze_away"] <= 2.0)).all()
@@ -71,7 +65,7 @@ def test_a_session_that_was_cut_off_goes_on_with_the_levels_that_its_answers_giv
         assert procedure.level() == pytest.approx(level)
         procedure.learn([*procedure.learnt, (level, right)])
     assert counted["level"].nunique() > 3
-    report = make_report(folder / "data")
+    report = make_report(tmp_path / "data")
     assert report.problems == ()
     assert b"threshold" in report.files["report.html"]
 
