@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import Server, step, take_part
+from chromium import Server, take_part
 from participant import DEPTH, NECKER, make_set
 from PIL import Image
 from playwright.sync_api import Browser, Error, Page
@@ -287,6 +287,9 @@ ask = ["eye"]
 smallest_screen = [800, 400]
 """
 
+SIDES = {"width": 844, "height": 420}
+PHONE: Any = {"viewport": SIDES, "screen": SIDES, "has_touch": True, "is_mobile": True}
+
 TOUCHED = """() => [
     "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled:not(.held)",
 ].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
@@ -297,8 +300,7 @@ TOUCHED = """() => [
 def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path: Path) -> None:
     make_set(tmp_path / "set", ["spheres-01"], size=(320, 241))
     server = served(tmp_path, PINHOLE)
-    sides = {"width": 844, "height": 420}
-    phone = browser.new_context(viewport=sides, screen=sides, has_touch=True, is_mobile=True)  # type: ignore[arg-type]
+    phone = browser.new_context(**PHONE)
     page, seen, end = phone.new_page(), list[str](), time.monotonic() + 90
     page.goto(server.address)
     while not page.query_selector("#complete"):
@@ -307,7 +309,7 @@ def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path
         if text not in seen[-1:]:
             seen.append(text)
         with suppress(Error):  # the screen has changed meanwhile
-            go_on(page, "touch")
+            touch_on(page)
     seen += [text for _, text in page.evaluate("focalgradient.page.shown")]  # also of pages between two looks
     phone.close()
     assert server.end() == 0
@@ -389,49 +391,39 @@ SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').len
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("by", ["keys", "touch"])
-def test_keys_of_a_task_of_ones_own_are_held_during_its_film(
-    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, by: str
+def test_keys_of_a_task_of_ones_own_are_held_by_touch_during_its_film(
+    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    name = f"bright{by}"
-    (tmp_path / f"{name}.py").write_text(BRIGHT.replace('"bright"', f'"{name}"', 2))
-    monkeypatch.setenv(FILES, str(tmp_path / f"{name}.py"))
-    server = served(tmp_path, f'task = "{name}"\nask = []\nsmallest_screen = [800, 400]\n')
-    sides: Any = {"width": 844, "height": 420}
-    on = {"viewport": sides, "screen": sides, "has_touch": True, "is_mobile": True} if by == "touch" else {}
-    context = browser.new_context(**on)
+    (tmp_path / "bright.py").write_text(BRIGHT)
+    monkeypatch.setenv(FILES, str(tmp_path / "bright.py"))
+    server = served(tmp_path, 'task = "bright"\nask = []\nsmallest_screen = [800, 400]\n')
+    context = browser.new_context(**PHONE)
     page, trials, end = context.new_page(), 0, time.monotonic() + 90
     page.goto(server.address)
     while not page.query_selector("#complete"):
         assert time.monotonic() < end, page.inner_text("body")
         with suppress(Error):  # the screen has changed meanwhile
             if not page.query_selector("button.held"):
-                go_on(page, by)
+                touch_on(page)
                 continue
             if (number := page.evaluate(SHOWN)) == trials:
                 continue
             trials = number
             label = page.locator("button.held").first
             assert label.inner_text() == "B bright"
-            if by == "keys":
-                page.keyboard.down("b")
-                page.wait_for_timeout(300)
-                page.keyboard.up("b")
-                page.keyboard.press("ArrowRight")
-            else:
-                box = label.bounding_box()
-                assert box
-                touch = page.context.new_cdp_session(page)
-                place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
-                touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [place]})
-                page.wait_for_timeout(300)
-                touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-                page.locator("button.held").last.tap()
+            box = label.bounding_box()
+            assert box
+            touch = page.context.new_cdp_session(page)
+            place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
+            touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [place]})
+            page.wait_for_timeout(300)
+            touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
+            page.locator("button.held").last.tap()
             page.wait_for_function(f"({SHOWN})() > {trials} || !document.querySelector('button.held')")
     context.close()
     assert server.end() == 0
     assert validate(tmp_path / "data").problems == ()
-    table = read_dataset(tmp_path / "data").tables[name]
+    table = read_dataset(tmp_path / "data").tables["bright"]
     assert trials == len(table) == 2
     assert 0.25 <= table["held"].max() <= 1.0  # Chromium cancels a touch that a busy machine answers late
     assert table["pressed"].tolist() == [2, 2]
@@ -440,11 +432,8 @@ def test_keys_of_a_task_of_ones_own_are_held_during_its_film(
     assert [part["event"] for event in frames for part in event["shown"]] == ["square", "square"]
 
 
-def go_on(page: Page, by: str) -> None:
-    """Go on from a page that is not a trial, by keys or by touch."""
-    if by == "keys":
-        step(page, [], "", "button.held")
-        return
+def touch_on(page: Page) -> None:
+    """Go on from a page that is not a trial."""
     found = page.evaluate_handle(TOUCHED).as_element()
     if found is None:
         return
