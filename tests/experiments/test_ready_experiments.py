@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from headless import PROGRAMS, Headless, Running, design, headless, keep, psychopy_here
+from headless import PAGES, PROGRAMS, Headless, Running, design, headless, keep, psychopy_here
 
 from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
@@ -21,7 +21,6 @@ from focalgradient.design.pages import pages_of
 from focalgradient.design.words import load_words
 from focalgradient.observers import simulate
 from focalgradient.report import make_report
-from focalgradient.scales import Scale
 from focalgradient.tasks import task_named
 from focalgradient.tasks.registry import FILES
 
@@ -107,11 +106,6 @@ def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> Non
 SHORT: dict[str, dict[str, Any]] = {
     "blur_matching": {"contrasts": [0.8], "repetitions": 1, "practice_trials": 0, "size_deg": 2.0},
     "blur_discrimination": {"pedestals_arcmin": [1.0], "repetitions": 2},
-    "border_blur": {"repetitions": 1, "practice_trials": 0},
-    "slant_from_blur": {"repetitions": 1, "practice_trials": 0, "slants": [40.0]},
-    "miniature_effect": {"repetitions": 1, "practice_trials": 0, "distances_m": [0.15], "width_deg": 8.0},
-    "depth_order": {"repetitions": 1, "practice_trials": 0, "far_m": [0.8]},
-    "stereo_blur": {"repetitions": 1, "practice_trials": 0, "depths_cm": [2.0]},
 }
 
 
@@ -142,41 +136,29 @@ def turn_knob(screen: Headless, trial: int) -> None:
 
 @psychopy_here
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "language"), [("blur_matching", "de"), ("slant_from_blur", "en")])
-def test_each_runs_in_a_window_with_real_keys(name: str, language: str, tmp_path: Path) -> None:
+def test_blur_is_matched_in_a_window_by_keys_wheel_and_slider(tmp_path: Path) -> None:
+    """Another of them, with a question, runs in `test_devices_of_tasks`."""
     given = ["--data", tmp_path / "data", "--uncalibrated", "--participant", "01", "--gaze", "mouse"]
-    given += ["--design", written(tmp_path, name, language)]
-    task = task_of(name)
-    trials = task.design(**{key: tuple(v) if isinstance(v, list) else v for key, v in SHORT[name].items()}).trials("01")
-    marked = not task.adjusts and isinstance(task.control(load_words(language), trials[0]), Scale)
+    given += ["--design", written(tmp_path, "blur_matching", "de")]
     with headless(tmp_path / "x") as screen:
-        running = Running(screen, "from-file", str(PROGRAMS / f"{name}.py"), *given)
+        running = Running(screen, "from-file", str(PROGRAMS / "blur_matching.py"), *given)
         events: list[str] = []
         for event in running.events():
             events.append(event)
-            keep(screen, f"{name}-{event.strip('?')}-{events.count(event)}")
+            keep(screen, f"matching-{event.strip('?')}-{events.count(event)}")
             if event == "adjust":
                 turn_knob(screen, events.count(event))
-                keep(screen, f"{name}-turned-{events.count(event)}")
+                keep(screen, f"matching-turned-{events.count(event)}")
                 screen.keys("Return")
-            elif event == "question":
-                screen.keys("Left")
-                if marked:
-                    keep(screen, f"{name}-moved-{events.count(event)}")
-                    screen.keys("Return")
-            elif event in ("instructions", "break", "ready", "thanks"):
+            elif event in PAGES:
                 screen.keys("space")
         assert running.end() == 0, running.errors
     assert validate(tmp_path / "data").problems == ()
     (table,) = (one for one in read_dataset(tmp_path / "data").tables.values() if len(one))
-    assert len(table) == len(trials)
     assert [*(tmp_path / "data").rglob("*_recording-eye1_physio.tsv.gz")]
-    if name == "slant_from_blur":
-        assert table["start"].equals(table["seen"])  # the first key places the marker at random, and none moved it
-    if name == "blur_matching":
-        turned = [6 * 2.0 / 60, 2 * 2.0 / 60, 1.5 - table["start"].iloc[2]]  # defocus by tap or notch, of 60; at 3/4
-        expected = (table["start"] + turned).clip(upper=2.0)
-        assert (table["matched"] - expected).abs().tolist() == pytest.approx([0, 0, 0], abs=2e-3)
+    turned = [6 * 2.0 / 60, 2 * 2.0 / 60, 1.5 - table["start"].iloc[2]]  # defocus by tap or notch, of 60; at 3/4
+    expected = (table["start"] + turned).clip(upper=2.0)
+    assert (table["matched"] - expected).abs().tolist() == pytest.approx([0, 0, 0], abs=2e-3)
 
 
 ALSO = """
