@@ -7,7 +7,7 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from headless import Running, design, headless, make_set, psychopy_here, session
+from headless import PAGES, Running, design, headless, make_set, psychopy_here, session
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.design import load_design
@@ -42,7 +42,7 @@ def test_steps_of_the_clock_lose_nothing_and_the_trial_is_shown_again(tmp_path):
                 made.add(done)
                 total += by
                 step.write_text(str(total))
-            if event in ("instructions", "example", "ready", "thanks", "debriefing"):
+            if event in PAGES:
                 screen.keys("space")
             elif event == "question":
                 screen.keys("1", "period", str(done + 1), "Return")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from headless import PROGRAMS, Headless, Running, headless, make_set, psychopy_here
+from headless import PAGES, PROGRAMS, Headless, Running, headless, make_set, psychopy_here
 
 from focalgradient.dataset import read_journal
 from focalgradient.dataset.markers import MARKERS
@@ -50,7 +50,7 @@ def answer_one(running: Running, screen: Headless, task: str) -> dict[str, list[
             screen.keys(*ANSWERS.get(task, ("Left", "Return")))
         elif event == "recorded":
             recorded += 1
-        elif event in ("instructions", "ready", "example", "thanks", "debriefing"):
+        elif event in PAGES:
             screen.keys("space")
     assert running.end() == 1, running.errors
     return seen

@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 import pytest
-from headless import Running, design, headless, make_set, psychopy_here, session
+from headless import PAGES, Running, design, headless, make_set, psychopy_here, session
 
 from focalgradient.dataset import bids_problems, read_dataset, repair, validate
 from focalgradient.design import load_design
@@ -42,7 +42,7 @@ def test_gaze_goes_to_the_data_set_and_trials_that_left_the_object_are_flagged(t
                 if done < len(trials):
                     look(done)  # before its mark: a slow machine would move the pointer after the picture
                 screen.keys("6", "Return")
-            elif event in ("instructions", "ready", "thanks", "debriefing", "example"):
+            elif event in PAGES:
                 time.sleep(0.1)
                 look(min(done, len(trials) - 1))
                 screen.keys("space")

@@ -293,7 +293,7 @@ def test_the_demonstration_shows_pictures_exactly_and_fields_in_degrees(screen, 
     events = []
     for event in running.events():
         events.append(event)
-        if event in ("instructions", "ready", "thanks"):
+        if event in PAGES:
             screen.keys("space")
         elif event == "mark":
             x, y = 512 - 200 + 40, 384 - 199.5 + 90  # where the set says that the nearest object is
