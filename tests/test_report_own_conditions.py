@@ -52,6 +52,9 @@ def test_the_slope_per_millimetre_is_the_headline(table: Path) -> None:
     assert f"Each millimetre of aperture changes ratings by a factor of {np.exp(np.mean(slopes)):.3f} (95" in text
     assert "not tested" not in text
     assert "f/100" not in text
+    assert any('by=["' in notice for notice in made.notices)
+    assert "--by" in text  # the page names options, as most people use the command
+    assert "by=[" not in text
 
 
 def test_means_of_the_levels_stand_beside_the_tests(table: Path) -> None:

@@ -8,6 +8,7 @@ import importlib.util
 import inspect
 import math
 import re
+import shlex
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -33,6 +34,7 @@ __all__ = [
     "check_seed",
     "checked",
     "described",
+    "entries_as_options",
     "is_number",
     "located",
     "nearest",
@@ -385,3 +387,26 @@ def described(value: Any) -> str:
     count = f" of {len(value)}" if isinstance(value, list | tuple | dict | set) else ""
     name = type(value).__name__
     return f"{'an' if name[0] in 'AEIOU' else 'a'} {name}{count}"
+
+
+_ENTRY = re.compile(r'\b(\w+)=(?:\{((?:"[^"]*": "[^"]*"(?:, )?)+)\}|\[((?:"[^"]*"(?:, )?)+)\])')
+"""Pattern of a mapping or a list in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
+
+
+def entries_as_options(sentence: str) -> str:
+    """Return a message of the library with options instead of entries of mappings and lists.
+
+    >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level", "eye"].')
+    "choose with --where phase=main, or give --by 'light level' --by eye."
+    >>> entries_as_options('name them with columns={"rating": "NAME", "scene": "NAME"}.')
+    'name them with --columns rating=NAME,scene=NAME.'
+    >>> entries_as_options('give scale="ordinal".')
+    'give --ordinal.'
+    """
+
+    def option(entry: re.Match[str]) -> str:
+        pairs = re.findall(r'"([^"]*)": "([^"]*)"', entry[2] or "")
+        values = [",".join(map("=".join, pairs))] if pairs else re.findall(r'"([^"]*)"', entry[3])
+        return " ".join(f"--{entry[1]} {shlex.quote(value)}" for value in values)
+
+    return _ENTRY.sub(option, sentence).replace('scale="ordinal"', "--ordinal")

@@ -13,9 +13,8 @@ from focalgradient.cli.design_options import TASK_FILE
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import SESSION_S, Workers
 from focalgradient.cli.program import resumable, show, writable, write_set
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, entries_as_options
 from focalgradient.files import printable
-from focalgradient.options.messages import entries_as_options
 from focalgradient.quantities import MILLIMETRES, POSITIVE
 
 if TYPE_CHECKING:

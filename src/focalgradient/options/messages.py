@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import re
-import shlex
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 
 import click
 
-from focalgradient.errors import InputError, nearest, one_line
+from focalgradient.errors import InputError, entries_as_options, nearest, one_line
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
 
@@ -36,28 +35,6 @@ OPTIONS = {
 
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
-
-_ENTRY = re.compile(r'\b(\w+)=(?:\{((?:"[^"]*": "[^"]*"(?:, )?)+)\}|\[((?:"[^"]*"(?:, )?)+)\])')
-"""Pattern of a mapping or a list in the library's messages: columns={"rating": "NAME"}, by=["NAME"]."""
-
-
-def entries_as_options(sentence: str) -> str:
-    """Return a message of the library with options instead of entries of mappings and lists.
-
-    >>> entries_as_options('choose with where={"phase": "main"}, or give by=["light level", "eye"].')
-    "choose with --where phase=main, or give --by 'light level' --by eye."
-    >>> entries_as_options('name them with columns={"rating": "NAME", "scene": "NAME"}.')
-    'name them with --columns rating=NAME,scene=NAME.'
-    >>> entries_as_options('give scale="ordinal".')
-    'give --ordinal.'
-    """
-
-    def option(entry: re.Match[str]) -> str:
-        pairs = re.findall(r'"([^"]*)": "([^"]*)"', entry[2] or "")
-        values = [",".join(map("=".join, pairs))] if pairs else re.findall(r'"([^"]*)"', entry[3])
-        return " ".join(f"--{entry[1]} {shlex.quote(value)}" for value in values)
-
-    return _ENTRY.sub(option, sentence).replace('scale="ordinal"', "--ordinal")
 
 
 @contextmanager

@@ -18,7 +18,7 @@ import pandas as pd
 
 from focalgradient.dataset import DataSet, checking
 from focalgradient.dataset.bids import DEFAULT_NAME, read_description
-from focalgradient.errors import InputError, check_installed
+from focalgradient.errors import InputError, check_installed, entries_as_options
 from focalgradient.files import printable
 from focalgradient.progress import Progress
 from focalgradient.report.analysed import analyse_necker, analyse_ratings, analyse_table, design_in, read_task
@@ -195,7 +195,7 @@ def make_report(
     body += explained([key for part in parts for key in part.plan.questions.choices])
     if stated.sha256:
         body.append(Paragraph(f"The rules were read from {stated.file} (SHA-256 {stated.sha256})."))
-    body += [Heading("Provenance"), *(Paragraph(_local(note, root)) for note in found.notes)]
+    body += [Heading("Provenance"), *(Paragraph(entries_as_options(_local(note, root))) for note in found.notes)]
     body += output.tables(provenance(paths, parts, applied, asked.used_bound, stated))
     answers = Answers(tuple(answer for part in parts for answer in part.answers))
     output.sheets.append(Sheet("results.csv", None, answers.frame()))
@@ -236,7 +236,7 @@ def compiled(
     """Return the report with all files: page, figures, tables, results.json and further `files`."""
     warned = ["Simulated observers, not people: every answer was computed by a model."] * simulated
     warned += [*(f"Problem: {problem}" for problem in problems), *notices]
-    blocks = [*map(Notice, warned), *body]
+    blocks = [*(Notice(entries_as_options(line)) for line in warned), *body]
     contents = {"simulated": simulated, "problems": problems, "notices": notices, "results": results}
     written = output.figures | {
         "report.html": as_html(title, blocks).encode(),
