@@ -157,21 +157,13 @@ def test_a_shaken_photograph_and_an_offset_that_is_not_determined_are_named(tmp_
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("one", "other", "named"),
-    [
-        ("distance_m = 0.7", "distance_m = 70", "0.7 m for the distance of 70 m"),
-        ("distance_m = 1.1", "distance_m = 0.5", "the distances 0.5 m and 1.1 m exchanged"),
-    ],
-)
-def test_slips_are_refused_and_named(tmp_path, one, other, named):
+def test_slips_are_refused_and_named(tmp_path):
     path = targets(tmp_path, (0.5, 0.7, 1.1))
-    text = path.read_text().replace(other, "distance_m = 3").replace(one, other).replace("distance_m = 3", one)
-    # Without a mark a focus near infinity explains exchanged distances, too.
+    text = path.read_text().replace("distance_m = 0.7", "distance_m = 70")
     path.write_text(text.replace("f_number =", "focus_distance_m = 0.3\nf_number ="))
     result = run("calibrate", path, "--out", tmp_path / "camera.toml")
     assert result.exit_code == 2
-    assert f"contradict the stated values: their blur fits better with {named}" in result.stderr
+    assert "their blur fits better with 0.7 m for the distance of 70 m" in result.stderr
     assert not (tmp_path / "camera.toml").exists()
 
 

@@ -196,13 +196,9 @@ def draw_depth(
         for curve in depth.details.get("outlines", ()):
             ax.plot(*zip(*curve, strict=True), color="black", linewidth=0.8, scalex=False, scaley=False)
     if "rejected" in depth.details:
-        ax.text(
-            *(0.5, 0.5, fill(f"No depth: most likely because {depth.details['rejected']}.", 42)),
-            transform=ax.transAxes,
-            ha="center",
-            va="center",
-            bbox={"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4},
-        )
+        said = fill(f"No depth: most likely because {depth.details['rejected']}.", 42)
+        box = {"facecolor": "white", "edgecolor": "#888888", "linewidth": 0.4}
+        ax.text(0.5, 0.5, said, transform=ax.transAxes, ha="center", va="center", bbox=box)
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
         ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest", zorder=1)
