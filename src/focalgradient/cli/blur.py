@@ -101,8 +101,8 @@ def blur(
     the size of a pixel is --field, or --pixel-pitch with a lens, or that of the display (--display, or --screen-width
     and --distance).
 
-    For each --focus M the command writes DIR/blurred-M.png for the display and DIR/blurred-M.npy in linear light (an
-    eye that cannot focus at M: M is its nearest possible focus); also
+    For each --focus M the command writes DIR/blurred-M.png (--focus 3: blurred-3.0m.png) for the display and
+    DIR/blurred-M.npy in linear light (an eye that cannot focus at M: M is its nearest possible focus); also
     DIR/distance.npy, the depth in metres with holes filled, and DIR/summary.json with all settings. Two folders instead
     of two files: every picture with the depth file of the same name, written to DIR/NAME-M.png and .npy. A video and a
     folder: each frame with one file of the folder, in order of name. After an interruption the same command continues.

@@ -18,7 +18,7 @@ from focalgradient.eye.off_axis import off_axis
 from focalgradient.eye.peripheral_refraction import EMMETROPES, PeripheralRefraction
 from focalgradient.eye.periphery import Meridian, resolved_cpd
 from focalgradient.eye.scatter import Scatter
-from focalgradient.eye.views import Forming, SceneInput, eye_views
+from focalgradient.eye.views import FormingBands, SceneInput, eye_views
 from focalgradient.render import Rendered
 
 __all__ = ["EXTREMES_S", "ViewingConditions", "compared_views"]
@@ -90,7 +90,7 @@ def compared_views(
     conditions: ViewingConditions | None = None,
     course: TimeCourse | None = None,
     times: Sequence[float] = EXTREMES_S,
-    **forming: Unpack[Forming],
+    **forming: Unpack[FormingBands],
 ) -> dict[str, Rendered]:
     """Return the views from which an eye could estimate depth, by band and moment.
 
@@ -124,6 +124,6 @@ def compared_views(
         moments = {f" at {1e3 * time:.0f} ms": one for time, one in zip(times, eyes, strict=True)}
     bands: tuple[Band, ...] = ("L+M",) if cue == "moments" else ("L+M", "S")
     cones = {f"{band}{moment}": conditions.cones(one, band) for moment, one in moments.items() for band in bands}
-    assumed = Forming(correlation=0.95, noise=0.01)
+    assumed = FormingBands(correlation=0.95, noise=0.01)
     views = eye_views(scene, [*cones.values()], shape, pixel_angle, **(assumed | forming))
     return dict(zip(cones, views, strict=True))

@@ -56,14 +56,19 @@ SceneInput = Scene | float | tuple[ArrayLike | SpectralPicture, ArrayLike]
 class Forming(TypedDict, total=False):
     """How views are formed: keywords of `eye_views`, with its defaults."""
 
-    correlation: float
-    gain: float
     noise: float | Photons
     samples: int
     seed: int
     colours: LocalColours | None
     executor: Executor | None
     progress: Progress | None
+
+
+class FormingBands(Forming, total=False):
+    """How views in different lights are formed: keywords of `eye_views`, with its defaults."""
+
+    correlation: float
+    gain: float
 
 
 def band_views(
@@ -75,7 +80,7 @@ def band_views(
     s_finest_cpd: float = S_FINEST_CPD,
     illuminant: str = "D65",
     wavelengths: int | None = None,
-    **forming: Unpack[Forming],
+    **forming: Unpack[FormingBands],
 ) -> list[Rendered]:
     """Return the views of the L and M cones together and of the S cones, at one moment.
 
@@ -164,7 +169,7 @@ def accommodation_views(
     changes = course.at(ordered_times(check_list("times", times, "seconds")))
     moments = [eye.refocused(eye.focus_vergence + change) for change in changes.tolist()]
     cones = [Cones.of(one, "L+M", illuminant=illuminant, wavelengths=wavelengths) for one in moments]
-    return eye_views(scene, cones, shape, pixel_angle, **forming)
+    return eye_views(scene, cones, shape, pixel_angle, correlation=1.0, gain=1.0, **forming)
 
 
 def eye_views(
