@@ -163,7 +163,8 @@ def _through_display(
     for number, band in enumerate(CLASSES):
         for component, cones in enumerate(basis.cones(eye, band, wavelengths=wavelengths)):
             total[:, :, component, number] = cones.optical_transfer(down, right, vergence)
-    return total * basis.class_catches.T
+    total *= basis.class_catches.T
+    return total
 
 
 def _filtered(through: NDArray[np.complex128], light: NDArray[np.complex128], size: tuple[int, ...]) -> FloatArray:

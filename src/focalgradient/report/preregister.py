@@ -404,14 +404,15 @@ def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregister
     if not questions.every:
         subjects = "State the number of subjects and its reason: no test is made whose power would give it."
     elif task.simulates:
-        study = Study(Observers(task), design)
+        observers = Observers(task)
+        study = Study(observers, design)
         powers = {one.subjects: one.found for one in power(run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS))}
         named = dict(study.tests)
         subjects = (
             f"by {TASK_EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
             "Their effect is that of the observer in the task’s class."
         )
-        if study.model.are_alike(design):
+        if observers.are_alike(design):
             subjects += " They do not differ from one another: with people, who do, the power is lower."
     neutral = "The design has no catch trials; state which trials show that participants attended."
     if catches := settings.get("catch_trials"):
