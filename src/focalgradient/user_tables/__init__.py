@@ -4,7 +4,7 @@
 """
 
 from focalgradient.user_tables.conditions import OwnConditions, read_conditions
-from focalgradient.user_tables.data_sets import data_sets, of_one_data_set
+from focalgradient.user_tables.data_sets import data_sets
 from focalgradient.user_tables.detection import OwnDetection, read_detection
 from focalgradient.user_tables.files import Paths, UserTable, read_table
 from focalgradient.user_tables.ratings import OwnRatings, read_ratings
@@ -22,7 +22,6 @@ __all__ = [
     "UserTable",
     "Where",
     "data_sets",
-    "of_one_data_set",
     "read_conditions",
     "read_detection",
     "read_ratings",

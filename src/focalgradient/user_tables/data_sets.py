@@ -5,36 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from focalgradient.errors import InputError
-from focalgradient.user_tables.files import Paths, UserTable, file_labels, person_of, read_table
+from focalgradient.user_tables.files import UserTable, file_labels, person_of, read_table
 from focalgradient.user_tables.names import clean, few, in_several
 from focalgradient.user_tables.schema import PARTICIPANT, Schema, found_columns
 
-__all__ = ["data_sets", "of_one_data_set"]
+__all__ = ["data_sets"]
 
 
-def of_one_data_set(paths: Sequence[Paths], participant: str | None = None) -> bool:
-    """Return whether tables are the parts of one data set.
+def _are_parts(tables: Sequence[UserTable], people: Sequence[set[str]]) -> bool:
+    """Return whether tables of these people are the parts of one data set.
 
     They are if one of them has a single participant, if all have the same columns, or if a participant occurs in two.
-
-    Parameters
-    ----------
-    paths
-        The files, or their content.
-    participant
-        Column of the participants, if it was named.
 
     Raises
     ------
     InputError
         If several files hold one participant each, all of the same name.
     """
-    tables = [read_table(path) for path in paths]
-    return _are_parts(tables, _people(tables, participant))
-
-
-def _are_parts(tables: Sequence[UserTable], people: Sequence[set[str]]) -> bool:
-    """Return whether tables of these people are the parts of one data set: see `of_one_data_set`."""
     if len(people) > 1 and all(len(names) == 1 for names in people) and len(set.union(*people)) == 1:
         raise InputError(
             f"all {len(people)} files are of the participant {min(people[0])}: give people names of their own, or "
@@ -51,8 +38,10 @@ def data_sets(
 
     Parameters
     ----------
-    tables, participant
-        See `of_one_data_set`.
+    tables
+        The tables.
+    participant
+        Column of the participants, if it was named.
     separate
         True if each table is an experiment of its own.
     """
