@@ -231,16 +231,19 @@ def report(
                 f"--{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
             )
         writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
-        with options_named(
-            {
-                "far_effect": "--far-effect",
-                "effect is": "--effect is",
-                "ordinal is": "--ordinal is",
-                "bound is": "--bound is",
-            }
+        with (
+            resumable("nothing was written.") as say,
+            options_named(
+                {
+                    "far_effect": "--far-effect",
+                    "effect is": "--effect is",
+                    "ordinal is": "--ordinal is",
+                    "bound is": "--bound is",
+                }
+            ),
         ):
             texts = preregistration(
-                folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal
+                folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal, progress=say
             )
         write_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")

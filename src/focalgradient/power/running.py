@@ -129,15 +129,15 @@ def run(
     return pd.DataFrame(rows)
 
 
-def run_here(study: Study, subjects: Sequence[int], experiments: int) -> pd.DataFrame:
+def run_here(study: Study, subjects: Sequence[int], experiments: int, progress: Progress | None = None) -> pd.DataFrame:
     """Simulate experiments in this process without a file; return one row per experiment, as `run` does."""
-    return pd.DataFrame(
-        [
-            {"subjects": count, "number": number} | study.experiment(count, number)
-            for count in sorted(set(subjects))
-            for number in range(experiments)
-        ]
-    )
+    wanted = [(count, number) for count in sorted(set(subjects)) for number in range(experiments)]
+    rows = []
+    for count, number in wanted:
+        if progress is not None:
+            progress(len(rows) / len(wanted), f"power: {len(rows)} of {len(wanted)} experiments")
+        rows.append({"subjects": count, "number": number} | study.experiment(count, number))
+    return pd.DataFrame(rows)
 
 
 def _begun(study: Study, file: Path) -> dict[tuple[int, int], dict[str, float | None]]:

@@ -26,6 +26,7 @@ from focalgradient.power import (
     quick_power,
     run_here,
 )
+from focalgradient.progress import Progress
 from focalgradient.report.conditions import task_plan
 from focalgradient.report.cube import shown_cube
 from focalgradient.report.document import Block, Heading, Paragraph, Table, as_html, as_markdown
@@ -157,6 +158,7 @@ def preregistration(
     far_effect: float | None = None,
     ordinal: bool = False,
     model: Model | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, bytes]:
     """Write the files of a preregistration: HTML, Markdown, and the rules file for `report --rules`.
 
@@ -176,6 +178,8 @@ def preregistration(
         True to analyse the answers as ordinal.
     model
         Model of the simulated subjects who rate depth in ratios, which replaces the two effects.
+    progress
+        Function called with the completed fraction of the power analysis of a user-defined task.
 
     Raises
     ------
@@ -186,7 +190,7 @@ def preregistration(
     effects = {name: one for name, one in (("effect", effect), ("far_effect", far_effect)) if one is not None}
     if model is not None:
         effects = dataclasses.asdict(model) | effects
-    asked = Asked(stated, bound, effects=effects, ordinal=ordinal)
+    asked = Asked(stated, bound, progress=progress, effects=effects, ordinal=ordinal)
     check_bound("bound", asked.used_bound)
     task = task_named(design.task)
     given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": far_effect is not None}
@@ -406,7 +410,8 @@ def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregister
     elif task.simulates:
         observers = Observers(task)
         study = Study(observers, design)
-        powers = {one.subjects: one.found for one in power(run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS))}
+        experiments = run_here(study, TASK_SUBJECTS, TASK_EXPERIMENTS, asked.progress)
+        powers = {one.subjects: one.found for one in power(experiments)}
         named = dict(study.tests)
         subjects = (
             f"by {TASK_EXPERIMENTS} simulated experiments each with the task’s simulated observers, analysed as above. "
