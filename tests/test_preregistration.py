@@ -14,6 +14,7 @@ from recorded import record_necker
 from test_scales import record
 
 from focalgradient.design import DepthRatingDesign, DepthTrial, load_design
+from focalgradient.errors import InputError
 from focalgradient.power import Model
 from focalgradient.report import Stated, make_report
 from focalgradient.report.preregister import preregistration
@@ -119,6 +120,13 @@ def test_a_model_of_subjects_states_the_effect_and_a_given_one_goes_before(tmp_p
         return preregistration(path, stated=Stated(Rules()), **given)["preregistration.md"]
 
     assert stated(model=Model(effect=1.5)) == stated(effect=1.5) == stated(model=Model(effect=1.1), effect=1.5)
+    assert stated(model=Model(between=0.3, noise=0.2)) == stated(between=0.3, noise=0.2)
+    with pytest.raises(InputError, match=r"between is -1"):
+        stated(between=-1.0)
+    steps = tmp_path / "steps.toml"
+    steps.write_text('task = "depthrating"\nscale = "steps"\n')
+    with pytest.raises(InputError, match=r"noise does not apply to the simulated answers of this design: leave it"):
+        preregistration(steps, stated=Stated(Rules()), noise=0.2)
 
 
 def test_factors_of_the_design_are_hypotheses_with_their_test(tmp_path: Path) -> None:

@@ -160,8 +160,8 @@ def test_without_psignifit_the_late_levels_are_named_and_compared(tmp_path: Path
 
 def test_the_control_gives_the_guess_rate_and_the_field_of_the_right_answer() -> None:
     design = FinerDesign()
-    assert guessed(Finer(), design, "correct") == (0.5, {"interval"})
-    assert guessed(Seen(), design, "correct") == (0.0, frozenset())
+    assert guessed(Finer(), design, "correct") == (0.5, {"interval": 2})
+    assert guessed(Seen(), design, "correct") == (0.0, {})
 
 
 @pytest.mark.usefixtures("without_psignifit")

@@ -44,6 +44,18 @@ def test_noise_differs_between_phases_trials_and_participants_and_can_be_drawn_a
     assert len({once, drawn("02"), drawn("01", phase="practice"), drawn("01", trial=first.trial + 1)}) == 4
 
 
+def test_a_field_that_is_the_right_answer_is_not_compared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The interval or side of a stimulus was a hypothesis of its own, without power, in the correction by Holm."""
+    task = task_named(str(Path(__file__).parents[1] / "experiments" / "depth_order.py"))
+    design = task.design()
+    assert {*task.factors(design)} == {"near", "far", "depth_of_field"}  # near is the side that is right
+    asked = [question.name for question in task.analysis(design).every]
+    assert asked == ["slope of correct on far", "correct, depth_of_field without less with"]
+    monkeypatch.setattr(type(task), "factors", lambda self, design: ["far"])
+    with pytest.raises(InputError, match=r"factors of depthorder gives \['far'\], but must give the levels of each"):
+        task.analysis(design)
+
+
 @pytest.mark.parametrize("name", ["", "other", "depth_rating", 3, None])
 def test_an_unknown_task_is_refused_with_those_that_exist(name) -> None:
     assert not is_task(name)

@@ -98,6 +98,9 @@ def report(
     preregister: bool = False,
     effect: Annotated[float | None, POSITIVE, "FACTOR"] = None,
     far_effect: Annotated[float | None, POSITIVE, "FACTOR"] = None,
+    between: Annotated[float | None, "SD"] = None,
+    between_scenes: Annotated[float | None, "SD"] = None,
+    noise: Annotated[float | None, "SD"] = None,
     workers: Workers,
 ) -> None:
     """Analyse the data set DATASET of people or simulated observers, or a table of your own (CSV, TSV, XLSX, JSON).
@@ -200,12 +203,20 @@ def report(
         and the cube an odds ratio.  [default: 1.3; odds ratios 3; cube 1.5]
     far_effect
         With --preregister: effect with the farthest object in focus; 1 means none.  [default: 1]
+    between
+        With --preregister: SD over subjects of the log of each effect, as for 'focalgradient power'.
+    between_scenes
+        With --preregister: the same over scenes.
+    noise
+        With --preregister: SD of the log of a single rating, of ratio scales.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     folder, pairs = folders[0], _pairs("--columns", columns)
     meanings = _pairs("--conditions", conditions)
     chosen = _where(where)
     steps = order[0].split(",") if len(order) == 1 else order
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
+    assumed = {"effect": effect, "far_effect": far_effect, "between": between, "between_scenes": between_scenes}
+    assumed["noise"] = noise
     stated = fg.report.Stated(fg.statistics.Rules()) if rules is None else fg.report.load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
@@ -237,14 +248,13 @@ def report(
                 {
                     "far_effect": "--far-effect",
                     "effect is": "--effect is",
+                    **{name: f"--{name.replace('_', '-')}" for name in ("between_scenes", "between", "noise")},
                     "ordinal is": "--ordinal is",
                     "bound is": "--bound is",
                 }
             ),
         ):
-            texts = preregistration(
-                folder, bound=bound, stated=stated, effect=effect, far_effect=far_effect, ordinal=ordinal, progress=say
-            )
+            texts = preregistration(folder, bound=bound, stated=stated, **assumed, ordinal=ordinal, progress=say)
         write_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")
@@ -257,8 +267,8 @@ def report(
                 for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate, steps=ordinal):
                     click.echo(entries_as_options(line))
         return
-    if effect is not None or far_effect is not None:
-        raise InputError("--effect and --far-effect belong to a preregistration: give --preregister too.")
+    if wrong := [name.replace("_", "-") for name, value in assumed.items() if value is not None]:
+        raise InputError(f"--{wrong[0]} belongs to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     sets, notices = _data_sets(folders, pairs, separate)
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))

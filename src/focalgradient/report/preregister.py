@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -156,6 +157,9 @@ def preregistration(
     stated: Stated,
     effect: float | None = None,
     far_effect: float | None = None,
+    between: float | None = None,
+    between_scenes: float | None = None,
+    noise: float | None = None,
     ordinal: bool = False,
     model: Model | None = None,
     progress: Progress | None = None,
@@ -174,6 +178,8 @@ def preregistration(
         Effect size for the power analysis: for ratios, the depth effect at the largest aperture; for ordinal ratings,
         choices and the cube, an odds ratio. `far_effect` applies to the fixations after the first. None: as in
         `focalgradient.power`.
+    between, between_scenes, noise
+        Standard deviations over subjects, scenes and ratings for the power analysis, as in `focalgradient.power`.
     ordinal
         True to analyse the answers as ordinal.
     model
@@ -187,7 +193,9 @@ def preregistration(
         If the file is not a design, lacks information for the hypotheses, or a setting does not apply to it.
     """
     design = load_design(design_file)
-    effects = {name: one for name, one in (("effect", effect), ("far_effect", far_effect)) if one is not None}
+    stated_effects = {"effect": effect, "far_effect": far_effect, "between": between}
+    stated_effects |= {"between_scenes": between_scenes, "noise": noise}
+    effects = {name: value for name, value in stated_effects.items() if value is not None}
     if model is not None:
         effects = dataclasses.asdict(model) | effects
     asked = Asked(stated, bound, progress=progress, effects=effects, ordinal=ordinal)
@@ -208,6 +216,23 @@ def preregistration(
     if rules:
         files["rules.toml"] = as_toml(stated.rules, asked.used_bound if "bound" in rules else None, rules).encode()
     return files
+
+
+AnyModel = TypeVar("AnyModel")
+
+
+def _assuming(model: Callable[..., AnyModel], asked: Asked) -> AnyModel:
+    """Return the model of simulated subjects with the assumed effects.
+
+    Raises
+    ------
+    InputError
+        If the model has no such standard deviation.
+    """
+    known = inspect.signature(model).parameters
+    if wrong := [name for name in asked.effects if name not in known]:
+        raise InputError(f"{wrong[0]} does not apply to the simulated answers of this design: leave it out.")
+    return model(**asked.effects)
 
 
 def preregister_ratings(task: Task, design: DepthRatingDesign, asked: Asked) -> Preregistered:
@@ -233,7 +258,7 @@ def preregister_ratings(task: Task, design: DepthRatingDesign, asked: Asked) -> 
         rules=asked.rules,
         unjudged=unjudged,
     )
-    study = Study((Model if analysis.ratios else LatentModel)(**asked.effects), design, asked.used_bound)
+    study = Study(_assuming(Model if analysis.ratios else LatentModel, asked), design, asked.used_bound)
     assumed, powers = (_ratios if analysis.ratios else _latent)(study)
     skipped = {"bound", *unjudged, *(() if analysis.ratios else ("catch_factor",))}
     return Preregistered(
@@ -334,7 +359,7 @@ def preregister_cube(task: Task, design: NeckerDesign, asked: Asked) -> Preregis
     InputError
         If the design contains no comparison.
     """
-    model, rules = CubeModel(**asked.effects), asked.rules
+    model, rules = _assuming(CubeModel, asked), asked.rules
     study = Study(model, design)
     judged = quality(study.table(1, study.stream(1)), rules)[1]
     unjudged = {one.rule: one.reason for one in judged.unjudged}
@@ -375,7 +400,7 @@ def preregister_thresholds(task: Task, design: BlurThresholdDesign, asked: Asked
         If an effect is given, as no hypothesis is tested.
     """
     if asked.effects:
-        raise InputError(f"effect is for hypothesis tests, but {design.task} has none: leave it out.")
+        raise InputError(f"{min(asked.effects)} is for hypothesis tests, but {design.task} has none: leave it out.")
     return Preregistered(
         about=f"thresholds of {design.thresholds_of}",
         plan=threshold_plan(task.analysis(design, asked.options), design.model_dump()),
@@ -401,7 +426,8 @@ def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregister
         If an effect is given, which only the task's simulated observer defines.
     """
     if asked.effects:
-        raise InputError(f"effect cannot go with {task.called}, whose simulated observer has its own: leave it out.")
+        stated = min(asked.effects)
+        raise InputError(f"{stated} cannot go with {task.called}, whose simulated observer has its own: leave it out.")
     questions, powers, named = task.analysis(design), dict[int, Mapping[str, float]](), dict[str, str]()
     settings = design.model_dump(mode="json")
     subjects = "State the number of subjects and its reason: the task has no simulated observer."

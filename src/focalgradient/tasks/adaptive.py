@@ -1,10 +1,12 @@
-"""Analysis of tasks whose level an adaptive procedure sets, with the guess rate of their control."""
+"""Analysis of tasks whose level an adaptive procedure sets, and of answers that are correct or not."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from focalgradient.errors import InputError, described
 from focalgradient.scales import Held
 from focalgradient.tasks.steps import control_of
 
@@ -12,7 +14,7 @@ if TYPE_CHECKING:
     from focalgradient.statistics.questions import Analysis
     from focalgradient.tasks.base import Task
 
-__all__ = ["adapted_analysis", "guessed"]
+__all__ = ["adapted_analysis", "compared_factors", "guessed"]
 
 GUESS_RATE = 0.5
 """Guess rate of tasks without a described control: two alternatives."""
@@ -20,24 +22,50 @@ GUESS_RATE = 0.5
 
 def adapted_analysis(task: Task, design: Any) -> Analysis | None:
     """Return the questions about the thresholds of a task; None if no procedure sets one level of correct answers."""
-    settings = design.model_dump(mode="json")
-    columns = {column.name: column for column in task.columns(settings)}
-    judged = [name for name in task.measures(settings) if columns[name].form == "bool"]
-    if "correct" in judged:
-        judged = ["correct"]
+    columns = {column.name: column for column in task.columns(design.model_dump(mode="json"))}
+    judged = _judged(task, design)
     if len(task.adapted_fields) != 1 or len(judged) != 1:
         return None
     from focalgradient.statistics.adaptive import adapted_questions  # with pandas and SciPy
 
     [level], [right] = task.adapted_fields, judged
-    factors = dict(task.factors(design))
+    factors = _factors(task, design)
     guess, keys = guessed(task, design, right)
     compared = {name: levels for name, levels in factors.items() if name not in keys}
     return adapted_questions(level, right, compared, columns[level].units or "", guess)
 
 
-def guessed(task: Task, design: Any, right: str) -> tuple[float, frozenset[str]]:
-    """Return the guess rate, and the fields of a trial that decide which answer is correct.
+def compared_factors(task: Task, design: Any) -> dict[str, tuple[object, ...]]:
+    """Return the factors of a task whose answers are correct or not, without those that are the correct answer.
+
+    The interval of a stimulus, for example, is varied so that it cannot be known, not to be compared. If no other
+    factor is left, all are returned.
+    """
+    factors = _factors(task, design)
+    ways = {name: count for right in _judged(task, design) for name, count in guessed(task, design, right)[1].items()}
+    return {name: levels for name, levels in factors.items() if ways.get(name) != len(levels)} or factors
+
+
+def _factors(task: Task, design: Any) -> Mapping[str, tuple[object, ...]]:
+    factors = task.factors(design)
+    if not isinstance(factors, Mapping):
+        raise InputError(
+            f"factors of {task.called} gives {described(factors)}, but must give the levels of each condition, such as "
+            '{"pedestal": (0.0, 0.75)}.'
+        )
+    return factors
+
+
+def _judged(task: Task, design: Any) -> list[str]:
+    """Return the answer `correct`; if there is none, all answers that are true or false."""
+    settings = design.model_dump(mode="json")
+    forms = {column.name: column.form for column in task.columns(settings)}
+    judged = [name for name in task.measures(settings) if forms.get(name) == "bool"]
+    return ["correct"] if "correct" in judged else judged
+
+
+def guessed(task: Task, design: Any, right: str) -> tuple[float, Mapping[str, int]]:
+    """Return the guess rate, and the fields of a trial that decide which answer is correct, with the number of ways.
 
     The guess rate is the share of the control's values that are correct; 0 if it is the same value in all trials, as
     with yes and no.
@@ -50,7 +78,7 @@ def guessed(task: Task, design: Any, right: str) -> tuple[float, frozenset[str]]
         Field of the answer that is true if it was correct.
     """
     if not task.described or task.adjusts:
-        return GUESS_RATE, frozenset()
+        return GUESS_RATE, {}
     words, main = design.words(), [one for one in design.trials("01") if one.phase == "main" and not one.catch]
 
     def correct(trial: Any) -> tuple[bool, ...]:
@@ -62,10 +90,11 @@ def guessed(task: Task, design: Any, right: str) -> tuple[float, frozenset[str]]
 
     ways = [correct(trial) for trial in main]
     if not ways[0]:
-        return GUESS_RATE, frozenset()
-    keys = frozenset(
-        name
-        for name, levels in task.factors(design).items()
-        if hasattr(main[0], name) and any(correct(replace(main[0], **{name: level})) != ways[0] for level in levels)
-    )
+        return GUESS_RATE, {}
+    counts = {
+        name: len({correct(replace(main[0], **{name: level})) for level in levels})
+        for name, levels in _factors(task, design).items()
+        if hasattr(main[0], name)
+    }
+    keys = {name: count for name, count in counts.items() if count > 1}
     return (sum(map(sum, ways)) / sum(map(len, ways)) if len({*ways}) > 1 else 0.0), keys

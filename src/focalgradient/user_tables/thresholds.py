@@ -237,8 +237,8 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
         if word in ("db", "decibel", "decibels") or word.startswith("log"):
             raise InputError(
                 f"the heading {printable(header)!r} says that levels are in {UNITS_NAMED.get(word, word)}, but they "
-                "must be amounts above 0, as thresholds are sought on their logarithm: convert them, or name the "
-                "column log10_level."
+                "must be amounts above 0, as thresholds are sought on their logarithm: convert them, or rename the "
+                "column log10_level in the file."
             )
     if (below := table["level"] < 0).any():
         amounts = "give amounts (of decibels or log units the antilogarithm)"
