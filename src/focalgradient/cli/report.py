@@ -254,7 +254,18 @@ def report(
                 }
             ),
         ):
-            texts = preregistration(folder, bound=bound, stated=stated, **assumed, ordinal=ordinal, progress=say)
+            texts = preregistration(
+                folder,
+                bound=bound,
+                stated=stated,
+                effect=effect,
+                far_effect=far_effect,
+                between=between,
+                between_scenes=between_scenes,
+                noise=noise,
+                ordinal=ordinal,
+                progress=say,
+            )
         write_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")
         show({"written": [text]}, f"Done: open {text}")

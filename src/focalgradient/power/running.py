@@ -132,7 +132,7 @@ def run(
 def run_here(study: Study, subjects: Sequence[int], experiments: int, progress: Progress | None = None) -> pd.DataFrame:
     """Simulate experiments in this process without a file; return one row per experiment, as `run` does."""
     wanted = [(count, number) for count in sorted(set(subjects)) for number in range(experiments)]
-    rows = []
+    rows: list[dict[str, Any]] = []
     for count, number in wanted:
         if progress is not None:
             progress(len(rows) / len(wanted), f"power: {len(rows)} of {len(wanted)} experiments")

@@ -35,7 +35,7 @@ def adapted_analysis(task: Task, design: Any) -> Analysis | None:
     return adapted_questions(level, right, compared, columns[level].units or "", guess)
 
 
-def compared_factors(task: Task, design: Any) -> dict[str, tuple[object, ...]]:
+def compared_factors(task: Task, design: Any) -> Mapping[str, tuple[object, ...]]:
     """Return the factors of a task whose answers are correct or not, without those that are the correct answer.
 
     The interval of a stimulus, for example, is varied so that it cannot be known, not to be compared. If no other
