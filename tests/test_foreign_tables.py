@@ -57,6 +57,13 @@ READ: dict[str, tuple[str | bytes, dict[str, str]]] = {
     "spaces behind commas": (written(", ", quoted=True), {}),
     "cells kept as text": ("\n".join(",".join(f'="{cell}"' for cell in row) for row in (HEAD, *ROWS)), {}),
     "a letter for the f-number": (written().replace("f/5.6", "ƒ/5.6"), {}),
+    "parts of an answer in cells": (
+        "\n".join(
+            ",".join([*row[:-1], '"{""slider"": ' + row[-1] + ', ""sure"": 3}"' if number else "response"])
+            for number, row in enumerate((HEAD, *ROWS))
+        ),
+        {"rating": "response.slider"},
+    ),
     "parts of an answer": (jspsych(lambda rating: {"slider": float(rating), "sure": 3}), {"rating": "response.slider"}),
     "print of R": ("".join(f"{at or ' ':>3}  {'  '.join(row)}\n" for at, row in enumerate((HEAD, *ROWS))), {}),
     "lists one behind the other": (
@@ -85,7 +92,6 @@ def test_other_programs_tables_are_read_as_meant(tmp_path: Path, name: str) -> N
 REFUSED = {
     "Header Start": "\t*** Header Start ***\nLevelName: Session\n*** Header End ***\n".encode("utf-16"),
     "the one column": written(":"),
-    "save the data as JSON": written().replace("1.00", '"{""Q0"": 1.04}"', 1),
     "a quotation mark is not closed": written().replace("garden", '"big" garden', 1),
     r'response and depth: say which with columns=\{"rating": "depth"\}': "\n".join(
         ",".join((*row[:4], str(1 + number % 5) if number else "response", row[4] if number else "depth"))

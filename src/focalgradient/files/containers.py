@@ -6,14 +6,14 @@ import io
 import json
 import re
 import zipfile
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from typing import Any
 
 from focalgradient.errors import InputError
 from focalgradient.files.reading import PICTURES, parse_json
 
-__all__ = ["is_workbook", "records_of", "refuse_other_container"]
+__all__ = ["is_workbook", "records_of", "refuse_other_container", "with_parts"]
 
 SIGNATURES: dict[str, tuple[bytes, ...]] = {
     "a picture": PICTURES,
@@ -126,6 +126,34 @@ def records_of(text: str, name: str) -> list[list[str]] | None:
     whole = {key.rpartition(".")[0] for key in header}
     header = [key for key in header if key not in whole or any(record.get(key) is not None for record in objects)]
     return [header, *([_text(record.get(key)) for key in header] for record in objects)]
+
+
+def with_parts(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[list[str], list[tuple[str, ...]]]:
+    """Return a table in which the parts of JSON objects in cells, as jsPsych writes to CSV, have columns of their own.
+
+    >>> with_parts(["id", "response"], [["A", '{"Q0": 2}'], ["A", "yes"]])
+    (['id', 'response', 'response.Q0'], [('A', '', '2'), ('A', 'yes', '')])
+    """
+    records = [dict(zip(header, row, strict=True)) for row in rows]
+    names = list(header)
+    for name in header:
+        begun = [record for record in records if record[name].startswith("{")]
+        parts = [_object(record[name]) for record in begun]
+        if None in parts:
+            continue
+        for record, part in zip(begun, parts, strict=True):
+            record |= {name: ""} | {key: _text(value) for key, value in _flat({name: part}).items()}
+        names += dict.fromkeys(key for record in begun for key in record if key not in names)
+    return names, [tuple(record.get(name, "") for name in names) for record in records]
+
+
+def _object(text: str) -> dict[str, Any] | None:
+    """Return the JSON object that a cell holds; None if it is none."""
+    try:
+        value = parse_json(text, "a cell")
+    except InputError:
+        return None
+    return value if isinstance(value, dict) else None
 
 
 def _values(text: str) -> Iterator[str]:

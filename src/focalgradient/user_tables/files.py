@@ -13,6 +13,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number
+from focalgradient.files.containers import with_parts
 from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, parse_table, unique_names
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.schema import ABSENT
@@ -192,8 +193,11 @@ def _user_table(path: Path, data: bytes) -> UserTable:
     if len(rows) > 1 and sum("ImportId" in cell for cell in rows[1]) > len(header) / 2:  # Qualtrics
         notes.append(f"Rows {places[0]} and {places[1]} of {path.name} repeat the header, and were left out.")
         rows, places = rows[2:], places[2:]
+    header = unique_names(header)
+    if any(cell.startswith("{") for row in rows for cell in row):
+        header, rows = with_parts(header, rows)
     index = pd.MultiIndex.from_tuples([(path.name, place) for place in places], names=["file", "row"])
-    cells = pd.DataFrame(rows, columns=unique_names(header), dtype=str, index=index if rows else None)
+    cells = pd.DataFrame(rows, columns=header, dtype=str, index=index if rows else None)
     cells.attrs["delimiter"] = {path.name: table.delimiter}
     return UserTable((path,), printable(path), cells, tuple(notes))
 

@@ -386,8 +386,6 @@ class Source:
             damaged = (
                 ": it is a date, which a spreadsheet program may have made of a number: enter the number again as text"
                 if is_date(text)
-                else ": save the data as JSON, whose parts are read as columns"
-                if text.startswith("{")
                 else ", as the file holds a formula without its value: open and save it with a spreadsheet program"
                 if text.startswith("=")
                 else others(texts[wrong])
