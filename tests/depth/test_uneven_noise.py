@@ -5,7 +5,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from judged import said
-from shaped import PIXEL, filtered
 from textures import natural_spectrum
 
 from focalgradient import Lens, View, recover_depth
@@ -14,6 +13,7 @@ from focalgradient.depth.noise import NoiseLaw, noise_law
 from focalgradient.psf import transfer
 
 LENSES = [Lens(focal_length=0.025, f_number=n, focus_distance=0.85) for n in (16, 5.6)]
+PIXEL = 8e-6 / 0.0258
 SIDE = 384
 DISTANCE = 1.4
 
@@ -117,12 +117,13 @@ def test_a_map_without_a_valid_pixel_says_why():
 def test_noise_is_estimated_for_each_view(focus, near, sds):
     """Frames of one camera at two ISO settings: the noise of each is found, and depth is covered."""
     lenses = [Lens(0.025, 8 if near is None else stop, at) for stop, at in zip((16, 5.6), focus, strict=True)]
-    seen = filtered(
-        lenses,
-        lambda down, right, lens: transfer(np.hypot(down, right), lens.blur_radius(DISTANCE) / PIXEL, "disc"),
-        shape=(288, 288),
-        noise=sds,
-    )
+    random = np.random.default_rng(3)
+    frequency = np.hypot(np.fft.fftfreq(SIDE)[:, None], np.fft.rfftfreq(SIDE))
+    sharp = np.fft.rfft2(random.standard_normal((SIDE, SIDE))) / np.maximum(frequency, 1 / SIDE)
+    seen = []
+    for lens, sd in zip(lenses, sds, strict=True):
+        image = 1 + 5e-2 * np.fft.irfft2(sharp * transfer(frequency, lens.blur_radius(DISTANCE) / PIXEL, "disc"))
+        seen.append(View((image + sd * random.standard_normal(image.shape)).astype(np.float32), lens, PIXEL))
     depth = recover_depth(seen, near=near)
     assert depth.details["noise"] == pytest.approx(sds, rel=0.35)
     assert depth.valid.mean() > 0.85
