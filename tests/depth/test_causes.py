@@ -101,6 +101,7 @@ def test_reversed_contrast_and_views_blurred_by_40_pixels_show_one_scene():
     assert "one scene" not in said(wall([lens(2.8, 0.5), lens(1.4, 0.5)], 1.5, noise=0.003), near=0.5)[1]
 
 
+@pytest.mark.slow
 def test_a_telecentric_lens_stated_as_another_is_no_displacement(monkeypatch):
     """Two foci whose pictures are of one magnification, as of a telecentric lens, differ in scale, not in place."""
     monkeypatch.setattr(blurred, "SHAPE", (144, 192))

@@ -150,6 +150,7 @@ def test_recover_depth_states_and_corrects_a_wrong_focus() -> None:
     assert np.median(tied.common_sd[tied.valid]) < 0.01
 
 
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize("course", ["curved", "tilted"])
 def test_a_surface_in_focus_that_is_no_plane_is_covered_by_place(course: str) -> None:
     """Focus 0.06 D off at the corner: a flat wall looks curved or slanted, which no view tells from a wall that is."""

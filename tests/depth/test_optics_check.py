@@ -66,6 +66,7 @@ def test_apertures(stated, named):
         assert "(f_number, focus_distance)" in text
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize(("factor", "named"), [(1.0, None), (2**0.5, r"0\.71"), (2**-0.5, r"1\.4")])
 def test_a_common_factor_of_all_f_numbers_shows_with_two_foci(factor, named):
     foci = (lens(5.6, 0.85), lens(5.6, 1.5))

@@ -45,6 +45,7 @@ def test_walls_within_the_range_stay_right(mm, vergence) -> None:
 
 
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.fast_cases(1)
 @pytest.mark.parametrize(("foci", "distance"), [((0.7, 1.0), 0.2), ((0.7, 0.85, 1.1), 2.4)])
 def test_walls_outside_near_and_far_are_rejected(foci, distance) -> None:
     depth = recover_depth(wall([lens(2.8, focus) for focus in foci], distance, seed=2), near=NEAR, far=FAR)
@@ -77,6 +78,7 @@ def test_walls_at_an_end_of_the_range_are_kept() -> None:
         assert np.mean(np.abs(over_sd(depth, distance)) <= 3) > 0.93
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.filterwarnings("ignore:the views contradict the optics")
 @pytest.mark.parametrize(
     ("lenses", "distance", "limits", "side", "words"),

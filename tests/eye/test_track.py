@@ -120,6 +120,7 @@ def test_error_falls_with_time_as_predicted():
     assert np.mean(np.abs(error) < 2 * sd) >= 0.88
 
 
+@pytest.mark.slow
 def test_both_cues_are_no_worse_than_either_on_a_moving_target():
     """0.5 D at 0.5 Hz, with one texture for half a second: a still target within the fixation was off by .14 D."""
     times = np.arange(0, 3, 0.125)

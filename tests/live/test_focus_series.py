@@ -188,6 +188,7 @@ def test_light_above_white_is_kept_in_half_floats() -> None:
     assert (texels_of(bright).values[0, 0, 0, :3] / texels_of(bright).gain).tolist() == [4, 4, 4]
 
 
+@pytest.mark.slow
 def test_planes_of_an_eye_are_not_crowded_by_its_tabulated_blurs() -> None:
     light, far = picture(colours=False)
     found = FocusSeries.of(light, far, fg.Eye(0.004, 1.0), pixel_angle=4e-4)  # 5 pixels of radius a dioptre

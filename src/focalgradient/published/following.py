@@ -68,7 +68,7 @@ def follow(eye: Accommodation, light: Stimulus, seconds: float, seed: int) -> Fo
     The response is computed from half the difference between the trials, in which fluctuations common to both cancel;
     mean and error are over both trials.
 
-    >>> found = follow(Accommodation(pupil_diameter=0.004), LIGHTS["white"], 6.0, seed=0)
+    >>> found = follow(Accommodation(pupil_diameter=0.004), LIGHTS["white"], 3.0, seed=0)
     >>> bool(0.5 < abs(found.response) < 1.2), bool(abs(found.focus - MEAN) < 0.5)
     (True, True)
     """
