@@ -1,4 +1,4 @@
-"""Two reports kept in `kept_reports/`, of ratings and of the cube: no word or number of them changes unnoticed.
+"""Reports and preregistrations kept in `kept_reports/`: no word or number of them changes unnoticed.
 
     PYTHONPATH=tests python tests/test_kept_reports.py [NAME ...]
 
@@ -18,13 +18,27 @@ import pandas as pd
 import pytest
 from reported import CASES
 
-from focalgradient.report import Report
+from focalgradient.report import Report, Stated
+from focalgradient.report.preregister import preregistration
+from focalgradient.statistics import Rules
 
 KEPT = Path(__file__).parent / "kept_reports"
-NAMES = ("exclusions", "cube")
+NAMES = ("exclusions", "cube", "comparisons", "thresholds", "detection")
+PLANS = {
+    "plan_of_ratings": 'task = "depthrating"\n',
+    "plan_of_one_fixation": 'task = "depthrating"\nfixations = ["farthest"]\n',
+    "plan_of_the_cube": 'task = "necker"\n',
+}
+"""Designs that are preregistered."""
 
 NUMBER = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?![\w]|\.\d)|(?<!\w)\.\d+")
 """Numbers of a text, but not those of names, dates and versions."""
+
+
+def plan(name: str, folder: Path) -> Report:
+    (folder / "design.toml").write_text(PLANS[name])
+    files = preregistration(folder / "design.toml", stated=Stated(Rules()))
+    return Report({"report.md": files["preregistration.md"]}, ())
 
 
 def words_of(report: Report) -> str:
@@ -49,21 +63,32 @@ def numbers_of(report: Report) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["table", "column", "row", "value"])
 
 
-@pytest.mark.usefixtures("unrendered")
-@pytest.mark.parametrize("name", NAMES)
-def test_a_report_is_as_it_was(name: str, tmp_path: Path) -> None:
-    report = CASES[name].report(tmp_path / "data")
+def same_words(name: str, report: Report) -> None:
     made, kept = words_of(report), (KEPT / f"{name}.md").read_text("utf-8")
     assert NUMBER.sub("#", made).splitlines() == NUMBER.sub("#", kept).splitlines()
     for one, other in zip(NUMBER.findall(made), NUMBER.findall(kept), strict=True):
         assert abs(float(one) - float(other)) <= 1.01 * 10.0 ** -len(one.partition(".")[2])  # one of the last digit
+
+
+@pytest.mark.parametrize("name", PLANS)
+def test_a_preregistration_is_as_it_was(name: str, tmp_path: Path) -> None:
+    same_words(name, plan(name, tmp_path))
+
+
+@pytest.mark.usefixtures("unrendered")
+@pytest.mark.parametrize("name", NAMES)
+def test_a_report_is_as_it_was(name: str, tmp_path: Path) -> None:
+    report = CASES[name].report(tmp_path / "data")
+    same_words(name, report)
     found, before = numbers_of(report), pd.read_csv(KEPT / f"{name}.csv")
     pd.testing.assert_frame_equal(found, before, rtol=2e-3, atol=1e-6)  # another computer's iterations stop elsewhere
 
 
 if __name__ == "__main__":
-    for kind in sys.argv[1:] or NAMES:
+    for kind in sys.argv[1:] or (*NAMES, *PLANS):
         with tempfile.TemporaryDirectory() as folder:
-            made = CASES[kind].report(Path(folder) / "data")
+            made = plan(kind, Path(folder)) if kind in PLANS else CASES[kind].report(Path(folder) / "data")
         (KEPT / f"{kind}.md").write_text(words_of(made), "utf-8")
+        if kind in PLANS:
+            continue
         numbers_of(made).to_csv(KEPT / f"{kind}.csv", index=False, float_format="%.5g")
