@@ -248,7 +248,12 @@ def report(
                 {
                     "far_effect": "--far-effect",
                     "effect is": "--effect is",
-                    **{name: f"--{name.replace('_', '-')}" for name in ("between_scenes", "between", "noise")},
+                    "between_scenes": "--between-scenes",
+                    **{
+                        f"{name} {verb}": f"--{name} {verb}"
+                        for name in ("between", "noise")
+                        for verb in ("is", "does not apply", "cannot go")
+                    },
                     "ordinal is": "--ordinal is",
                     "bound is": "--bound is",
                 }

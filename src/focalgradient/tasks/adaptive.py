@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -42,7 +42,9 @@ def compared_factors(task: Task, design: Any) -> Mapping[str, tuple[object, ...]
     factor is left, all are returned.
     """
     factors = _factors(task, design)
-    ways = {name: count for right in _judged(task, design) for name, count in guessed(task, design, right)[1].items()}
+    ways = {
+        name: count for right in _judged(task, design) for name, count in _right_answers(task, design, right).items()
+    }
     return {name: levels for name, levels in factors.items() if ways.get(name) != len(levels)} or factors
 
 
@@ -79,7 +81,33 @@ def guessed(task: Task, design: Any, right: str) -> tuple[float, Mapping[str, in
     """
     if not task.described or task.adjusts:
         return GUESS_RATE, {}
-    words, main = design.words(), [one for one in design.trials("01") if one.phase == "main" and not one.catch]
+    ways = list(map(_correct(task, design, right), _main_trials(design)))
+    if not ways[0]:
+        return GUESS_RATE, {}
+    rate = sum(map(sum, ways)) / sum(map(len, ways)) if len({*ways}) > 1 else 0.0
+    return rate, _right_answers(task, design, right)
+
+
+def _right_answers(task: Task, design: Any, right: str) -> Mapping[str, int]:
+    """Return the fields of a trial that decide which answer is correct, with the number of ways in which they do."""
+    if not task.described or task.adjusts:
+        return {}
+    correct, trial = _correct(task, design, right), _main_trials(design)[0]
+    counts = {
+        name: len({correct(replace(trial, **{name: level})) for level in levels})
+        for name, levels in _factors(task, design).items()
+        if hasattr(trial, name)
+    }
+    return {name: count for name, count in counts.items() if count > 1}
+
+
+def _main_trials(design: Any) -> list[Any]:
+    return [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
+
+
+def _correct(task: Task, design: Any, right: str) -> Callable[[Any], tuple[bool, ...]]:
+    """Return the function of a trial that says of each value of the control whether it is correct."""
+    words = design.words()
 
     def correct(trial: Any) -> tuple[bool, ...]:
         shown = task.adapted(design, trial, ())
@@ -88,13 +116,4 @@ def guessed(task: Task, design: Any, right: str) -> tuple[float, Mapping[str, in
         values = () if isinstance(control, Held) else control.reached()
         return tuple(bool(getattr(task.answered(design, shown, value, **times), right)) for value in values)
 
-    ways = [correct(trial) for trial in main]
-    if not ways[0]:
-        return GUESS_RATE, {}
-    counts = {
-        name: len({correct(replace(main[0], **{name: level})) for level in levels})
-        for name, levels in _factors(task, design).items()
-        if hasattr(main[0], name)
-    }
-    keys = {name: count for name, count in counts.items() if count > 1}
-    return (sum(map(sum, ways)) / sum(map(len, ways)) if len({*ways}) > 1 else 0.0), keys
+    return correct
