@@ -148,7 +148,7 @@ def _keep(arrays: Mapping[str, NDArray[Any]], place: Path) -> None:
 
 
 def _kept(place: Path, count: int) -> dict[str, NDArray[Any]] | None:
-    """Read cached `ARRAYS` of so many stimuli; None if missing or damaged."""
+    """Read cached `ARRAYS` of `count` stimuli; None if missing or damaged."""
     try:
         arrays = read_arrays(place, ARRAYS)
     except InputError:
