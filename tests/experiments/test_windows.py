@@ -1,5 +1,6 @@
 """The experiments in real windows, with real keys: from the first screen to a valid data set, killed or not."""
 
+import hashlib
 import json
 import math
 import os
@@ -269,6 +270,8 @@ def test_experiment_2_keeps_every_press_with_its_time(screen, tmp_path):
     percepts = table[table["trial"] == 2]["percept"].tolist()
     assert percepts == ["none", "nonrigid", "both", "rigid", "none", "nonrigid", "none"]
     assert table["trial_duration"].between(1.55, 1.8).all()
+    digest = hashlib.sha256(b"".join(frame.tobytes() for frame in frames)).hexdigest()
+    assert {*table["shown_sha256"][table["trial"] == trials[1].trial]} == {digest}
     assert {*table["interruptions"][table["trial"] == 2]} == {1}
     assert table["interruptions"][table["trial"] != 2].isna().all()
     notes = [name for note in log.of("note") if note["kind"] == "events" for name, _, _ in note["events"]]

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import sys
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from hurried import Hurried
+from numpy.typing import NDArray
+from PIL import Image
 from starlette.testclient import TestClient
 
 from focalgradient.design import load_design
@@ -15,7 +19,10 @@ from focalgradient.web import Limits, Lists, People, Study, application
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
 
-__all__ = ["DEPTH", "NECKER", "PASSWORD", "SITTING", "Hurried", "Participant", "client_of", "make_set", "study"]
+__all__ = [
+    *("DEPTH", "NECKER", "PASSWORD", "SITTING", "Hurried", "Participant"),
+    *("client_of", "film_frames", "make_set", "study"),
+]
 
 PASSWORD = "secret"
 NECKER = """
@@ -181,6 +188,15 @@ class Participant:
     def answer(self, number: int, **changed: Any) -> Any:
         """Answer the `number`-th of the trials that are left."""
         return self.ask("answer", **(self.message(self.trials[number], number) | changed))
+
+
+def film_frames(film: bytes) -> list[NDArray[np.uint8]]:
+    """The frames of a film's file, each a PNG after its number of bytes."""
+    at, frames = 0, []
+    while size := int.from_bytes(film[at : at + 4], "big"):
+        frames.append(np.asarray(Image.open(BytesIO(film[at + 4 : at + 4 + size]))))
+        at += 4 + size
+    return frames
 
 
 def client_of(served: Study, limits: Limits | None = None) -> TestClient:

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from participant import DEPTH, NECKER, Participant, client_of, study
-from PIL import Image
+from participant import DEPTH, NECKER, Participant, client_of, film_frames, study
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
@@ -136,13 +134,9 @@ def test_a_cube_is_a_film_of_the_laboratorys_frames(tmp_path: Path) -> None:
     assert len(shown) == 5
     for trial in shown.values():
         (film,) = made.lists.contents("001", trial)
-        at, frames = 0, []
-        while size := int.from_bytes(film[at : at + 4], "big"):
-            frames.append(np.asarray(Image.open(BytesIO(film[at + 4 : at + 4 + size]))))
-            at += 4 + size
         light = frames_of(trial, made.design, count, display.pixel_pitch / display.distance)
         expected = [as_shown(one, display) for one in light]
-        assert all(np.array_equal(one, other) for one, other in zip(frames, expected, strict=True))
+        assert all(np.array_equal(one, other) for one, other in zip(film_frames(film), expected, strict=True))
 
 
 def test_a_picture_needs_the_token_of_a_participant_who_has_reached_its_trial(tmp_path: Path) -> None:

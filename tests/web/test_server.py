@@ -15,7 +15,7 @@ import pandas as pd
 import participant
 import pytest
 from fuzz_server import run
-from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, study
+from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, film_frames, study
 from PIL import Image
 from starlette.testclient import TestClient
 
@@ -69,6 +69,11 @@ def test_a_session_from_link_to_completion_is_a_valid_data_set(tmp_path: Path, d
     assert np.diff(judged["onset"]) == pytest.approx(np.diff(onset))
     rows = zip(judged["phase"], judged["trial"], strict=True)
     assert [*rows] == [(trial.phase, trial.trial) for trial in planned]
+    if design == NECKER:
+        table, trial = read_dataset(tmp_path / "data").necker, planned[-1]
+        frames = film_frames(made.lists.contents("001", trial)[0])
+        digest = hashlib.sha256(b"".join(one.tobytes() for one in frames)).hexdigest()
+        assert {*table["shown_sha256"][table["trial"] == trial.trial]} == {digest}
     condition = "fixation" if design == DEPTH else "shape"
     assert judged[condition].tolist() == [getattr(trial, condition) for trial in planned]
 

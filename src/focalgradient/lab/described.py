@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterator, Sequence
 from functools import partial
 from inspect import cleandoc
@@ -114,13 +115,17 @@ def _labels(sitting: Sitting, control: Any) -> list[Any]:
 
 
 class _Shown(NamedTuple):
-    """Step with its drawable parts; `place` is that of the mark, in px from the screen's centre, x right and y up."""
+    """Step with its drawable parts, and its film's SHA-256.
+
+    `place` is that of the mark, in px from the screen's centre, x right and y up.
+    """
 
     step: Step
     images: Sequence[Any]
     place: tuple[float, float] | None
     mark: Any
     mask: Any
+    sha256: str = ""
 
     def draw(self, frame_s: float, labels: Sequence[Any], since: float) -> None:
         """Draw the picture, or the frame of a film, with the labels of held keys."""
@@ -128,9 +133,9 @@ class _Shown(NamedTuple):
         draw_all((*([self.mark] if self.step.mark_kept else []), *labels))
 
 
-def _film(sitting: Sitting, frames: Iterator[Any]) -> list[Any]:
-    """Upload the frames of a film to the graphics card."""
-    screen, film = sitting.screen, list[Any]()
+def _film(sitting: Sitting, frames: Iterator[Any]) -> tuple[list[Any], str]:
+    """Upload the frames of a film to the graphics card; return them, and the SHA-256 of their pixels."""
+    screen, film, digest = sitting.screen, list[Any](), hashlib.sha256()
     moment = screen.text(sitting.words("common.moment"), height=0.026, y=-0.42)
     for number, pixels in enumerate(frames):
         if number % 10 == 0:  # redraw the screen and respond to ESC
@@ -138,8 +143,9 @@ def _film(sitting: Sitting, frames: Iterator[Any]) -> list[Any]:
             screen.frame()
             screen.stop_if_asked(screen.keys.events())
         film.append(screen.picture(pixels, recorded=False))
+        digest.update(pixels.tobytes())
         screen.warm(film[-1])
-    return film
+    return film, digest.hexdigest()
 
 
 def _shown(task: Task, sitting: Sitting, trial: Any) -> list[_Shown]:
@@ -157,7 +163,8 @@ def _loaded(sitting: Sitting, step: Step) -> _Shown:
     if isinstance(step.picture, Look):
         return _Shown(step, (), None, None, None)
     if isinstance(step.picture, Iterator):
-        return _Shown(step, _film(sitting, step.picture), None, None, None)
+        film, sha256 = _film(sitting, step.picture)
+        return _Shown(step, film, None, None, None, sha256)
     pixels = step.picture if isinstance(step.picture, np.ndarray) else sitting.pixels(step.picture)
     place = mark = mask = None
     if step.mark is not None:
@@ -225,6 +232,8 @@ def _show(
         return _look(sitting, step, step.picture)
     if part.mark is not None and step.mark_s:
         screen.play(partial(_draw, part.mark), step.mark_s, "mark", lit=False)
+    if part.sha256:
+        screen.drawn.setdefault(part.sha256)
     pressed: dict[str, Any] = {} if presses is None else {"presses": presses}
     onset = screen.play(partial(part.draw, screen.frame_s, labels), step.seconds, step.event, **pressed)
     if sitting.recorder is not None and part.place is not None:

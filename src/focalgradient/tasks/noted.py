@@ -37,8 +37,8 @@ SHOWN = "shown_sha256"
 """Column of the hashes of displayed pixels, for trials whose pictures are not files of a picture set."""
 
 SHOWN_ABOUT = (
-    "SHA-256 of the pixels of each picture shown, in order: 8-bit values, row by row, three per pixel in colour; after "
-    "a comma the changes applied when it was drawn, such as contrast=0.5."
+    "SHA-256 of the pixels of each picture shown, in order: 8-bit values, row by row, three per pixel in colour; of a "
+    "film, of those of its frames, in order; after a comma the changes applied when it was drawn, such as contrast=0.5."
 )
 
 START = "start"

@@ -23,7 +23,7 @@ from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, wi
 from focalgradient.tasks.steps import control_of, judged, stimulus_of
 from focalgradient.web import messages
 from focalgradient.web.messages import Answer, Exposure, Judge, Sitting
-from focalgradient.web.pictures import Described, drawn
+from focalgradient.web.pictures import Described, drawn, shown_sha256
 from focalgradient.web.possible import check_frames, check_possible, check_presses
 from focalgradient.web.screen import gamma_of, measure
 
@@ -109,7 +109,8 @@ def read_answer(session: Session, pictures: StimulusSet | None, trial: Trial, an
         return Read(with_noted(given, extra), frames, least + read.response_time)
     display = Display() if pictures is None else pictures.display
     seed = design.noise_seed(participant, trial)
-    seen = drawn(Described.of(task, design, shown, seed, words, display, pictures))
+    described = Described.of(task, design, shown, seed, words, display, pictures)
+    seen = drawn(described)
     least = max(seen.seconds, least)
     check_frames(frames["shown"], least)
     late = _name_pictures(frames, seen.events, seen.judged)
@@ -125,8 +126,8 @@ def read_answer(session: Session, pictures: StimulusSet | None, trial: Trial, an
         _check_reached("rating", value, control)
         extra |= _started(read.start, control)
         seconds = design.least_s(trial) + read.response_time
-    if seen.sha256:
-        extra[SHOWN] = Noted(seen.sha256, description=SHOWN_ABOUT)
+    if digests := shown_sha256(described):
+        extra[SHOWN] = Noted(digests, description=SHOWN_ABOUT)
     given = task.answered(design, shown, value, **times, **stimulus_of(task, design, shown, pictures))
     return Read(with_noted(given, extra, task.columns(design.model_dump(mode="json"))), frames, seconds)
 

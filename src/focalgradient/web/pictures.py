@@ -38,6 +38,7 @@ __all__ = [
     "padded",
     "parts",
     "refocusing",
+    "shown_sha256",
     "standard",
 ]
 
@@ -120,12 +121,8 @@ class Described:
 
 
 class Drawn(NamedTuple):
-    """What a trial shows: SHA-256 of each picture that no file holds, separated by spaces; and its times.
+    """What a trial shows: its duration, the names of its pictures, and the place of the first judged one."""
 
-    `seconds` is its duration, `events` are the names of its pictures, and `judged` is the place of the first judged.
-    """
-
-    sha256: str
     seconds: float
     events: tuple[str, ...]
     judged: int
@@ -138,7 +135,7 @@ def _made(shown: Described) -> list[Step]:
 
 
 _steps = lru_cache(maxsize=16)(_made)
-"""Steps for the page and its digest; their films are not made."""
+"""Steps for the page; their films are not made."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -213,11 +210,23 @@ def _filled(file: bytes, gap: int) -> bytes:
 def drawn(shown: Described) -> Drawn:
     """Return what a described trial has shown."""
     steps = _steps(shown)
-    arrays = [step.picture for step in steps if isinstance(step.picture, np.ndarray)]
-    digests = [hashlib.sha256(np.ascontiguousarray(pixels).tobytes()).hexdigest() for pixels in arrays]
     seconds, events = sum(step.seconds for step in steps), tuple(step.event for step in steps)
-    judged = [step.judged for step in steps].index(True)
-    return Drawn(" ".join(dict.fromkeys(digests)), seconds, events, judged)
+    return Drawn(seconds, events, [step.judged for step in steps].index(True))
+
+
+@lru_cache(maxsize=20_000)
+def shown_sha256(shown: Described) -> str:
+    """Return the SHA-256 of each picture and film of a described trial that no file holds, separated by spaces."""
+    pictures = [step.picture for step in _made(shown)]
+    frames = [one if isinstance(one, Iterator) else [one] for one in pictures if isinstance(one, Iterator | np.ndarray)]
+    return " ".join(dict.fromkeys(map(_sha256, frames)))
+
+
+def _sha256(frames: Iterable[Any]) -> str:
+    found = hashlib.sha256()
+    for pixels in frames:
+        found.update(pixels.tobytes())
+    return found.hexdigest()
 
 
 def own_trial(shown: Described) -> dict[str, Any]:
