@@ -1,4 +1,4 @@
-"""A participant with a browser: Chromium without a window, a server of its own, and answers by keys alone."""
+"""A participant with a browser: Chromium without a window, a server of its own, and answers by keys or by touch."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 from interrupts import interruptible
+from participant import make_set
 from playwright.sync_api import Error, Page
 
 LOOK = os.environ.get("FOCALGRADIENT_SCREENSHOTS")
@@ -54,6 +56,21 @@ class Server:
         self.process.send_signal(how)
         self.process.communicate(timeout=60)
         return self.process.returncode
+
+
+def served(folder: Path, design: str, *options: object) -> Server:
+    """A server of a design, with an invitation."""
+    (folder / "design.toml").write_text(design)
+    if "depthrating" in design or "blurthreshold" in design:
+        make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
+    server = Server(folder, 0, *options)
+    server.start("--invite", 1)
+    return server
+
+
+def journal(folder: Path) -> Path:
+    """The journal of the only session."""
+    return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
 
 
 def _screen(page: Page) -> str:
@@ -180,3 +197,65 @@ def step(page: Page, seen: list[str], name: str, until: str = "", title: str = "
         page.keyboard.press(" ")
         page.wait_for_timeout(200)
     return False
+
+
+COVERED = """() => {
+    const stop = document.getElementById("stop"), covered = [];
+    if (!stop?.checkVisibility()) return covered;
+    const button = stop.getBoundingClientRect(), range = document.createRange();
+    const texts = document.createTreeWalker(document.getElementById("stage"), NodeFilter.SHOW_TEXT);
+    while (texts.nextNode()) {
+        range.selectNodeContents(texts.currentNode);
+        const hits = [...range.getClientRects()].some(({ right, top, bottom }) =>
+            right > button.left && top < button.bottom && bottom > button.top);
+        if (hits && texts.currentNode.data.trim()) covered.push(texts.currentNode.data);
+    }
+    return covered;
+}"""
+"""Texts below the button that stops the session."""
+
+TOUCHED = """() => [
+    "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled:not(.held)",
+].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
+"""What a finger touches next."""
+
+
+def take_part_by_touch(page: Page, name: str = "") -> list[str]:
+    """Go through the screens by touch until the end; give their texts."""
+    seen, end = list[str](), time.monotonic() + 120
+    while not page.query_selector("#complete"):
+        assert time.monotonic() < end, seen[-2:]
+        with suppress(Error):  # the screen has changed meanwhile
+            text = _screen(page)
+            if text not in seen[-1:]:
+                seen.append(text)
+                _look(page, name, len(seen))
+            assert page.evaluate(COVERED) == []
+            if not page.query_selector("#typed"):
+                touch_on(page)
+                continue
+            for number in ("9", "1,5"):  # the first is off the scale: refused
+                page.fill("#typed", "")
+                page.tap("#typed")
+                page.keyboard.insert_text(number)
+                page.tap("#stage button")
+                seen.append(_screen(page))
+                _look(page, f"{name}-typed", len(seen))
+            page.wait_for_selector("#typed", state="detached")
+    seen.append(_screen(page))
+    _look(page, name, len(seen))
+    return [*seen, *(text for _, text in page.evaluate("focalgradient.page.shown"))]  # also of pages between two looks
+
+
+def touch_on(page: Page) -> None:
+    """Go on from a page that is not a trial."""
+    found = page.evaluate_handle(TOUCHED).as_element()
+    if found is None:
+        return
+    found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
+    if (box := found.bounding_box()) is not None:
+        page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
+    with suppress(Error):  # or another touch falls on what comes next
+        found.wait_for_element_state(
+            "hidden", timeout=1000 if found.evaluate("(one) => one.tagName") == "BUTTON" else 100
+        )

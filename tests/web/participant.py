@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import make_set
 
 __all__ = [
-    *("DEPTH", "NECKER", "PASSWORD", "SITTING", "Hurried", "Participant"),
+    *("DEPTH", "NECKER", "PASSWORD", "SHORT", "SITTING", "Hurried", "Participant"),
     *("client_of", "film_frames", "make_set", "study"),
 ]
 
@@ -51,6 +51,9 @@ longest_run = 4
 break_every = 6
 least_break_s = 0.0
 """
+
+SHORT = DEPTH.replace(', "spheres-02"', "").replace("_trials = 3", "_trials = 1").replace("every = 6", "every = 3")
+"""Six trials instead of fourteen, with a break after three."""
 
 
 SITTING: dict[str, Any] = {

@@ -5,25 +5,20 @@ from __future__ import annotations
 import base64
 import re
 import sys
-import time
-from collections import Counter
 from collections.abc import Iterator
-from contextlib import suppress
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from chromium import Server, take_part
-from participant import DEPTH, NECKER, make_set
+from chromium import Server, journal, served, take_part
+from participant import DEPTH, NECKER, SHORT
 from PIL import Image
-from playwright.sync_api import Browser, Error, Page
+from playwright.sync_api import Browser
 
 from focalgradient.dataset import read_dataset, read_journal, validate
 from focalgradient.dataset.conduct import exposures
 from focalgradient.design import load_design
-from focalgradient.tasks.registry import FILES
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
@@ -35,23 +30,6 @@ SCALES = {
     "choice": 'scale = "choice"\ncatch_pictures = ["flatter", "deeper"]\n',
     "typed": 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\nlanguage = "de"\n',
 }
-
-
-SHORT = DEPTH.replace(', "spheres-02"', "").replace("_trials = 3", "_trials = 1").replace("every = 6", "every = 3")
-"""Six trials instead of fourteen, with a break after three."""
-
-
-def served(folder: Path, design: str, *options: object) -> Server:
-    (folder / "design.toml").write_text(design)
-    if "depthrating" in design:
-        make_set(folder / "set", ["spheres-00", "spheres-01", "spheres-02"], size=(320, 241))
-    server = Server(folder, 0, *options)
-    server.start("--invite", 1)
-    return server
-
-
-def journal(folder: Path) -> Path:
-    return next((folder / "data" / "sourcedata").rglob("*.jsonl"))
 
 
 @pytest.mark.parametrize(
@@ -274,173 +252,3 @@ def test_the_browser_that_joined_comes_back_to_its_session_and_no_other_does(bro
     other.close()
     server.end()
     assert len((tmp_path / "data-links.jsonl").read_text().splitlines()) == 5  # and the invitation
-
-
-PINHOLE = """task = "pinhole"
-language = "de"
-scenes = ["spheres-01"]
-repetitions = 1
-look_s = 0.5
-picture_s = 0.3
-field_deg = 6.0
-ask = ["eye"]
-smallest_screen = [800, 400]
-"""
-
-SIDES = {"width": 844, "height": 420}
-PHONE: Any = {"viewport": SIDES, "screen": SIDES, "has_touch": True, "is_mobile": True}
-
-TOUCHED = """() => [
-    "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled:not(.held)",
-].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
-"""What a finger touches next."""
-
-
-@pytest.mark.slow
-def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path: Path) -> None:
-    make_set(tmp_path / "set", ["spheres-01"], size=(320, 241))
-    server = served(tmp_path, PINHOLE)
-    phone = browser.new_context(**PHONE)
-    page, seen, end = phone.new_page(), list[str](), time.monotonic() + 90
-    page.goto(server.address)
-    while not page.query_selector("#complete"):
-        assert time.monotonic() < end, seen[-2:]
-        text = page.inner_text("body")
-        if text not in seen[-1:]:
-            seen.append(text)
-        with suppress(Error):  # the screen has changed meanwhile
-            touch_on(page)
-    seen += [text for _, text in page.evaluate("focalgradient.page.shown")]  # also of pages between two looks
-    phone.close()
-    assert server.end() == 0
-    told = "".join(seen)
-    for words in (
-        "Durch das Loch",
-        "Ohne alles",
-        "Durch die Röhre",
-        "Blicken Sie jetzt in den Raum",
-        "Wie räumlich sah",
-    ):
-        assert words in told
-    assert "LEERTASTE" not in told
-    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
-    table = read_dataset(tmp_path / "data").pinhole
-    assert Counter(table["form"]) == {"real": 3, "picture": 3}
-    assert table["stimulus"].isna().tolist() == (table["form"] == "real").tolist()
-    assert table["shown_sha256"].notna().sum() == 2  # pictures in the round field
-    frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
-    looked = [part["event"] for event in frames for part in event["shown"] if event["condition"]["form"] == "real"]
-    assert Counter(looked)["look"] == 3
-
-
-BRIGHT = """
-from dataclasses import dataclass, field
-
-import numpy as np
-
-from focalgradient.dataset import Response
-from focalgradient.design import Plan, Trial
-from focalgradient.scales import Held
-from focalgradient.tasks import Step, Task, register
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BrightTrial(Trial):
-    turns: int = field(metadata={"about": "Cycles of the light."})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class BrightAnswer(Response):
-    held: float = field(metadata={"about": "Time for which it looked bright.", "units": "s", "least": 0})
-    pressed: int = field(metadata={"about": "Number of key presses.", "least": 0})
-
-
-class BrightDesign(Plan):
-    task: str = "bright"
-    repetitions: int = 1
-    practice_trials: int = 0
-
-    def trials(self, participant, session=None):
-        return self.ordered(participant, session, [BrightTrial(turns=turns) for turns in (1, 2)])
-
-
-@register
-class Bright(Task):
-    \"\"\"Hold a key while a square looks bright, another while it looks dark.\"\"\"
-
-    name, title = "bright", "Brightness of a square"
-    design, trial, answer = BrightDesign, BrightTrial, BrightAnswer
-    texts = {"en": {"instructions": "Bright or dark?\\nHold the key of what you see.", "b": "bright", "d": "dark"}}
-
-    def shown(self, design, trial, pixels_per_degree, *, refresh_hz=60.0):
-        light = np.sin(np.linspace(0, 2 * np.pi * trial.turns, round(refresh_hz), endpoint=False))
-        return Step((np.full((200, 260), 128 + 100 * one, np.uint8) for one in light), 2.5, "square")
-
-    def control(self, words, trial):
-        return Held(("b", "right"), (self.text(words, "b"), self.text(words, "d")))
-
-    def answered(self, design, trial, value, **times):
-        down = {press.key: press.time for press in value if press.down}
-        held = sum(press.time - down[press.key] for press in value if not press.down and press.key == "b")
-        return BrightAnswer(held=held, pressed=sum(press.down for press in value), **times)
-"""
-
-
-SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').length"
-"""Number of trials that have begun."""
-
-
-@pytest.mark.slow
-def test_keys_of_a_task_of_ones_own_are_held_by_touch_during_its_film(
-    browser: Browser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    (tmp_path / "bright.py").write_text(BRIGHT)
-    monkeypatch.setenv(FILES, str(tmp_path / "bright.py"))
-    server = served(tmp_path, 'task = "bright"\nask = []\nsmallest_screen = [800, 400]\n')
-    context = browser.new_context(**PHONE)
-    page, trials, end = context.new_page(), 0, time.monotonic() + 90
-    page.goto(server.address)
-    while not page.query_selector("#complete"):
-        assert time.monotonic() < end, page.inner_text("body")
-        with suppress(Error):  # the screen has changed meanwhile
-            if not page.query_selector("button.held"):
-                touch_on(page)
-                continue
-            if (number := page.evaluate(SHOWN)) == trials:
-                continue
-            trials = number
-            label = page.locator("button.held").first
-            assert label.inner_text() == "B bright"
-            box = label.bounding_box()
-            assert box
-            touch = page.context.new_cdp_session(page)
-            place = {"x": box["x"] + box["width"] / 2, "y": box["y"] + box["height"] / 2}
-            touch.send("Input.dispatchTouchEvent", {"type": "touchStart", "touchPoints": [place]})
-            page.wait_for_timeout(300)
-            touch.send("Input.dispatchTouchEvent", {"type": "touchEnd", "touchPoints": []})
-            page.locator("button.held").last.tap()
-            page.wait_for_function(f"({SHOWN})() > {trials} || !document.querySelector('button.held')")
-    context.close()
-    assert server.end() == 0
-    assert validate(tmp_path / "data").problems == ()
-    table = read_dataset(tmp_path / "data").tables["bright"]
-    assert trials == len(table) == 2
-    assert 0.25 <= table["held"].max() <= 1.0  # Chromium cancels a touch that a busy machine answers late
-    assert table["pressed"].tolist() == [2, 2]
-    assert table["response_time"].between(2.45, 2.6).all()
-    frames = [event for event in read_journal(journal(tmp_path)).of("note") if event["kind"] == "frames"]
-    assert [part["event"] for event in frames for part in event["shown"]] == ["square", "square"]
-
-
-def touch_on(page: Page) -> None:
-    """Go on from a page that is not a trial."""
-    found = page.evaluate_handle(TOUCHED).as_element()
-    if found is None:
-        return
-    found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
-    if (box := found.bounding_box()) is not None:
-        page.touchscreen.tap(box["x"] + 0.6 * box["width"], box["y"] + box["height"] / 2)
-    with suppress(Error):  # or another touch falls on what comes next
-        found.wait_for_element_state(
-            "hidden", timeout=1000 if found.evaluate("(one) => one.tagName") == "BUTTON" else 100
-        )
