@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -25,6 +26,7 @@ __all__ = [
     "condition_method",
     "condition_questions",
     "condition_tests",
+    "in_units",
     "level_text",
     "levels_in_r",
     "planned_tests",
@@ -59,6 +61,8 @@ class ConditionTest:
         None before data are collected.
     r_code
         R code that prints the same effect: see `focalgradient.statistics.questions.Question`.
+    unit
+        Unit of the effect; empty if it has none, or it is unknown.
     """
 
     answer: str
@@ -69,6 +73,7 @@ class ConditionTest:
     effect: Effect | NotComputed | None = None
     points: pd.DataFrame | None = field(default=None, compare=False)
     r_code: str = field(default="", compare=False)
+    unit: str = field(default="", compare=False)
 
     @property
     def means(self) -> list[Interval]:
@@ -232,7 +237,9 @@ def condition_questions(tests: Sequence[ConditionTest], *, scenes: bool = False,
 
 
 def condition_analysis(
-    planned: Sequence[ConditionTest], tested: Callable[[pd.DataFrame], Sequence[ConditionTest]] | None = None
+    planned: Sequence[ConditionTest],
+    tested: Callable[[pd.DataFrame], Sequence[ConditionTest]] | None = None,
+    units: Mapping[str, str] = MappingProxyType({}),
 ) -> Analysis:
     """Return a question for each planned test, asked of a table of all trials except catch trials.
 
@@ -242,12 +249,15 @@ def condition_analysis(
         Tests before data exist.
     tested
         Function of the table that returns these tests with their effects; None: `condition_tests`.
+    units
+        Unit of each column that has one.
     """
+    planned = in_units(planned, units)
 
     def prepare(table: pd.DataFrame) -> tuple[ConditionTest, ...]:
         if tested is None:
             return condition_tests(table, planned)
-        tests = tuple(tested(table))
+        tests = in_units(tested(table), units)
         factors = list(dict.fromkeys(test.factor for test in tests))
         if not {*factors, *(test.answer for test in tests)} <= {*table}:
             return tests
@@ -255,6 +265,25 @@ def condition_analysis(
 
     factors = list(dict.fromkeys(test.factor for test in planned))
     return replace(condition_questions(_with_r(planned, factors) if tested is None else planned), prepare=prepare)
+
+
+def in_units(tests: Iterable[ConditionTest], units: Mapping[str, str]) -> tuple[ConditionTest, ...]:
+    """Return tests with the units of their effects; a factor without a unit may state it in its heading.
+
+    >>> [test] = in_units([ConditionTest("seen", "blur_D")], {"seen": "m"})
+    >>> test.unit
+    'm per D'
+    """
+    return tuple(replace(test, unit=_unit(test, units)) for test in tests)
+
+
+def _unit(test: ConditionTest, units: Mapping[str, str]) -> str:
+    answer = "log ratio" if test.log else units.get(test.answer, "")
+    if test.level is not None:
+        return answer
+    unit = name_and_unit(test.factor)[1]
+    written = [part for part in re.split(r"[\W_]+", test.factor) if part.casefold() == unit]
+    return f"{answer} per {units.get(test.factor) or (written or [unit or test.factor])[-1]}".strip()
 
 
 def _with_r(planned: Sequence[ConditionTest], factors: Sequence[str]) -> list[ConditionTest]:
@@ -305,10 +334,9 @@ def _question(place: int, test: ConditionTest) -> Question:
     def sentence(level: str, answers: Answers) -> str:
         return replace(test, effect=answers.to(test.name)[level]).sentence
 
-    unit = f"log {test.answer}" if test.log else test.answer
     hypothesis = (f"The {test.name} differs from 0.",)
     described = {"headline": test.name, "sentence": sentence, "hypothesis": hypothesis}
-    return Question(test.name, fit, "main", unit, r_code=test.r_code, **described)  # type: ignore[arg-type]
+    return Question(test.name, fit, "main", test.unit, r_code=test.r_code, **described)  # type: ignore[arg-type]
 
 
 def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> str:

@@ -14,6 +14,7 @@ from focalgradient.statistics.conditions import (
     ConditionTest,
     cells_in_r,
     condition_tests,
+    in_units,
     level_text,
     levels_in_r,
     planned_tests,
@@ -64,7 +65,7 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
     rows = own.table[~own.table["catch"]]
     if rules is not None:
         rows = rows[kept_rows(rows, [], rules)]
-    planned = planned_tests({"rating": own.log}, own.conditions)
+    planned = in_units(planned_tests({"rating": own.log}, own.conditions), {})
     varied = rows.groupby("participant_id")[[*own.conditions]].nunique().max()
     between = [test for test in planned if varied[test.factor] == 1]
     within = [test for test in planned if varied[test.factor] > 1]
@@ -84,7 +85,8 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
         in_r = f"means({cells_in_r(test, [*factors, *beside])})"
         levels = "" if test.level is None else ", ".join(levels_in_r(test))
         in_r = f"difference({in_r}, {levels})" if levels else f"slopes({in_r})"
-        asked = [replace(one, answer=f"({test.name})", log=False) for one in between]
+        of_effects = (replace(one, answer=f"({test.name})", log=False) for one in between)
+        asked = in_units(of_effects, {f"({test.name})": test.unit})
         moderated += _over_people(subject_effects(cells, test), in_r, rows, asked)
     return (*_corrected([done[test.name] for test in planned]), *_corrected(moderated))
 

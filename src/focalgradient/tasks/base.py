@@ -193,12 +193,14 @@ class Task(Generic[Design, Trial, Answer]):
 
         if self.planned is None and self.tested is None and (thresholds := adapted_analysis(self, design)):
             return thresholds
+        settings = design.model_dump(mode="json")
+        measures = self.measures(settings)
+        units = {column.name: column.units or "" for column in self.columns(settings)} | measures
         if self.planned is not None:
             planned = tuple(self.planned(design))
         else:
-            measures = self.measures(design.model_dump(mode="json"))
             planned = planned_tests({name: name in self.ratios for name in measures}, compared_factors(self, design))
-        return condition_analysis(planned, None if self.tested is None else partial(self.tested, design))
+        return condition_analysis(planned, None if self.tested is None else partial(self.tested, design), units)
 
     @property
     def called(self) -> str:
