@@ -260,11 +260,15 @@ def test_r_finds_the_odds_of_steps_over_subjects_and_scenes(tmp_path: Path) -> N
     table = table[table["fixation"] == "nearest"]  # with both it takes R a minute and more
     result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
     said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R", "ordinal")
-    rows = [numbers(line) for line in said.split("over subjects and scenes:")[1].splitlines()[2:] if line.strip()]
-    (row,), (rise,), (fixed,) = rows, result.ordinal.rises, result.ordinal.these_scenes
+    (rise,), (fixed,) = result.ordinal.rises, result.ordinal.these_scenes
     assert rise.standard_error > 1.1 * fixed.standard_error
-    assert row[0] == pytest.approx(rise.estimate, abs=0.25 * rise.standard_error)
-    assert row[1] == pytest.approx(rise.standard_error, rel=0.25)
+    found = printed(said)
+    assert {*found} == {(one.name, one.level) for one in result.answers}
+    for one in result.answers:
+        values = found[one.name, one.level]
+        assert values is not None
+        assert values["estimate"] == pytest.approx(one.outcome.estimate, abs=0.25 * one.outcome.standard_error)
+        assert values["standard_error"] == pytest.approx(one.outcome.standard_error, rel=0.25)
 
 
 PINHOLE, ONE_CELL = "aperture == 'pinhole'", "aperture == 'f/11' and participant_id == '01'"
@@ -284,9 +288,12 @@ def test_r_finds_the_odds_of_steps(tmp_path: Path, missing: str, confounded: boo
     result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
     assert not result.ordinal.by_people
     said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R", "ordinal")
-    (row,) = [numbers(line) for line in said.splitlines()[1:]]
-    rise = result.ordinal.rises[0]
-    assert row[:4] == pytest.approx([rise.estimate, rise.standard_error, rise.statistic, rise.p], rel=0.05, abs=2e-3)
+    found = printed(said)
+    for one in result.answers:
+        row, values = one.row(), found[one.name, one.level]
+        assert values is not None
+        for name in ("estimate", "standard_error", "statistic", "p"):
+            assert values[name] == pytest.approx(row[name], rel=0.05, abs=2e-3)
     wide = pd.read_csv(tmp_path / "depth_rating_wide.csv")
     apertures = table.sort_values("aperture_mm")["aperture"].unique()
     assert list(wide) == ["participant_id", *(f"nearest {aperture}" for aperture in apertures)]
@@ -455,11 +462,5 @@ def test_r_finds_subjects_own_rises_at_the_floor(tmp_path: Path, fixations: tupl
     table = at_the_floor(fixations, cuts)
     result = depth_rating(table, equivalence_bound=1.2, scale="ordinal")
     said = run(tmp_path, trial_files(table, table, result), "headline_ordinal.R")
-    tests = [*result.ordinal.rises, *result.ordinal.these_scenes[len(fixations) :]]
-    lines = said.splitlines()[1:]
-    assert len(lines) == len(tests)
-    for each, test in zip(lines, tests, strict=True):
-        assert isinstance(test, Effect)
-        wanted = [test.estimate, test.low, test.high, test.standard_error]
-        wanted += [test.statistic, test.df, test.p]
-        assert numbers(each) == pytest.approx(wanted, rel=1e-4, abs=1e-4)
+    agree(said, result.answers, rel=1e-4, absolute=1e-4)
+    assert {name for name, _ in printed(said)} == {one.name for one in result.answers}

@@ -109,7 +109,7 @@ class Question:
         Description of the test for preregistration and report.
     r_code
         R code that prints the same outcomes, run after the head of the analysis' R script; empty if R cannot repeat
-        them: resampling, and models whose R package approximates otherwise.
+        them, as of resampling.
     levels
         Levels known before the data; empty: one, "".
     """

@@ -16,6 +16,7 @@ from focalgradient.statistics.questions import (
     Outcome,
     Question,
     corrections,
+    in_r,
     less,
 )
 from focalgradient.statistics.records import Effect, NotComputed
@@ -102,6 +103,7 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
             method="One cumulative-link mixed model (logit) with a slope on aperture "
             f"diameter{' for each fixation' if pairs else ''}, {fixed} as fixed effects, and random intercepts and "
             f"slopes of the subjects was fitted by adaptive Gauss-Hermite quadrature. {test}",
+            r_code=in_r(EFFECT, "effects", "tested"),
         ),
         Question(
             DIFFERENCE,
@@ -111,9 +113,13 @@ def step_questions(fixations: Sequence[str], scenes: int, steps: str = "steps") 
             ratio=True,
             sentence=differed,
             hypothesis=expected_differences(fixations),
+            r_code=in_r(DIFFERENCE, "differing", "tested"),
         ),
-        *(Question(name + HERE, role="check", unit=unit, ratio=True) for name in (EFFECT, DIFFERENCE)),
-        Question(SLOPE, unit="log odds per mm"),
+        *(
+            Question(name + HERE, role="check", unit=unit, ratio=True, r_code=in_r(name + HERE, values, "tested_here"))
+            for name, values in ((EFFECT, "effects"), (DIFFERENCE, "differing"))
+        ),
+        Question(SLOPE, unit="log odds per mm", r_code=in_r(SLOPE, "effects", "per_mm")),
     ]
     return Analysis(
         [question for question in asked if pairs or not question.name.startswith(DIFFERENCE)],

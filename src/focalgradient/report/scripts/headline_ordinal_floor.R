@@ -1,4 +1,4 @@
-# The headline test of the report: the log odds of a higher answer at the largest aperture against the
+# The headline tests of the report: the log odds of a higher answer at the largest aperture against the
 # pinhole. The mixed model's errors cannot be trusted here (half of the answers or more at an end of the scale, no
 # finite maximum, or a singular covariance): as in the report each subject's own depth effects are estimated, by a
 # cumulative-link model with common thresholds and weak normal penalties, and tested by Student's t over subjects, for
@@ -6,7 +6,8 @@
 # In JASP, which has no such model: open depth_rating_wide.csv, a row for each subject and a column for each condition
 # (mean step); T-Tests, Paired Samples T-Test, Wilcoxon signed-rank, the largest aperture with the pinhole.
 d <- read.csv("depth_rating_trials.csv", colClasses = c(participant_id = "character", scene = "character"))
-d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]; options(width = 200)
+d <- d[as.character(d$included) %in% c("True", "TRUE", "1"), ]
+# include tests
 k <- match(d$rating, sort(unique(d$rating))); who <- as.integer(factor(d$participant_id))
 known <- c("nearest", "farthest")
 names <- c(intersect(known, d$fixation), sort(setdiff(unique(d$fixation), known)))
@@ -40,13 +41,9 @@ for (i in 1:ROUNDS) {
   for (s in 1:max(who)) effects[s, ] <- own(who == s, cuts, effects[s, ])
   cuts <- thresholds(rowSums(x * effects[who, , drop = FALSE]), cuts)
 }
-rises <- sapply(seq_along(names), function(j) effects[, length(names) + j]); colnames(rises) <- names
-if (length(names) > 1) {
-  less <- combn(names, 2, function(pair) rises[, pair[1]] - rises[, pair[2]])
-  colnames(less) <- combn(names, 2, paste, collapse = " less "); rises <- cbind(rises, less)
-}
-mean <- colMeans(rises); error <- apply(rises, 2, sd) / sqrt(nrow(rises)); df <- nrow(rises) - 1
-p <- ifelse(error > 1e-12, 2 * pt(-abs(mean / error), df), NA); half <- qt(.975, df) * error
-print(data.frame(term = colnames(rises), log_odds_at_largest = mean, low = mean - half, high = mean + half,
-                 error = error, t = mean / error, df = df, p = p),
-      row.names = FALSE, digits = 7)
+rises <- effects[, length(names) + seq_along(names), drop = FALSE]
+effects <- sapply(names, function(f) rises[, names == f], simplify = FALSE); differing <- list()
+if (length(names) > 1) for (pair in combn(names, 2, simplify = FALSE))
+  differing[[paste(pair, collapse = " less ")]] <- effects[[pair[1]]] - effects[[pair[2]]]
+tested <- tested_here <- over_people
+per_mm <- function(own) over_people(own / diff(range(d$aperture_mm)))
