@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import click
 
@@ -215,8 +215,8 @@ def report(
     chosen = _where(where)
     steps = order[0].split(",") if len(order) == 1 else order
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
-    assumed = {"effect": effect, "far_effect": far_effect, "between": between, "between_scenes": between_scenes}
-    assumed["noise"] = noise
+    sds = {"between": between, "between_scenes": between_scenes, "noise": noise}
+    assumed: dict[str, Any] = {"effect": effect, "far_effect": far_effect, **sds}
     stated = fg.report.Stated(fg.statistics.Rules()) if rules is None else fg.report.load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
@@ -263,13 +263,9 @@ def report(
                 folder,
                 bound=bound,
                 stated=stated,
-                effect=effect,
-                far_effect=far_effect,
-                between=between,
-                between_scenes=between_scenes,
-                noise=noise,
                 ordinal=ordinal,
                 progress=say,
+                **assumed,
             )
         write_set(out, texts, "preregistration.html")
         text = printable(out / "preregistration.html")
@@ -325,8 +321,7 @@ def report(
         for sentence in sentences:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
     if made.results and all("reason" in result for result in made.results):
-        is_stated = by or not folder.is_file() or any("by=[" in notice for notice in made.notices)
-        remedy = "" if is_stated else " Test another column of the table with --by."
+        remedy = "" if by or not folder.is_file() else " Test another column of the table with --by."
         click.echo(f"Note: No effect was tested. {made.results[0]['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}

@@ -155,14 +155,10 @@ def preregistration(
     *,
     bound: float | None = None,
     stated: Stated,
-    effect: float | None = None,
-    far_effect: float | None = None,
-    between: float | None = None,
-    between_scenes: float | None = None,
-    noise: float | None = None,
     ordinal: bool = False,
     model: Model | None = None,
     progress: Progress | None = None,
+    **assumed: float | None,
 ) -> dict[str, bytes]:
     """Write the files of a preregistration: HTML, Markdown, and the rules file for `report --rules`.
 
@@ -174,18 +170,17 @@ def preregistration(
         Equivalence bound; None: that of `stated`, else 1.2.
     stated
         Exclusion rules.
-    effect, far_effect
-        Effect size for the power analysis: for ratios, the depth effect at the largest aperture; for ordinal ratings,
-        choices and the cube, an odds ratio. `far_effect` applies to the fixations after the first. None: as in
-        `focalgradient.power`.
-    between, between_scenes, noise
-        Standard deviations over subjects, scenes and ratings for the power analysis, as in `focalgradient.power`.
     ordinal
         True to analyse the answers as ordinal.
     model
         Model of the simulated subjects who rate depth in ratios, which replaces the two effects.
     progress
         Function called with the completed fraction of the power analysis of a user-defined task.
+    assumed
+        Effects and standard deviations for the power analysis, by the fields of `focalgradient.power.Model`,
+        `LatentModel` or `CubeModel`: effect (for ratios, the depth effect at the largest aperture; for ordinal ratings,
+        choices and the cube, an odds ratio), far_effect (with the fixations after the first), between, between_scenes,
+        noise. None: those of the model.
 
     Raises
     ------
@@ -193,15 +188,13 @@ def preregistration(
         If the file is not a design, lacks information for the hypotheses, or a setting does not apply to it.
     """
     design = load_design(design_file)
-    stated_effects = {"effect": effect, "far_effect": far_effect, "between": between}
-    stated_effects |= {"between_scenes": between_scenes, "noise": noise}
-    effects = {name: value for name, value in stated_effects.items() if value is not None}
+    effects = {name: value for name, value in assumed.items() if value is not None}
     if model is not None:
         effects = dataclasses.asdict(model) | effects
     asked = Asked(stated, bound, progress=progress, effects=effects, ordinal=ordinal)
     check_bound("bound", asked.used_bound)
     task = task_named(design.task)
-    given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": far_effect is not None}
+    given = {"bound": bound is not None, "ordinal": ordinal, "far_effect": "far_effect" in effects}
     if wrong := [name for name, is_given in given.items() if is_given and name not in task.settings_of_report]:
         raise InputError(
             f"{wrong[0]} is for depth ratings, but {design_file} is a design of {design.task}: leave it out."

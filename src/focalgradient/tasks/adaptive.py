@@ -7,6 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from focalgradient.errors import InputError, described
+from focalgradient.files.columns import Column
 from focalgradient.scales import Held
 from focalgradient.tasks.steps import control_of
 
@@ -22,7 +23,6 @@ GUESS_RATE = 0.5
 
 def adapted_analysis(task: Task, design: Any) -> Analysis | None:
     """Return the questions about the thresholds of a task; None if no procedure sets one level of correct answers."""
-    columns = {column.name: column for column in task.columns(design.model_dump(mode="json"))}
     judged = _judged(task, design)
     if len(task.adapted_fields) != 1 or len(judged) != 1:
         return None
@@ -32,7 +32,7 @@ def adapted_analysis(task: Task, design: Any) -> Analysis | None:
     factors = _factors(task, design)
     guess, keys = guessed(task, design, right)
     compared = {name: levels for name, levels in factors.items() if name not in keys}
-    return adapted_questions(level, right, compared, columns[level].units or "", guess)
+    return adapted_questions(level, right, compared, _columns(task, design)[level].units or "", guess)
 
 
 def compared_factors(task: Task, design: Any) -> Mapping[str, tuple[object, ...]]:
@@ -60,10 +60,13 @@ def _factors(task: Task, design: Any) -> Mapping[str, tuple[object, ...]]:
 
 def _judged(task: Task, design: Any) -> list[str]:
     """Return the answer `correct`; if there is none, all answers that are true or false."""
-    settings = design.model_dump(mode="json")
-    forms = {column.name: column.form for column in task.columns(settings)}
-    judged = [name for name in task.measures(settings) if forms.get(name) == "bool"]
+    truths = {name for name, column in _columns(task, design).items() if column.form == "bool"}
+    judged = [name for name in task.measures(design.model_dump(mode="json")) if name in truths]
     return ["correct"] if "correct" in judged else judged
+
+
+def _columns(task: Task, design: Any) -> Mapping[str, Column]:
+    return {column.name: column for column in task.columns(design.model_dump(mode="json"))}
 
 
 def guessed(task: Task, design: Any, right: str) -> tuple[float, Mapping[str, int]]:
