@@ -18,7 +18,7 @@ from focalgradient import InputError
 from focalgradient.plotting.conditions import draw_condition
 from focalgradient.report import make_report
 from focalgradient.report.conditions import conditions_of_table
-from focalgradient.statistics import Effect, Rules, read_ratings
+from focalgradient.statistics import Effect, Rules, quality, read_ratings
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables.conditions import read_conditions
 from focalgradient.user_tables.files import UserTable, text_table
@@ -271,4 +271,27 @@ def test_people_with_one_of_two_levels_are_counted(tmp_path: Path) -> None:
     path = tmp_path / "mine.csv"
     path.write_text("\n".join(["participant,contrast,rating", *rows]))
     text = make_report(path, by=["contrast"]).files["report.md"].decode()
-    assert "contrast low less high is of 3 of the 5 subjects: the others lack answers at one of its levels." in text
+    assert "contrast high less low is of 3 of the 5 subjects: the others lack answers at one of its levels." in text
+
+
+@pytest.mark.parametrize("levels", ["low medium high", "sharp weak strong", "pre post", "L R"])
+def test_levels_in_words_are_ordered_by_degree_else_by_the_alphabet(levels: str) -> None:
+    words = levels.split()
+    own = read_conditions(frame_table([("A", 0, word, 1.2) for word in reversed(words)]), by=["eye"])
+    assert own.conditions["eye"] == words
+
+
+def test_a_starting_place_of_a_slider_judges_answers_left_there(tmp_path: Path) -> None:
+    """The name is that of jsPsych; B moves the marker, A does not."""
+    rng = np.random.default_rng(1)
+    rows = [
+        (who, scene, aperture, "near", start if who == "A" else rng.integers(1, 99), start)
+        for who in "ABC"
+        for scene in "stuv"
+        for aperture in ("pinhole", "f/5.6")
+        for start in rng.integers(1, 99, 3)
+    ]
+    names = ["subject", "scene", "aperture", "fixation", "response", "slider_start"]
+    pd.DataFrame(rows, columns=names).to_csv(tmp_path / "own.csv", index=False)
+    judged = quality(read_ratings(tmp_path / "own.csv").table)[1].subjects
+    assert [one.first_press == 1.0 for one in judged] == [True, False, False]

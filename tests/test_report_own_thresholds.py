@@ -236,3 +236,13 @@ def test_a_table_of_no_known_kind_is_refused_with_what_each_kind_needs(tmp_path:
         InputError, match=r"thresholds need columns for level and correct \(or level, interval and resp"
     ):
         make_report(tmp_path / "own.csv")
+
+
+def test_a_session_is_named_only_where_somebody_has_two(tmp_path: Path) -> None:
+    """PsychoPy writes session 001 into every file."""
+    table = answers(2, 12)
+    table = table[table["where"] == "fovea"].drop(columns=["where", "interval", "response"])
+    half = np.where(np.arange(len(table)) % 2, "1", "2")
+    for sessions, levels in (("001", {"P0", "P1"}), (half, {"P0, 1", "P0, 2", "P1, 1", "P1, 2"})):
+        table.assign(session=sessions).to_csv(tmp_path / "own.csv", index=False)
+        assert {*thresholds_of_table(read_thresholds(tmp_path / "own.csv")).answers.to("threshold")} == levels

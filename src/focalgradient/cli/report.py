@@ -179,9 +179,9 @@ def report(
     by
         Column of a table of ratings whose effect is tested instead of the depth effect: the slope of a number, such as
         blur_D, or the contrasts of a factor (NAME=factor where its levels are numbers) with its level of reference
-        (NAME=LEVEL): else that without blur, the smallest number or the first word of the alphabet. Those that vary
-        between participants are adjusted for one another. Repeatable.  [default: the apertures of a table without
-        fixations] Of a table of thresholds the condition; NAME=LEVEL states the reference of the ratios.
+        (NAME=LEVEL): else that without blur, the smallest number, a word such as low, or the first of the alphabet.
+        Those that vary between participants are adjusted for one another. Repeatable.  [default: the apertures of a
+        table without fixations] Of a table of thresholds the condition; NAME=LEVEL states the reference of the ratios.
     order
         Answers in words, from the least to the most: none,slight,strong. They are steps, as with --ordinal; with --by
         their numbers are averaged, without an ordinal model. Repeatable: then each is one word, which may hold commas.

@@ -188,7 +188,10 @@ def _unshortened(options: SessionOptions, short: Design, design: Design) -> Iter
         return
     trials = len(short.trials(options.participant or "pilot"))
     if trials > PILOT_TRIALS and trials == len(design.trials(options.participant or "pilot")):
-        yield f"the test run has all {trials} trials of the design, which has no repetitions to omit."
+        yield (
+            f"the test run has all {trials} trials of the design: it omits repetitions, of which there are none, and "
+            "what shortened in the design's class names."
+        )
 
 
 def _to_repeat(given: Sequence[str]) -> list[str]:

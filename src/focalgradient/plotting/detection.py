@@ -29,8 +29,10 @@ def detection_figure(
         left.set(xlim=(0, 1), ylim=(0, 1), xlabel="False-alarm rate", ylabel="Hit rate", aspect="equal")
         left.set_title("ROC" if curves else "Rates")
         names = sorted({name for name, _ in group.people})
-        if len(names) <= MOST_NAMES:
-            right.set_yticks(range(len(names) + 1), [*map(shortened, names), "mean"])
+        few = len(names) <= MOST_NAMES
+        right.set_yticks(
+            *(range(len(names) + 1), [*map(shortened, names), "mean"]) if few else ([len(names)], ["mean"])
+        )
         right.set(xlabel="d′", ylim=(len(names) + 0.8, -0.8))
         right.set_title("Sensitivity")
         if len(group.d_prime) > 1:

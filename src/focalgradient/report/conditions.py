@@ -16,7 +16,7 @@ from focalgradient.files.columns import Column
 from focalgradient.plotting.conditions import condition_figure
 from focalgradient.plotting.traces import trace_figure
 from focalgradient.report.analysed import design_in, designs_in
-from focalgradient.report.exclusions import WITHOUT
+from focalgradient.report.exclusions import WITHOUT, always_the_same
 from focalgradient.report.export import r_script, table_files
 from focalgradient.report.parts import Asked, Drawing, Part, Plan
 from focalgradient.report.tables import EFFECTS, Sheet, listed
@@ -26,7 +26,7 @@ from focalgradient.statistics import ConditionTest, Effect, Rules, ThresholdResu
 from focalgradient.statistics.conditions import condition_questions, level_text, shared_conditions
 from focalgradient.statistics.criteria import OF_TRIALS, WORDING
 from focalgradient.statistics.exclusions import kept_rows
-from focalgradient.statistics.means import t_interval
+from focalgradient.statistics.means import share_interval, t_interval
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.rating_conditions import ADJUSTED, rating_tests
 from focalgradient.statistics.wording import many
@@ -81,7 +81,8 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     kept, without = (condition_questions(of).answers(of) for of in (tests, before))
     answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
     part = condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
-    return dataclasses.replace(part, sheets=_means_of_ratings(own, tests))
+    notices = [*part.notices, *always_the_same(rows)]
+    return dataclasses.replace(part, notices=notices, sheets=_means_of_ratings(own, tests))
 
 
 def _means_of_ratings(own: OwnConditions, tests: Tests) -> list[Sheet]:
@@ -300,8 +301,11 @@ def _means(
         for answer, unit in measures.items():
             means = own.groupby("participant_id")[answer].mean().astype(float).dropna()
             if not means.empty:
-                found = t_interval(means)
+                found = share_interval(means) if unit == "share" else t_interval(means)
                 ends = (found.estimate, found.low, found.high)
                 cells.append([*map(level_text, levels), answer, unit, len(means), *ends])
     head = [*shown, "answer", "unit", "subjects", "mean", "low", "high"]
-    return listed(f"{task.name}_means.csv", "Means over subjects, 95 % intervals by t", head, cells)
+    caption = "Means over subjects, 95 % intervals by t" + ", of shares on the log odds" * (
+        "share" in measures.values()
+    )
+    return listed(f"{task.name}_means.csv", caption, head, cells)

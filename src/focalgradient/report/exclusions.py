@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
+import pandas as pd
+
 from focalgradient.report.document import Block, Notice, Paragraph, Table
 from focalgradient.scales import Analysis
 from focalgradient.statistics import (
@@ -15,12 +17,15 @@ from focalgradient.statistics import (
     as_table,
 )
 from focalgradient.statistics.criteria import WORDING
+from focalgradient.statistics.judging import MIN_ANSWERS
 from focalgradient.statistics.questions import Answer
 from focalgradient.statistics.wording import SPACE, decimals, freedom, interval, many, number, probability
+from focalgradient.user_tables.names import few
 
 __all__ = [
     "CUBE_CATCH",
     "EFFECT",
+    "always_the_same",
     "both_results",
     "catch_answers",
     "criteria",
@@ -82,6 +87,18 @@ def criteria(rules: Rules, unjudged: Mapping[str, str], catch: str) -> list[str]
         listed = "; ".join(f"{', '.join(names)} ({reason})" for reason, names in reasons.items())
         sentences.append(f"Rules that could not be applied: {listed}.")
     return sentences
+
+
+def always_the_same(rows: pd.DataFrame) -> list[str]:
+    """Return a notice that names the subjects who gave one and the same answer in all their trials, five or more.
+
+    >>> always_the_same(pd.DataFrame({"participant_id": [*"AAAAABBBBB"], "rating": [3.0] * 9 + [4.0]}))
+    ['One and the same answer in all trials: A (3). No rule of exclusion leaves them out.']
+    """
+    given = rows.groupby("participant_id")["rating"]
+    same = given.first()[(given.nunique() == 1) & (given.size() >= MIN_ANSWERS)]
+    who = few([f"{name} ({answer:g})" for name, answer in same.items()])
+    return [f"One and the same answer in all trials: {who}. No rule of exclusion leaves them out."] if len(same) else []
 
 
 EFFECT = "_exclusions_effect.csv"

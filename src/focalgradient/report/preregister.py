@@ -64,7 +64,7 @@ STOPPING = (
 )
 NEUTRAL = "They show that the data can answer the question, whatever the answer; they look at no effect."
 AFTERWARDS = "Results are shown with and without exclusions; the file rules.toml holds the rules."
-IN_WORDS = "In the words in which the report will describe it:"
+IN_WORDS = "In the words, and the tense, in which the report will describe it:"
 
 
 Powers = Mapping[int, Mapping[str, float]]
@@ -105,7 +105,7 @@ class Preregistered:
         """Return the document."""
         sections: dict[str, list[str | Table]] = {"Hypotheses": [*self.plan.questions.hypotheses]}
         for heading, texts in self.plan.sections("Subjects").items():
-            sections[heading] = [*[IN_WORDS] * (heading in ("Design", "Analysis")), *texts]
+            sections[heading] = [*[IN_WORDS] * (heading in ("Design", "Exclusions", "Analysis")), *texts]
         if self.plan.questions.rules:
             sections["Exclusions"] += [AFTERWARDS, self._rules()]
         sections["Number of subjects"] = [self._enough(), self._power()] if self.powers else [self.subjects]

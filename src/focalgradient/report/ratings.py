@@ -17,7 +17,7 @@ from focalgradient.report.analysed import Ratings, analyse_table, asked_of_ratin
 from focalgradient.report.bayes import bayes_analysis, bayes_methods, bayes_part
 from focalgradient.report.displays import blur_seen, place_effects, screens, screens_sheet, with_place
 from focalgradient.report.document import Block, Heading, Paragraph
-from focalgradient.report.exclusions import catch_answers, criteria
+from focalgradient.report.exclusions import always_the_same, catch_answers, criteria
 from focalgradient.report.export import r_script, trial_files
 from focalgradient.report.parts import Asked, Drawing, Output, Part, Plan
 from focalgradient.report.scene_effects import SCENE_EFFECTS, scene_effects_file
@@ -196,7 +196,7 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
         data=data,
         quality=quality,
         said=[] if result is None else [*_skewed(result)],
-        notices=[main.reason] if isinstance(main, NotComputed) else [],
+        notices=[main.reason] if isinstance(main, NotComputed) else always_the_same(rows) * (not analysis.binary),
         remarks=[*([] if result is None else result.remarks), *_robust(variants, analysis)],
         figures=figures,
         captions={

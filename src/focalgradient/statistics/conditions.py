@@ -14,7 +14,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files.cells import name_and_unit
 from focalgradient.statistics.crossed import additive_means
-from focalgradient.statistics.means import between_levels, family, paired_effect, t_interval
+from focalgradient.statistics.means import between_levels, family, paired_effect, share_interval, t_interval
 from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
 from focalgradient.statistics.records import Effect, Interval, NotComputed
 from focalgradient.statistics.wording import many, number, statistic
@@ -36,8 +36,13 @@ __all__ = [
     "subject_effects",
 ]
 
-UNITS = {"mm": "millimetre", "cm": "centimetre", "deg": "degree", "arcmin": "minute of arc", "ms": "millisecond"}
-"""Names of the units that the heading of a condition may state."""
+UNITS = {"mm": "millimetre", "cm": "centimetre", "m": "metre", "deg": "degree", "degree": "degree"} | {
+    "arcmin": "minute of arc",
+    "ms": "millisecond",
+    "s": "second",
+    "d": "dioptre",
+}
+"""Names of the units of conditions."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,11 +84,16 @@ class ConditionTest:
     def means(self) -> list[Interval]:
         """Mean of the points at each level, with its 95 % interval over subjects; geometric for `log`.
 
+        Intervals of shares are on the log odds of their mean.
+
         >>> [mean.estimate for mean in ConditionTest("blur", "eye", points=pd.DataFrame({"L": [1.0, 2.0]})).means]
         [1.5]
         """
         columns = [] if self.points is None else [self.points[level].dropna() for level in self.points]
-        return [t_interval(values).ratio if self.log else t_interval(values) for values in columns]
+        if self.log:
+            return [t_interval(values).ratio for values in columns]
+        of = share_interval if re.match("share( per |$)", self.unit) else t_interval
+        return [of(values) for values in columns]
 
     @property
     def sentence(self) -> str:
@@ -98,6 +108,8 @@ class ConditionTest:
         if isinstance(effect, NotComputed):
             return f"{self.name}: {effect.reason}"
         name, unit = name_and_unit(self.factor)
+        if not unit:  # of the task's column
+            name, unit = self.factor, self.unit.rpartition("per ")[2].casefold()
         what = (
             f"each {UNITS.get(unit, 'unit')} of {name if unit in UNITS else self.factor}"
             if self.level is None

@@ -122,9 +122,9 @@ WORDING: Mapping[str, Wording] = {
     "first_press": Wording(
         "largest share of answers left at the first place of the marker; false: nobody is left out",
         "answers left at the marker’s first place",
-        "left the answer where the first key had put the marker in more than {rules.first_press:.0%} of the trials, "
+        "left the answer where the marker first stood in more than {rules.first_press:.0%} of the trials, "
         "chance taken off",
-        "left more than {:.0%} of the answers where the first key had put the marker",
+        "left more than {:.0%} of the answers where the marker first stood",
     ),
 }
 """Wording of each field of `Rules`, in the order of the fields."""

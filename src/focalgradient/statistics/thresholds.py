@@ -153,7 +153,7 @@ class SubjectThreshold:
     Parameters
     ----------
     participant, session
-        Participant and session; "" without session labels.
+        Participant and session; "" where each participant has one.
     catch_right, catch_trials
         Number of correct catch trials, and of catch trials (at the largest level).
     kept
@@ -378,6 +378,8 @@ def blur_thresholds(
     """
     check_installed(*NEEDED)
     subjects = []
+    several = (table.groupby("participant_id")["session"].nunique() > 1).any()
+    table = table if several else table.assign(session="")
     for (participant, session), rows in table.groupby(["participant_id", "session"], sort=True):
         catch = rows["catch"].to_numpy(bool)
         right = rows["correct"].to_numpy(bool)

@@ -337,10 +337,11 @@ class Task(Generic[Design, Trial, Answer]):
     def measures(self, settings: Mapping[str, object]) -> Mapping[str, str]:
         """Return the answers analysed in the report, with their units: by default the fields that the answer adds.
 
-        Not among them are the levels that a procedure sets, as they are not answers.
+        Not among them are the levels that a procedure sets and the initial values of a knob (`start`): no answers.
         """
         columns = [column for column in self.columns(settings) if column.form != "text"]
         names = {column.name for column in added_columns(self.answer, "")} - {*self.adapted_fields}
+        names -= {"start"} if self.adjusts else set()
         return {
             column.name: column.units or ("share" if column.form == "bool" else "")
             for column in columns

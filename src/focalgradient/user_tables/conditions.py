@@ -41,6 +41,14 @@ CONDITION = Column(shown=True, compared=True, answer="condition", absent=frozens
 SHARP = frozenset(("pinhole", "ph", "sharp", "0", "f/inf"))
 """Names of levels without blur, which stand first."""
 
+DEGREES = (
+    *("pinhole", "sharp", "dim", "none", "without", "no", "off", "pre", "before"),
+    *("low", "weak", "slight", "mild", "small", "short"),
+    *("medium", "moderate", "middle", "with", "yes", "on", "post", "after"),
+    *("high", "strong", "large", "long", "bright", "severe"),
+)
+"""Words of levels from the least to the most, the order of conditions all of whose levels are among them."""
+
 STEPS = "Answers are averaged as they stand, not as ratios: effects are tested without an ordinal model."
 """Statement on ratings that are steps of a scale, or positions on a line."""
 
@@ -101,7 +109,7 @@ def read_conditions(
         Columns of the conditions, or their roles; none: that of the apertures. Numbers are amounts, whose slope is
         tested; those of "NAME=factor", and f-numbers, are names of levels. "NAME=LEVEL" states the reference, with
         which the others are compared; by default it is the one without blur ("pinhole", "sharp", "0"), else the largest
-        f-number, the smallest number, or the first word of the alphabet.
+        f-number, the smallest number, the least word of degree (`DEGREES`), or the first word of the alphabet.
     where
         Values by column: only rows that have one of them are read.
     steps
@@ -297,7 +305,10 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, reference: str
         )
     if len(levels) > MOST_LEVELS:
         raise InputError(f"{printable(name)} has {len(levels)} levels that are not numbers: give a condition.")
-    levels = sorted(levels, key=_place_of_level)
+    if {level.casefold() for level in levels} <= {*DEGREES}:
+        levels.sort(key=lambda level: DEGREES.index(level.casefold()))
+    else:
+        levels.sort(key=_place_of_level)
     first = [level for level in levels if clean(level).casefold() == clean(reference).casefold()]
     if reference not in ("", "factor") and not first:
         raise InputError(

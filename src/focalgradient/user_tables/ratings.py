@@ -162,6 +162,7 @@ def read_ratings(
         _note_no_pinhole(source, table)
     _note_groups(source, table, conditions or {})
     _note_scenes(table[~table["catch"]], notices)
+    table = table.rename(columns={"slider_start": "start"})
     checked = rating_table(completed(table, "kind"), Choices() if choices else OrdinalSteps() if steps else Ratios())
     return OwnRatings.of(source, checked, choices=choices)
 
@@ -192,7 +193,9 @@ def _to_standard(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
                 f"Ratings were divided by {standard}, the standard, as ratings in catch trials are (their median: "
                 f"{middles.median():g})."
             )
-            return table.assign(rating=table["rating"] / standard)
+            return table.assign(
+                **{role: table[role] / standard for role in ("rating", "slider_start") if role in table}
+            )
     if len(middles):
         notices.append(
             f"The median rating of the standard, in catch trials, is {middles.median():g}, where 1 is right: divide "
@@ -303,7 +306,7 @@ def rated(source: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.
     )
     if role in table:
         _note_units(source, table, role)
-    return source.optional(table, "dropped_frames")
+    return source.optional(source.optional(table, "slider_start"), "dropped_frames")
 
 
 def _note_units(source: Source, table: pd.DataFrame, role: str) -> None:

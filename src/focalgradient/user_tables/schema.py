@@ -162,6 +162,7 @@ RATINGS = Schema(
         "catch": CATCH,
         "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
         "repetition": Column(("rep", "repeat", "replicate", "replication", "repetition_number", "wiederholung")),
+        "slider_start": FRAMES,
         "dropped_frames": FRAMES,
         "kind": KIND,
     },
