@@ -50,7 +50,7 @@ def answers_of(
     trials = [trial for trial in recorded if trial["phase"] == "main" and not trial["catch"]]
     given = [f'{parameter}="NAME"' for parameter in ("level", "right")] + ["NAME=VALUE"] * len(condition)
     for name, call in zip([level, right, *condition], given, strict=True):
-        if trials and name not in trials[0]:
+        if any(name not in trial for trial in trials):
             raise InputError(
                 f"answers_of finds no field {name!r} in trial and answer: give the field's name, "
                 f"answers_of(recorded, {call})."
