@@ -8,6 +8,7 @@ import json
 import zipfile
 from pathlib import Path
 
+import openpyxl
 import pandas as pd
 import pytest
 from hypothesis import given, settings
@@ -356,3 +357,15 @@ def test_how_each_column_is_read_is_explained(tmp_path: Path) -> None:
     assert "taken for 32 depth ratings" in lines[0]
     assert "  rt (ms) -> response_time, times 0.001: 800" in lines
     assert "  scene -> scene: garden; hall" in lines
+
+
+def test_names_of_merged_cells_and_units_below_names_are_read(tmp_path: Path) -> None:
+    """A workbook has no cells right of the last merged one; a unit that the name states is not added to it."""
+    sheet = openpyxl.Workbook().active
+    for row in (["id", "near", None, "far", None], [None, *["pinhole", "f/5.6"] * 2], ["A", 1.0, 1.4, 1.0, 1.1]):
+        sheet.append(row)
+    sheet.merge_cells("D1:E1")
+    sheet.parent.save(tmp_path / "merged.xlsx")
+    assert read_ratings(tmp_path / "merged.xlsx").table["rating"].to_list() == [1.0, 1.4, 1.0, 1.1]
+    units = parse_table(b"id,blur_D,size,rating\n,D,deg,\nA,0,1,1.0\nA,1,1,1.4\n", "units.csv")
+    assert units.header == ("id", "blur_D", "size (deg)", "rating")

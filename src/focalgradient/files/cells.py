@@ -27,8 +27,10 @@ CODE = re.compile(
 )
 """Codes of missing values: 99, 999, -9, 888, and the largest numbers of 16 and 32 bits and of floating point."""
 
-MIN_CODE_RATIO = 10.0
-"""Minimum ratio of a positive code to all other numbers: 99 among answers up to 98 is an answer."""
+MIN_CODE_RATIO = 9.0
+"""Minimum ratio of a positive code to all other numbers: 999 among answers up to 100 is one, 99 among those up to 98 is
+an answer.
+"""
 
 SIGNED_CODE_RATIO = 1.25
 """Magnitude above which a negative code marks a missing value among negative numbers, over the largest of them."""
@@ -62,6 +64,8 @@ def codes_of(cells: Iterable[str], *, signed: bool = False) -> frozenset[str]:
 
     >>> sorted(codes_of(["1.2", "0.9", "999", "-99.0", "65535"])), sorted(codes_of(["88", "99", "-99"], signed=True))
     (['-99.0', '65535', '999'], [])
+    >>> sorted(codes_of(["0", "100", "999"])), sorted(codes_of(["12", "98", "99"]))
+    (['999'], [])
     >>> sorted(codes_of(["-3", "2", "-9"])), sorted(codes_of(["-8", "2", "-9"]))
     (['-9'], [])
     """

@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from focalgradient.errors import InputError
-from focalgradient.files.cells import NUMBER, SUFFIXES, as_number, codes_of, is_date
+from focalgradient.files.cells import NUMBER, SUFFIXES, as_number, codes_of, is_date, name_and_unit
 from focalgradient.files.containers import is_workbook, records_of, refuse_other_container
 from focalgradient.files.names import printable
 from focalgradient.files.reading import MOST_COLUMNS, check_width, read_bytes
@@ -348,18 +348,18 @@ def _second_header(names: Sequence[str], rows: Sequence[Sequence[str]]) -> list[
     >>> _second_header(["id", "rt"], [["", "ms"], ["a", "300"]]), _second_header(["id", "sex"], [["1", "m"]])
     (['id', 'rt (ms)'], [])
     """
+    names = [*names, *[""] * (len(rows[0]) - len(names))]  # those of merged cells
     width = len(names)
     second = [cell.strip() for cell in (*rows[0], *[""] * width)][:width]
     below = [[cell.strip() for cell in (*row, *[""] * width)][:width] for row in rows[1:]]
     numeric = [all(_like_number(row[at]) for row in below if row[at]) for at in range(width)]
     if not below or any(map(_like_number, second)) or not any(map(all, zip(second, numeric, strict=True))):
         return []
-    units = [cell.strip("[]()").casefold() for cell in second]
-    if all(
-        not cell or (unit in (*SUFFIXES, "-", "") and numeric[at])
-        for at, (cell, unit) in enumerate(zip(second, units, strict=True))
-    ):
-        return [f"{name} ({unit})" if unit not in ("", "-") else name for name, unit in zip(names, units, strict=True)]
+    named = [(name, cell.strip("[]()")) for name, cell in zip(names, second, strict=True)]
+    are_units = (unit.casefold() in (*SUFFIXES, "-", "") for _, unit in named)
+    if all(not cell or all(parts) for cell, *parts in zip(second, are_units, numeric, strict=True)):
+        stated = (unit.casefold() in ("", "-", name_and_unit(name)[1]) for name, unit in named)
+        return [name if there else f"{name} ({unit})" for (name, unit), there in zip(named, stated, strict=True)]
     gaps = [at for at in range(1, width) if not names[at] or names[at] == names[at - 1]]
     if not (names[0] or second[0]) or not gaps or not all(second[at] for at in gaps):
         return []

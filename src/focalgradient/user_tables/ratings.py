@@ -277,7 +277,8 @@ def _require(source: Source, *present: str) -> None:
         otherwise = f", or give each condition a column whose name holds its aperture, like near_f5.6; {OTHERS}"
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
-        otherwise = f', {add}, or name the conditions with by=["NAME"]'
+        name = "aperture" if "aperture" in present else "NAME"
+        otherwise = f', {add}, or name the conditions with by=["{name}"]'
     roles = [role for role in RATINGS.required if role != "fixation" or "rating" in here]  # optional in a report
     source.require(*roles, also=present, otherwise=otherwise)
 
