@@ -323,12 +323,13 @@ def test_the_meridians_of_an_astigmat_are_stated(folder: Path) -> None:
     meridians = "focused at 628 m (its meridians at -1.00 and 1.00 D)"
     assert f"cannot focus on 3 m: it is {meridians}, as" in result.stderr
     assert f"looks at 3 m, {meridians}, accommodates" in result.stdout
-    largest = json.loads((folder / "seen" / "summary.json").read_text())["pictures"][0]["largest_blur_px"][0]
-    assert f"Blur: up to {largest:.3g} px in radius in the more blurred meridian, " in result.stdout
+    facts = json.loads((folder / "seen" / "summary.json").read_text())["pictures"][0]
+    largest, arcmin = facts["largest_blur_px"][0], facts["pixel_arcmin"]
+    assert f"Blur: radius up to {largest:.3g} px ({largest * arcmin:.3g} arcmin) in the more" in result.stdout
 
 
 def test_a_picture_in_focus_has_no_blur(folder: Path) -> None:
     np.save(folder / "flat.npy", np.full(np.load(folder / "depth.npy").shape, 3.0))
     given = [folder / "picture.png", folder / "flat.npy", "--pupil", 4, "--age", 30, "--refraction", "-2.00"]
     result = succeed(*given, "--correction", "spectacles", "--focus", 3, "--field", 1, "--out", folder / "seen")
-    assert "Blur: up to 0 px in radius, " in result.stdout
+    assert "Blur: radius up to 0 px (0 arcmin), " in result.stdout

@@ -225,9 +225,9 @@ def blur(
         summary | {"written": [printable(out / name) for name in (*names, "summary.json")]},
         *optics.notes(states),
         *(
-            f"Blur: up to {round(max(facts['largest_blur_px']), 6):.3g} px in radius{where}, "
-            f"{facts['pixel_arcmin']:.3g} arcmin per pixel"
-            for facts in found[:1]
+            f"Blur: radius up to {round(most, 6):.3g} px ({round(most * arcmin, 6):.3g} arcmin){where}, "
+            f"{arcmin:.3g} arcmin per pixel"
+            for most, arcmin in ((max(facts["largest_blur_px"]), facts["pixel_arcmin"]) for facts in found[:1])
         ),
         f"Written: {len(names) + 1} files in {printable(out)}",
     )

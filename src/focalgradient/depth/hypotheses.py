@@ -175,21 +175,24 @@ def judge_optics(
         return {}, []
     search, settings, registered = problem.search, problem.settings, problem.registered
     given, part = settings.given_noise(len(problem.views)), registered.most_textured_crop(NOISE_SIDE)
-    weight = part.usable.astype(np.float32)
+    sample = part.most_textured_crop(SAMPLE_SIDE)
     models = {STATED: [search.blurs(one) for one in _with_others(shape)]}
     for name, optics in _slips([view.optics for view in problem.views]):
         with suppress(InputError):  # the limits leave these nothing to search
             other = Search.over(optics, search.pixel_angle, settings.near, settings.far, shape)
             models[name] = [other.blurs(shape)]
 
-    def compared(names: Sequence[str], noise_sd: Sequence[float]) -> dict[str, float]:
-        """Return what each hypothesis leaves, by the best of its models."""
+    def compared(
+        part: RegisteredViews, names: Iterable[str], noise_sd: Sequence[float], stride: int = 1
+    ) -> dict[str, float]:
+        """Return what each hypothesis leaves in a part of the views, by the best of its models."""
         whose = [name for name in names for _ in models[name]]
-        every = (blurs for name in names for blurs in models[name])
+        every = (blurs.every(stride) for name in names for blurs in models[name])
+        weight = part.usable.astype(np.float32)
         left = misfits([nodes for _, nodes in refit(every, part, weight, noise_sd, settings.window)])
         return {name: min(m for m, owner in zip(left, whose, strict=True) if owner == name) for name in names}
 
-    left = compared(list(models), noise_sd)
+    left = compared(sample, models, noise_sd, SAMPLE_LEVELS)
     ranked = sorted((name for name in left if name != STATED), key=lambda name: left[name])[:COMPARED]
     left = {name: left[name] for name in (STATED, *ranked)}
     # Noise that wrong optics inflate hides what they leave, but not that a slip leaves less: seldom worth estimating.
@@ -197,7 +200,7 @@ def judge_optics(
         return left, []
     every = [blurs for name in left for blurs in models[name]]
     noises = [noise_from_residuals(registered, blurs, settings.window, given)[0] for blurs in every[1:]]
-    left = compared(list(left), min([noise_sd, *noises], key=lambda noise_sd: float(np.sum(np.log(noise_sd)))))
+    left = compared(part, left, min([noise_sd, *noises], key=lambda noise_sd: float(np.sum(np.log(noise_sd)))))
     best = likelier_slip(left)
     if best is None:
         return left, []
