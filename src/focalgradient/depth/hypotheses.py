@@ -155,7 +155,7 @@ LIKELIER_COMMON, EXPLAINS_COMMON = 0.95, 1.15
 shape. Without an error of one stop, 0.91 and 0.70 of the residual are left, or 1.06 to 1.09 times the noise; with coma
 0.88, or 1.25 times the noise (`benchmarks/depth_slips.py`, three seeds)."""
 
-COMPARED = 2
+COMPARED = 3
 """Number of candidates, those with the smallest residuals, for which noise is estimated again; limits the time. Chosen
 by hand."""
 
