@@ -17,7 +17,7 @@ from focalgradient.statistics import Effect, Rules
 from focalgradient.statistics.conditions import subject_effects
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables import read_conditions, read_ratings, read_thresholds
-from focalgradient.user_tables.conditions import STEPS
+from focalgradient.user_tables.conditions import ORDINAL, STEPS
 from focalgradient.user_tables.files import UserTable, chosen_rows, read_table, text_table
 
 pytestmark = pytest.mark.usefixtures("unrendered")
@@ -193,6 +193,17 @@ def test_a_report_says_that_steps_are_averaged_as_numbers(tmp_path: Path) -> Non
     made = make_report(path, by=["eyes"], order=["flat", "deep"])
     assert STEPS in made.notices
     assert STEPS in made.files["report.md"].decode().partition("## Methods")[2]
+
+
+def test_steps_by_apertures_have_an_ordinal_model_with_a_fixation(tmp_path: Path) -> None:
+    random, middles = np.random.default_rng(1), {"pinhole": 2, "f/8": 3, "f/2.8": 4}
+    shown = [(who, aperture) for who in "ABCDEF" for aperture in 4 * list(middles)]
+    rows = [f"{who},{at},{max(1, round(random.normal(middles[at])))}" for who, at in shown]
+    path = tmp_path / "own.csv"
+    path.write_text("\n".join(["subject,aperture,rating", *rows]))
+    assert ORDINAL in make_report(path, scale="ordinal").notices
+    path.write_text("\n".join(["subject,aperture,rating,fixation", *(f"{row},nearest" for row in rows)]))
+    assert "depth_rating_thresholds.csv" in make_report(path, scale="ordinal").files
 
 
 def test_two_names_of_one_condition_are_no_two_conditions() -> None:

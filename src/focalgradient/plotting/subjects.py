@@ -135,7 +135,7 @@ def scenes_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
 def ordinal_figure(result: DepthRatingResult, *, simulated: bool) -> Figure:
     """Draw ordinal responses: proportions by aperture for each fixation, and the latent scale with its thresholds."""
     shown = result.ordinal.fixations if isinstance(result.ordinal, OrdinalResult) else ()
-    looks = fixation_looks(shown)
+    looks = [fixation for fixation in fixation_looks(shown) if fixation in shown]
     with laid_out(180 + 45 * max(len(looks) - 2, 0), 80) as figure:
         axes = figure.subplots(1, len(looks) + 1, width_ratios=(*[1] * len(looks), 1.2))
         if isinstance(result.ordinal, OrdinalResult):

@@ -337,9 +337,10 @@ def _latent(study: Study) -> tuple[str, Powers]:
     far = "" if len(study.design.fixations) == 1 else f" and of {latent.far_effect:g} with the other objects in focus"
     assumed = (
         "by simulated experiments with 8 and 24 subjects, analysed as above, none excluded, whose standard errors give "
-        f"those of other numbers. Assumed: a ratio of the odds of a higher answer of {latent.effect:g} at the largest "
-        f"aperture with the first object in focus{far}, standard deviations of its logarithm of {latent.between:g} "
-        f"over subjects and {latent.between_scenes:g} over scenes."
+        "those of other numbers, so that a power is accurate to some 5 percentage points. Assumed: a ratio of the odds "
+        f"of a higher answer of {latent.effect:g} at the largest aperture with the first object in focus{far}, "
+        f"standard deviations of its logarithm of {latent.between:g} over subjects and {latent.between_scenes:g} over "
+        "scenes."
     )
     return assumed, latent_power(study, SUBJECTS)
 

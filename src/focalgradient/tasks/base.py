@@ -227,7 +227,8 @@ class Task(Generic[Design, Trial, Answer]):
         if both and not (self.adapts or self.adjusts):
             raise InputError(
                 f"the task {self.name!r} fails: {both[0]!r} is a field of the trial and of the answer, which would "
-                "overwrite the condition that was shown: rename the field of the answer."
+                "overwrite the condition that was shown: rename the field of the answer; or, for thresholds by "
+                f"{both[0]}, add adapted(design, trial, recorded), which chooses it, or returns the trial as it is."
             )
         shown = [column for column in shown if column.name not in chosen]
         catch = Column("catch", "Whether the trial only checks attention.", "bool")

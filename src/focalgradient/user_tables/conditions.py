@@ -52,6 +52,12 @@ DEGREES = (
 STEPS = "Answers are averaged as they stand, not as ratios: effects are tested without an ordinal model."
 """Statement on ratings that are steps of a scale, or positions on a line."""
 
+ORDINAL = (
+    "An ordinal model needs the object in focus: add a column fixation, with nearest in each row if it was always the "
+    "nearest."
+)
+"""Notice on steps by apertures."""
+
 MOST_LEVELS = 50
 """Maximum number of levels of a condition that is not numeric."""
 
@@ -183,6 +189,8 @@ def read_conditions(
         )
     if steps or order:
         source.notices.append(STEPS)
+        if {*theirs} & {source.columns.get("aperture"), source.columns.get("aperture_mm")}:
+            source.notices.append(ORDINAL)
     elif log:
         source.notices.extend(whole_steps(table["rating"]))
     cells = source.cells.loc[table.index]
