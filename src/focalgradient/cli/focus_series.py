@@ -23,7 +23,7 @@ from focalgradient.quantities import METRES, POSITIVE
 __all__ = ["focus_series"]
 
 PLANES_PER_RADIUS = 4
-"""Maximum number of planes per pixel of blur radius: photographs have 3 to 4 with the default error."""
+"""Typical number of planes per pixel of blur radius: photographs have 3 to 4 with the default error."""
 
 
 @command("Make a picture that can be refocused at every frame.")
@@ -52,8 +52,8 @@ def focus_series(
     Writes DIR/series.json, with the error and the texture memory of the planes, DIR/focus-VD.npy (linear
     light in 16 bits, V in dioptres) and DIR/distance.npy. After an interruption the same command continues.
 
-    Takes about twice as long as 'focalgradient blur' per plane; there are up to about four planes per pixel of
-    blur radius, fewer where the picture has little detail.
+    Takes about twice as long as 'focalgradient blur' per plane; there are about four planes per pixel of blur
+    radius, fewer where the picture has little detail, more where steps of depth follow each other closely.
 
     \b
     Example:
@@ -103,8 +103,8 @@ def focus_series(
         if not optics.is_lens:
             seconds *= 4
         size = planes * 4 * shown.metres.size / 2**20
-        fewer = "fewer for little detail, a smaller picture, or by --nearest and --farthest"
-        announce(seconds, f"Up to about {planes} planes, {size:.0f} MB as textures ({fewer})")
+        fewer = "fewer for little detail or by --nearest and --farthest, more for many steps of depth"
+        announce(seconds, f"About {planes} planes, {size:.0f} MB as textures ({fewer})")
         made = fg.live.FocusSeries.of(
             shown.light / white,
             shown.metres,

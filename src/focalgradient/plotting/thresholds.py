@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from focalgradient.arrays import FloatArray
 from focalgradient.plotting.figures import (
     COLOURS,
     GREY,
@@ -27,6 +28,10 @@ __all__ = ["draw_functions", "draw_interval", "draw_thresholds", "logarithmic", 
 
 MOST_RANGE = 30
 """Ratio of levels above which a panel has no room for ticks at 1, 2 and 5 of each decade."""
+
+
+MOST_DISCS = 10
+"""Maximum number of proportions drawn of each participant. Chosen by hand."""
 
 
 def threshold_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool, level: str | None = None) -> Figure:
@@ -90,6 +95,18 @@ def _fitted(result: ThresholdResult) -> list[tuple[SubjectThreshold, ThresholdFi
     return [(subject, subject.fit) for subject in result.subjects if isinstance(subject.fit, ThresholdFit)]
 
 
+def _proportions(fit: ThresholdFit) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return levels, proportions correct and numbers of trials; of many levels, those of neighbouring ones together."""
+    order = np.argsort(fit.levels)
+    level, right, shown = (np.asarray(values, float)[order] for values in (fit.levels, fit.right, fit.shown))
+    together = np.arange(len(level))
+    if len(level) > MOST_DISCS:
+        together = (MOST_DISCS * (np.cumsum(shown) - shown / 2) / shown.sum()).astype(int)
+    sums = [np.bincount(together, values) for values in (shown * np.log(level), right, shown)]
+    logs, right, shown = (values[sums[2] > 0] for values in sums)
+    return np.exp(logs / shown), right / shown, shown
+
+
 def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = None, label: str = "") -> Axes:
     """Draw each participant's function (thin), and proportions correct as discs, larger for more trials.
 
@@ -101,8 +118,8 @@ def draw_functions(ax: Axes, result: ThresholdResult, *, colour: str | None = No
         x = np.geomspace(min(levels) / 1.2, max(levels) * 1.2, 200)
         colours = person_colours(len(fitted)) if colour is None else [colour] * len(fitted)
         for number, ((subject, fit), shade) in enumerate(zip(fitted, colours, strict=True)):
-            right, shown = np.array(fit.right), np.array(fit.shown)
-            ax.scatter(fit.levels, right / shown, s=3 * shown, color=shade, alpha=0.25, linewidth=0, clip_on=False)
+            places, share, shown = _proportions(fit)
+            ax.scatter(places, share, s=3 * shown, color=shade, alpha=0.25, linewidth=0, clip_on=False)
             named = label if label and not number else None
             line = "-" if subject.kept else ":"
             ax.plot(x, fit.correct(x), color=shade, linewidth=0.8, linestyle=line, label=named)

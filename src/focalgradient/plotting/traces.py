@@ -41,7 +41,7 @@ def trace_figure(
     shown = people[:MOST_PANELS]
     groups: dict[str | None, pd.DataFrame] = {None: table}
     if factor is not None:
-        groups = {_labelled(factor, name): trials for name, trials in table.groupby(factor)}
+        groups = {_labelled(factor, name): trials for name, trials in table.groupby(factor, observed=True)}
     names = [str(person_id).removeprefix("sub-") for person_id in shown]
     with people_grid(names, simulated=simulated) as (figure, panels):
         for panel, person in zip(panels, shown, strict=True):

@@ -113,23 +113,26 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     answers = [*called(task, "fit", main.answers, prepared), *called(task, "fit", questions.asked_also, kept)]
     if quality is not None and quality.exclusions:
         answers += called(task, "fit", questions.asked, rows, everyone=True).variant(WITHOUT)
-    plan = task_plan(questions, settings, called(task, "factors", task.factors, design))
+    factors = called(task, "factors", task.factors, design)
+    plan = task_plan(questions, settings, factors)
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
     shown = names, plan, table, kept, tests, Answers(tuple(answers)), len(rows) - len(kept)
     part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
-    by, traces = tests[0].factor if tests else next(iter(task.factors(design)), None), []
+    traces = []
+    by = tests[0].factor if tests else next(iter(factors), None)
+    ordered = rows.assign(**{by: pd.Categorical(rows[by], factors[by])}) if by in factors else rows
     if questions.estimates == "thresholds":
         part = _of_thresholds(task, part, kept, prepared, questions, units)
     for level in task.adapted_fields:
-        drawn = partial(trace_figure, rows, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
+        drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
     return dataclasses.replace(
         part,
         quality=quality,
         said=[*_sentences(task, kept), *map(NOT_TESTED.format, (one.name for one in _in_words(task, settings)))],
         figures=[*part.figures, *traces],
-        sheets=[*part.sheets, _means(task, settings, kept, task.factors(design))],
+        sheets=[*part.sheets, _means(task, settings, kept, factors)],
     )
 
 

@@ -35,12 +35,13 @@ from focalgradient.user_tables.thresholds import OwnThresholds
 
 __all__ = ["threshold_part", "threshold_plan", "thresholds_of_dataset", "thresholds_of_table"]
 
+DISCS = "(disc: larger for more trials; ten at most, of neighbouring levels together)"
 GROUPS = (
-    "Left: each person’s function, with the share of right answers at each level (disc: larger for more trials). "
+    f"Left: each person’s function, with the share of right answers at each level {DISCS}. "
     "Right: thresholds with 95 % intervals, those of the table; geometric means bold."
 )
 MISSED = " Dotted and open: too few catch trials right."
-PEOPLE = "Each person’s share of right answers at each level (disc: larger for more trials) and function."
+PEOPLE = f"Each person’s share of right answers at each level {DISCS} and function."
 
 
 def threshold_plan(questions: Analysis, design: Mapping[str, Any]) -> Plan:
