@@ -182,9 +182,11 @@ def test_people_of_one_name_or_of_another_unit_are_noticed(tmp_path: Path) -> No
 def test_levels_that_a_spreadsheet_damaged_are_no_names(tmp_path: Path) -> None:
     path = tmp_path / "own.csv"
     text = "subject,blur,rating\n" + "".join(f"{who},{blur},1.{who}\n" for who in (1, 2) for blur in ("0", "X", "2"))
-    path.write_text(text.replace("X", "1. Jun"))
-    with pytest.raises(InputError, match=r"blur is '1. Jun', but must be a number.*a spreadsheet program"):
-        read_conditions(path, by=["blur"])
+    for numbers in ("02", ("f/22", "f/4")):
+        damaged = text.replace("X", "1. Jun").replace(",0,", f",{numbers[0]},").replace(",2,", f",{numbers[1]},")
+        path.write_text(damaged)
+        with pytest.raises(InputError, match=r"blur is '1. Jun', but other levels are no dates: a spreadsheet program"):
+            read_conditions(path, by=["blur"])
     path.write_text(text.replace("X", "1 D"))
     assert "The levels of blur are not all numbers (0, 1 D, 2)" in " ".join(read_conditions(path, by=["blur"]).notices)
     assert not read_conditions(path, by=["blur=factor"]).notices

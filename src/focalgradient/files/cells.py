@@ -21,13 +21,13 @@ DATE = re.compile(
 """Dates as spreadsheet programs and their CSV files write them."""
 
 CODE = re.compile(
-    r"-?9{2,}(?:[.]9+)?|-9|-?8{3,}|-?(?:32767|32768|65535|2147483647|2147483648|4294967295)|"
+    r"-?9{2,}(?:[.]9+)?|-9|-?8{2,}|-?7{2,}|-?(?:32767|32768|65535|2147483647|2147483648|4294967295)|"
     r"-?(?:3[.]402823|9[.]96920|9[.]96921|1[.]797693)\d*e[+]?\d+",
     re.IGNORECASE,
 )
-"""Codes of missing values: 99, 999, -9, 888, and the largest numbers of 16 and 32 bits and of floating point."""
+"""Codes of missing values: 99, 999, -9, 88, 77, and the largest numbers of 16 and 32 bits and of floating point."""
 
-MIN_CODE_RATIO = 9.0
+MIN_CODE_RATIO = 7.5
 """Minimum ratio of a positive code to all other numbers: 999 among answers up to 100 is one, 99 among those up to 98 is
 an answer.
 """
@@ -66,6 +66,8 @@ def codes_of(cells: Iterable[str], *, signed: bool = False) -> frozenset[str]:
     (['-99.0', '65535', '999'], [])
     >>> sorted(codes_of(["0", "100", "999"])), sorted(codes_of(["12", "98", "99"]))
     (['999'], [])
+    >>> sorted(codes_of(["1", "7", "77", "88"])), sorted(codes_of(["1", "10", "77", "99"]))
+    (['77', '88'], ['77', '99'])
     >>> sorted(codes_of(["-3", "2", "-9"])), sorted(codes_of(["-8", "2", "-9"]))
     (['-9'], [])
     """

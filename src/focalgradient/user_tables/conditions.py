@@ -16,7 +16,7 @@ from focalgradient.files.cells import as_number, is_date
 from focalgradient.user_tables.cleaning import few_levels, note_groups
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
-from focalgradient.user_tables.names import clean, few
+from focalgradient.user_tables.names import clean, few, invalid
 from focalgradient.user_tables.ratings import check_rating, rated
 from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
@@ -297,8 +297,12 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, reference: str
     Without a reference a notice tells that levels may be numbers.
     """
     levels, is_factor = list(map(str, table[name].unique())), bool(reference)
-    if any(map(is_date, levels)) and any(as_number(level) is not None for level in levels):
-        source.numbers(table, name)  # names the first date
+    dates = table[name].map(is_date).astype(bool)
+    if dates.any() and not dates.all():
+        why = (
+            "but other levels are no dates: a spreadsheet program may have made it of a number; enter it again as text"
+        )
+        raise invalid(table, name, dates, why)
     if not is_factor and any(level[:1].isdigit() for level in levels):
         source.notices.append(
             f"The levels of {name} are not all numbers ({few(levels)}), and were taken for names: give "
