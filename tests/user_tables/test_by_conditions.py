@@ -144,7 +144,7 @@ def test_conditions_that_a_person_lacks_do_not_change_the_effect_within(tmp_path
         assert len(effects) == 6
         assert effects.to_numpy() == pytest.approx(np.log({"two": 2.0, "2": 2.0, "4": 4.0}[str(test.level)]))
     text = make_report(path, by=["eye", "size=factor"]).files["report.md"].decode()
-    assert "> **3 of the 6 subjects lack answers" in text
+    assert "missing for 0, 1, 2 (3 of the 6 subjects): means" in text
 
 
 def test_conditions_of_a_wide_table_are_chosen_by_its_columns() -> None:
@@ -244,10 +244,8 @@ ENDS = [("near", "f/5.6"), ("near", "0"), ("far", "f/5.6"), ("far", "0")]
 def test_slopes_of_people_who_lack_levels_are_noted() -> None:
     """Of tables with a curved effect, of which one group lacked the end, .52 had an effect of the group on slopes."""
     rows = [f"p{who},{mm},1.{mm}{who}" for who in range(6) for mm in (1, 2, 4, 8) if mm < 8 or who % 2]
-    [notice] = noted(["subject,mm,rating", *rows], "lack", by=["mm"])
-    assert notice.startswith(
-        "3 of the 6 subjects lack answers at some levels of mm: their slopes are over other levels"
-    )
+    [notice] = noted(["subject,mm,rating", *rows], "missing", by=["mm"])
+    assert "mm are missing for p0, p2, p4 (3 of the 6 subjects): their slopes are over other levels" in notice
 
 
 def test_apertures_of_different_scenes_are_noted() -> None:

@@ -185,7 +185,8 @@ def condition_part(
     without = f"{many(left_out, noun)} left out by the rules on trials" if left_out else "nobody is left out"
     shared = shared_conditions(rows, [*factors, *["scene"] * (data is None and "scene" in rows)])
     cells = rows.groupby(["participant_id", *shared]).size().unstack(shared) if shared else None
-    lacking = 0 if cells is None else int(cells.isna().any(axis=1).sum())
+    gaps = [] if cells is None else [str(name).removeprefix("sub-") for name in cells.index[cells.isna().any(axis=1)]]
+    lacking = f"{few(gaps)} ({len(gaps)} of the {people} {who}s): "
     sloped = [test.factor for test in tests if test.level is None and test.factor in shared]
     effects = ", and over those of effects" if any(test.answer.startswith("(") for test in tests) else ""
     return Part(
@@ -203,15 +204,15 @@ def condition_part(
             if isinstance(test.effect, Effect) and test.effect.subjects < people
         ]
         + [
-            f"{lacking} of the {people} {who}s lack answers at some levels of {few(shared)}: means over these are "
+            f"Answers at some levels of {few(shared)} are missing for {lacking}means over these are "
             "least-squares means, as if their effects add, or plain means where nobody's answers connect the levels."
         ]
-        * (lacking > 0 and shared != factors[:1])
+        * (bool(gaps) and shared != factors[:1])
         + [
-            f"{lacking} of the {people} {who}s lack answers at some levels of {few(sloped)}: their slopes are over "
+            f"Answers at some levels of {few(sloped)} are missing for {lacking}their slopes are over "
             "other levels, and differ where the effect is not linear."
         ]
-        * (lacking > 0 and bool(sloped))
+        * (bool(gaps) and bool(sloped))
         + [
             f"{one} and {other} always change together: their effects cannot be separated."
             for one, other in combinations(factors, 2)
