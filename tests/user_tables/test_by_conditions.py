@@ -144,7 +144,7 @@ def test_conditions_that_a_person_lacks_do_not_change_the_effect_within(tmp_path
         assert len(effects) == 6
         assert effects.to_numpy() == pytest.approx(np.log({"two": 2.0, "2": 2.0, "4": 4.0}[str(test.level)]))
     text = make_report(path, by=["eye", "size=factor"]).files["report.md"].decode()
-    assert "missing for 0, 1, 2 (3 of the 6 subjects): means" in text
+    assert "missing for p0, p1, p2 (3 of the 6 subjects): means" in text
 
 
 def test_conditions_of_a_wide_table_are_chosen_by_its_columns() -> None:
