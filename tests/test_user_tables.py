@@ -369,3 +369,13 @@ def test_names_of_merged_cells_and_units_below_names_are_read(tmp_path: Path) ->
     assert read_ratings(tmp_path / "merged.xlsx").table["rating"].to_list() == [1.0, 1.4, 1.0, 1.1]
     units = parse_table(b"id,blur_D,size,rating\n,D,deg,\nA,0,1,1.0\nA,1,1,1.4\n", "units.csv")
     assert units.header == ("id", "blur_D", "size (deg)", "rating")
+
+
+def test_labels_of_the_ends_of_a_scale_are_left_out(tmp_path: Path) -> None:
+    """As forms export them; a date that a spreadsheet program made of a number stays refused."""
+    text = f"{HEAD}\nA,pinhole,near,s,1 (flat)\nA,f/4,near,s,5 - very deep\nB,pinhole,near,s,2\nB,f/4,near,s,4\n"
+    own = read_ratings(saved(tmp_path, text), steps=True)
+    assert own.table["rating"].to_list() == [1, 5, 2, 4]
+    assert any("without their labels: 1 (flat), 5 - very deep" in note for note in own.notes)
+    with pytest.raises(InputError, match="5-Jun"):
+        read_ratings(saved(tmp_path, text.replace("5 - very deep", "5-Jun")))

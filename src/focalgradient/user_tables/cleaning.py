@@ -14,7 +14,7 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files import printable
-from focalgradient.files.cells import as_number, codes_of
+from focalgradient.files.cells import as_number, codes_of, is_date
 from focalgradient.user_tables.names import clean, few, heading, invalid, is_summary, maybe_summary, rows_named
 from focalgradient.user_tables.schema import ABSENT
 
@@ -86,6 +86,9 @@ def without_summaries(table: pd.DataFrame, notices: list[str]) -> pd.DataFrame:
             table = table[~is_left_out]
     return table
 
+
+LABELLED = re.compile(r"\s*(\d+)\s*[(:=–—-]\s*[^\W\d_]\D*")
+"""Number of a step with its label, as forms export the ends of a scale: "5 (very)"."""
 
 MAX_LEVELS = 6
 """Maximum number of levels of a column that may be a condition (our choice)."""
@@ -184,13 +187,20 @@ def few_levels(cells: pd.DataFrame, within: list[pd.Series[str]]) -> dict[str, s
 def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[str]) -> pd.DataFrame:
     """Replace the answers in words by the numbers of their steps, from 1 for the first word of `order`.
 
+    Without an order, numbers among plain numbers lose their label: "5 (very)" is 5.
+
     Raises
     ------
     InputError
         If `order` has a word twice, or less than two, or an answer is not among them.
     """
     if not order:
-        return table
+        cells = list(map(str, table[role].unique()))
+        labelled = {cell: found[1] for cell in cells if (found := LABELLED.fullmatch(cell)) and not is_date(cell)}
+        if role not in ("rating", "confidence") or not labelled or all(as_number(cell) is None for cell in cells):
+            return table
+        notes.append(f"Numbers of {role}s were read without their labels: {few([*labelled])}.")
+        return table.assign(**{role: table[role].replace(labelled)})
     steps = {clean(word).casefold(): str(step) for step, word in enumerate(order, start=1)}
     if len(steps) < max(2, len(order)) or "" in steps:
         raise InputError(f"order is {few([*order])}, but must name two steps or more, each once, from the least.")
