@@ -355,10 +355,9 @@ class Source:
         return ""
 
     def answers(self, table: pd.DataFrame, role: str, order: Sequence[str] = ()) -> pd.DataFrame:
-        """Return the rows with a value in a column, with its numbers parsed.
+        """Return the rows with a value in a column, with its numbers parsed; a notice counts the others.
 
-        Answers in words are replaced by the numbers of their steps in `order`, and codes of missing values by empty
-        cells; a notice counts the rows that are left out.
+        Words are replaced by the numbers of their steps in `order`, and codes of missing values by empty cells.
         """
         column = self.schema.columns[role]
         table = self._without_codes(in_steps(table, role, order, self.notes), role)
@@ -367,7 +366,8 @@ class Source:
             raise InputError(f"{self.name} holds no {column.answer}: the column given for {role}s is empty.")
         if missing.any():
             who = few(sorted(set(table["participant_id"][missing])))
-            self.notices.append(f"{_rows_were(missing)} left out, without {_a(role)} (participants {who}).")
+            noun = _a("answer" if column.answer == "answer" else role)
+            self.notices.append(f"{_rows_were(missing)} left out, without {noun} (participants {who}).")
             table = table[~missing].copy()
         return table.assign(**{role: self.numbers(table, role)}) if column.number and not column.words else table
 
