@@ -8,6 +8,7 @@ show the hatched background.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 from textwrap import fill
@@ -403,7 +404,10 @@ def _depth_title(depth: DepthMap) -> str:
         for way, colour, words in zip((-1, 1), ("grey", "red"), depth.outside_in_words(), strict=True):
             if (depth.beyond == way).any():
                 lines.append(f"{colour}: {words} ({_percent(np.mean(depth.beyond == way))})")
-    return "\n".join(fill(line, LONGEST_LINE, subsequent_indent="   ") for line in lines if line)
+    # A number is not parted from its unit.
+    lines = [re.sub(r"(?<=\d) (?=m\b|%)", "\N{NO-BREAK SPACE}", line) for line in lines]
+    filled = "\n".join(fill(line, LONGEST_LINE, subsequent_indent="   ") for line in lines if line)
+    return filled.replace("\N{NO-BREAK SPACE}", " ")
 
 
 def _side_note(depth: DepthMap) -> str | None:
