@@ -295,3 +295,9 @@ def test_a_starting_place_of_a_slider_judges_answers_left_there(tmp_path: Path) 
     pd.DataFrame(rows, columns=names).to_csv(tmp_path / "own.csv", index=False)
     judged = quality(read_ratings(tmp_path / "own.csv").table)[1].subjects
     assert [one.first_press == 1.0 for one in judged] == [True, False, False]
+
+
+def test_a_heading_repeated_below_leaves_numbers_amounts() -> None:
+    """As in files that were joined."""
+    text = "subject,blur,rating\n" + "\nsubject,blur,rating\n".join(f"{who},0,1.0\n{who},2,1.4" for who in "AB")
+    assert read_conditions(text_table(text), by=["blur"]).conditions["blur"] == [0.0, 2.0]

@@ -342,6 +342,7 @@ def _place_of_level(level: str) -> tuple[bool, float, str, str]:
 
 
 def _is_numeric(cells: pd.Series[str]) -> bool:
-    """Return whether all cells are numbers with either decimal mark, or empty."""
-    texts = [cell.strip() for cell in cells.unique() if cell.strip() and cell.strip().casefold() not in ("na", "n/a")]
+    """Return whether all cells are numbers with either decimal mark, or empty, or repeat the heading."""
+    others = ("", "na", "n/a", clean(str(cells.name)).casefold())
+    texts = [cell.strip() for cell in cells.unique() if clean(cell).casefold() not in others]
     return bool(texts) and all(as_number(clean(text).replace(",", ".")) is not None for text in texts)
