@@ -325,10 +325,8 @@ def parse_table(
             )
     for number, cells in kept:
         if width and any(cell.strip() for cell in cells[width:]):
-            beside = "decimal commas need semicolons or tabs between the columns" if delimiter == "," else "one a name"
-            raise RaggedTableError(
-                f"{name}, row {number}: there are {len(cells)} cells, but must be {width} ({beside})."
-            )
+            why = "decimal commas need semicolons or tabs between the columns" if delimiter == "," else "one a name"
+            raise RaggedTableError(f"{name}, row {number}: there are {len(cells)} cells, but must be {width} ({why}).")
     rows = tuple(tuple(map(_unwrapped, (cells + [""] * width)[: width or len(cells)])) for _, cells in kept)
     places = tuple(number for number, _ in kept)
     return TextTable(name, tuple(names), rows, places, delimiter, tuple(comments), tuple(notes))
