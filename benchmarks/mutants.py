@@ -82,7 +82,7 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/statistics/test_*.py",
         *("tests/test_scales.py", "tests/test_power.py", "tests/test_report_own_*.py", "tests/test_kept_reports.py"),
         *("tests/test_meta.py", "tests/test_foreign_tables.py", "tests/test_user_tables.py"),
-        *("tests/test_blur_threshold.py", "tests/test_task_file.py"),
+        *("tests/test_blur_threshold.py", "tests/test_task_file.py", "tests/test_report_adaptive.py"),
     ),
 }
 """The tests of a room, besides its doctests: those most likely to fail first."""
