@@ -223,6 +223,10 @@ LOGARITHMS = {"log10": 10.0, "ln": math.e}
 """Bases of logarithms that a heading of levels may state."""
 
 
+RENAME = "rename the column log10_level in the file"
+"""Remedy for levels that are logarithms to the base 10."""
+
+
 def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a level above 0, with the logarithms that the heading states undone."""
     header = source.columns["level"]
@@ -237,11 +241,10 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
         if word in ("db", "decibel", "decibels") or word.startswith("log"):
             raise InputError(
                 f"the heading {printable(header)!r} says that levels are in {UNITS_NAMED.get(word, word)}, but they "
-                "must be amounts above 0, as thresholds are sought on their logarithm: convert them, or rename the "
-                "column log10_level in the file."
+                f"must be amounts above 0, as thresholds are sought on their logarithm: convert them, or {RENAME}."
             )
     if (below := table["level"] < 0).any():
-        amounts = "give amounts (of decibels or log units the antilogarithm)"
+        amounts = f"give amounts, or, of logarithms such as those of QUEST in PsychoPy, {RENAME}"
         expected = f"but must be above 0, as thresholds are sought on its logarithm: {amounts}"
         raise invalid(table, "level", below, expected)
     none = table["level"] == 0
