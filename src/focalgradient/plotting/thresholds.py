@@ -102,8 +102,8 @@ def _proportions(fit: ThresholdFit) -> tuple[FloatArray, FloatArray, FloatArray]
     together = np.arange(len(level))
     if len(level) > MOST_DISCS:
         together = (MOST_DISCS * (np.cumsum(shown) - shown / 2) / shown.sum()).astype(int)
-    sums = [np.bincount(together, values) for values in (shown * np.log(level), right, shown)]
-    logs, right, shown = (values[sums[2] > 0] for values in sums)
+    sums = np.array([np.bincount(together, values) for values in (shown * np.log(level), right, shown)])
+    logs, right, shown = sums[:, sums[2] > 0]
     return np.exp(logs / shown), right / shown, shown
 
 

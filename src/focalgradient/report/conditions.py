@@ -121,7 +121,9 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
     traces = []
     by = tests[0].factor if tests else next(iter(factors), None)
-    ordered = rows.assign(**{by: pd.Categorical(rows[by], factors[by])}) if by in factors else rows
+    ordered = rows
+    if by is not None and by in factors:
+        ordered = rows.assign(**{by: pd.Categorical(rows[by], pd.Index(factors[by]))})
     if questions.estimates == "thresholds":
         part = _of_thresholds(task, part, kept, prepared, questions, units)
     for level in task.adapted_fields:

@@ -195,7 +195,7 @@ class Task(Generic[Design, Trial, Answer]):
             return thresholds
         settings = design.model_dump(mode="json")
         measures = self.measures(settings)
-        units = {column.name: column.units or "" for column in self.columns(settings)} | measures
+        units = {column.name: column.units or "" for column in self.columns(settings)} | dict(measures)
         if self.planned is not None:
             planned = tuple(self.planned(design))
         else:
