@@ -217,6 +217,18 @@ def part_of(root: Path) -> Part:
     return thresholds_of_dataset(task, read_task(root, task), Asked(Stated(Rules())))
 
 
+def test_true_thresholds_are_listed_and_a_mean_is_without_those_who_missed_catch_trials(simulated):
+    data = read_dataset(simulated)
+    true = {f"sub-{files.participant}": sidecar["Participant"]["threshold"] for files, sidecar in data.sidecars.items()}
+    [sheet] = [sheet for sheet in part_of(simulated).sheets if sheet.file.endswith("thresholds.csv")]
+    assert dict(zip(sheet.digits["participant"], sheet.digits["known"], strict=True)) == pytest.approx(true)
+    table = data.blur_threshold
+    missed = table["catch"] & (table["participant_id"] == "sub-02")
+    result = blur_thresholds(table.assign(correct=table["correct"] & ~missed), least=0.02, most=2.0)
+    said = threshold_part(table, {"": result}, "D", data=data).said
+    assert any("Without the 1 who missed catch trials" in sentence for sentence in said)
+
+
 def test_one_person_is_analysed_and_sessions_of_other_levels_are_refused(simulated, tmp_path):
     root = Path(shutil.copytree(simulated, tmp_path / "data"))
     shutil.rmtree(root / "sourcedata")

@@ -112,6 +112,14 @@ def test_what_is_wrong_is_named(tmp_path: Path, change: dict[str, object], said:
         read_detection(write(tmp_path, answers(1, 30).assign(**change)), {"condition": "where"})
 
 
+@pytest.mark.parametrize("signal", [0, 1])
+def test_a_person_without_signal_or_without_noise_is_left_out_and_named(signal: int) -> None:
+    table = answers()
+    first = table["subject"] == table["subject"].iloc[0]
+    part = detection_part(read_detection(text_table(table[~first | (table["signal"] == signal)].to_csv(index=False))))
+    assert table["subject"].iloc[0] in part.notices[0]
+
+
 def test_criteria_that_make_rates_extreme_are_noted() -> None:
     """Of tables with a d' of 2, criteria of 0 and 1.2, and 20 trials of each, .42 had a difference (bias -.4)."""
     random = np.random.default_rng(2)
