@@ -145,6 +145,7 @@ def test_conditions_that_a_person_lacks_do_not_change_the_effect_within(tmp_path
         assert effects.to_numpy() == pytest.approx(np.log({"two": 2.0, "2": 2.0, "4": 4.0}[str(test.level)]))
     text = make_report(path, by=["eye", "size=factor"]).files["report.md"].decode()
     assert "missing for p0, p1, p2 (3 of the 6 subjects): means" in text
+    assert "slopes" not in text
 
 
 def test_conditions_of_a_wide_table_are_chosen_by_its_columns() -> None:

@@ -33,7 +33,11 @@ def setting(design: Mapping[str, Any], name: str) -> str:
 
 
 def times(design: Mapping[str, Any]) -> str:
-    """Return how often each condition was shown: "once", "twice", "3 times"."""
+    """Return how often each condition was shown.
+
+    >>> times({}), times({"repetitions": 2}), times({"repetitions": 3})
+    ('once', 'twice', '3 times')
+    """
     count = int(design.get("repetitions", 1))
     return {1: "once", 2: "twice"}.get(count, f"{count} times")
 
