@@ -133,10 +133,12 @@ class Participant:
 
     def practice_token(self) -> str:
         """What the server gives with the judgement of the last round of practice, whether or not it is passed."""
-        if not self.practised:
-            return ""
-        judged = self.ask("judge", round=20, answers=[*self.practised.values()])
-        return str(judged.json().get("practice_token", ""))
+        judged, number = {"again": bool(self.practised)}, 0
+        while judged.get("again"):
+            number += 1
+            Hurried.ahead += SECONDS_EACH * len(self.practised)
+            judged = self.ask("judge", round=number, answers=[*self.practised.values()]).json()
+        return str(judged.get("practice_token", ""))
 
     def show(self, trial: dict[str, Any]) -> None:
         """Report a trial's exposure, unless that was done."""
@@ -167,7 +169,7 @@ class Participant:
         """Begin, or go on."""
         answer = self.ask("begin", **(SITTING | changed))
         if answer.status_code == 200:
-            self.trials = answer.json()["trials"]
+            self.trials, self.practised = answer.json()["trials"], {}
             self.holds = bool(self.trials) and self.entry(0)["scale"]["kind"] == "held"
         return answer
 

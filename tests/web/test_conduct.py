@@ -9,10 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from chromium import Server, step, take_part
-from participant import NECKER
+from chromium import Server, journal, served, step, take_part
+from participant import NECKER, SHORT
 from playwright.sync_api import Browser, Error
-from test_browser import SCALES, SHORT, journal, served
+from test_browser import SCALES
+from test_revealed import THRESHOLD
 from walked import walked
 
 from focalgradient.dataset import read_dataset, read_journal, validate
@@ -74,6 +75,30 @@ def test_a_session_and_its_reload_show_the_laboratorys_sequence(browser: Browser
     assert validate(tmp_path / "data", tmp_path / "set" if task != "necker" else None).problems == ()
     if task == "necker":
         assert {"rigid", "nonrigid"} <= {*read_dataset(tmp_path / "data").necker["percept"]}, "both keys count"
+
+
+@pytest.mark.slow
+def test_a_reload_leads_to_the_round_of_practice_that_was_due(browser: Browser, tmp_path: Path) -> None:
+    server = served(tmp_path, THRESHOLD)
+    page = browser.new_page(viewport={"width": 1280, "height": 800})
+    page.goto(server.address)
+    for _ in range(2):  # rounds in which the first picture was always chosen
+        take_part(page, title="Once more")
+        page.reload()
+        take_part(page, title="Once more")
+        page.keyboard.press("Enter")
+        page.wait_for_selector("h1:text-is('Once more')", state="detached")
+    take_part(page, title="Practice is over")
+    page.reload()
+    seen = take_part(page)
+    page.close()
+    server.end()
+    assert not any("Once more" in text for text in seen), "all rounds are over"
+    assert validate(tmp_path / "data", tmp_path / "set").problems == ()
+    notes = [note for note in read_journal(journal(tmp_path)).of("note") if note["kind"] == "practice"]
+    assert [(note["round"], note["right"], note["of"]) for note in notes] == [(1, 1, 2), (2, 1, 2), (3, 1, 2)]
+    failed = read_dataset(tmp_path / "data").participants["practice_failed"]
+    assert failed.tolist() == ["blurthreshold"]
 
 
 @pytest.mark.slow

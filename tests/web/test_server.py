@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+from collections import Counter
 from collections.abc import Iterator
 from io import BytesIO
 from pathlib import Path
@@ -15,7 +16,7 @@ import pandas as pd
 import participant
 import pytest
 from fuzz_server import run
-from participant import DEPTH, NECKER, PASSWORD, Participant, client_of, film_frames, study
+from participant import DEPTH, NECKER, PASSWORD, Hurried, Participant, client_of, film_frames, study
 from PIL import Image
 from starlette.testclient import TestClient
 
@@ -119,12 +120,14 @@ def test_the_disk_is_waited_for_once_an_answer(
     monkeypatch.setattr(os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
     for number, trial in enumerate(someone.trials):
         someone.show(trial)
+        someone.trial_token(trial)
         before = len(synced)
         assert someone.answer(number).json()["recorded"]
         assert len(synced) == before + 1
         assert synced[-1] == journal(tmp_path).stat().st_size
-    notes = read_journal(journal(tmp_path)).of("note")  # the sitting, each trial's exposure and frames
-    assert len(notes) == 1 + 2 * len(someone.trials)
+    notes = read_journal(journal(tmp_path)).of("note")
+    kinds = Counter(note["kind"] for note in notes)
+    assert (kinds["sitting"], kinds["exposure"], kinds["frames"]) == (1, len(someone.trials), len(someone.trials))
 
 
 def kill(made: Study) -> None:
@@ -204,7 +207,7 @@ def test_two_tabs_of_one_participant(client: TestClient, monkeypatch: pytest.Mon
     assert one.begin().status_code == 200
 
 
-def test_main_trials_need_passed_practice_of_their_sitting(client: TestClient) -> None:
+def test_main_trials_need_passed_practice_also_after_a_reload(client: TestClient, tmp_path: Path) -> None:
     someone = Participant(client)
     someone.begin()
     practised = [trial for trial in someone.trials if trial["phase"] == "practice"]
@@ -222,11 +225,27 @@ def test_main_trials_need_passed_practice_of_their_sitting(client: TestClient) -
         assert refused.status_code == 403
         assert "Practice" in refused.json()["error"]
     assert someone.ask("answer", **someone.message(main, 2), trial_token="none").status_code == 403
-    token = someone.ask("judge", round=3, answers=answers).json()["practice_token"]
+    assert someone.ask("judge", round=3, answers=answers).status_code == 400, "a round is left out"
+    reloaded = someone.begin().json()
+    assert reloaded["practice_round"] == 2
+    assert reloaded["again"]["event"] == "feedback"
+    assert [trial["phase"] for trial in reloaded["trials"]][: len(practised) + 1] == ["practice"] * len(practised) + [
+        "main"
+    ]
+    assert someone.ask("next", **main).status_code == 403, "a reload does not pass practice"
+    shown = someone.ask("next", phase="practice", trial=1).json()["trials"]
+    assert [one["phase"] for one in shown] == ["practice"] * len(practised)
+    Hurried.ahead += 100.0
+    for number in (2, 3):
+        judged = someone.ask("judge", round=number, answers=answers).json()
+    token = judged["practice_token"]
     assert someone.ask("next", **main, practice_token=token).status_code == 200
-    resumed = Participant(client, someone.token)
-    assert [trial["phase"] for trial in resumed.begin().json()["trials"][:1]] == ["main"]
-    assert resumed.ask("next", **main).status_code == 200, "as the laboratory, which repeats no earlier sitting"
+    resumed = someone.begin().json()
+    assert [trial["phase"] for trial in resumed["trials"][:1]] == ["main"]
+    assert "practice_round" not in resumed
+    assert someone.ask("next", **main).status_code == 200, "all rounds are over"
+    notes = [note for note in read_journal(journal(tmp_path)).of("note") if note["kind"] == "practice"]
+    assert [(one["round"], one["passed"]) for one in notes] == [(1, False), (2, False), (3, False)]
 
 
 def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_path: Path) -> None:
@@ -235,23 +254,20 @@ def test_repeated_practice_is_kept_as_in_the_laboratory(client: TestClient, tmp_
     practised = [trial for trial in someone.trials if trial["phase"] == "practice"]
     for number in range(len(practised)):
         someone.answer(number)
-    again = [{key: someone.message(one, 0)[key] for key in ("phase", "trial", "answer")} for one in practised]
-    rounds = [
-        {"round": 1, "right": 0, "of": 2, "passed": False, "again": []},
-        {"round": 2, "right": 2, "of": 2, "passed": True, "again": again},
-    ]
-    number = len(practised)
-    wrong = [{**rounds[1], "again": [{**again[0], "trial": 99}]}]
-    someone.show(someone.trials[number])
+    answers = [*someone.practised.values()]
+    Hurried.ahead += 100.0
+    someone.ask("judge", round=1, answers=answers)
     before = journal(tmp_path).read_bytes()
-    assert someone.answer(number, practice=wrong).status_code == 400
+    wrong = [*answers, {**answers[0], "trial": 99}]
+    assert someone.ask("judge", round=2, answers=wrong).status_code == 400
     assert journal(tmp_path).read_bytes() == before
-    assert someone.answer(number, practice=rounds).json()["recorded"]
+    for _ in range(2):  # the network repeats it
+        assert someone.ask("judge", round=2, answers=answers).json()["again"]
     notes = read_journal(journal(tmp_path)).of("note")
     found = [note for note in notes if note["kind"] == "practice"]
-    assert [(one["round"], one["right"], one["of"], one["passed"]) for one in found] == [
-        (1, 0, 2, False),
-        (2, 2, 2, True),
+    assert [(one["round"], one["right"] < one["of"], one["passed"]) for one in found] == [
+        (1, True, False),
+        (2, True, False),
     ]
     repeated = [note for note in notes if note["kind"] == "practice again"]
     assert [note["trial"]["trial"] for note in repeated] == [one["trial"] for one in practised]
@@ -341,13 +357,16 @@ def test_no_value_in_any_message_is_a_fault_of_the_server(
         someone = Participant(client)
         someone.begin()
         who = {"token": someone.token, "tab": "tab-1"}
-        practice = [{"round": 1, "right": 1, "of": 2, "passed": False, "again": []}]
-        given = {**who, **someone.message(someone.trials[0], 0), "practice": practice}
+        given = {**who, **someone.message(someone.trials[0], 0)}
+        judged = {key: given[key] for key in ("phase", "trial", "answer")}
         messages = {"join": {"platform": {"id": "a"}}, "begin": {**who, **participant.SITTING}, "answer": given}
-        messages |= {"next": {**who, "phase": "practice", "trial": 1}}
+        messages |= {
+            "next": {**who, "phase": "practice", "trial": 1},
+            "judge": {**who, "round": 1, "answers": [judged]},
+        }
         messages |= dict.fromkeys(("state", "here", "leave", "finish", "withdraw"), who)
         before = journal(tmp_path).read_bytes()
-        for path in ("join", "state", "here", "answer", "next", "leave", "finish", "begin"):
+        for path in ("join", "state", "here", "answer", "judge", "next", "leave", "finish", "begin"):
             for place, changed in _replaced(messages[path]):
                 for value in HOSTILE[:: 1 if path == "answer" else 4]:
                     body = json.dumps(changed).replace('"MARKER"', value)

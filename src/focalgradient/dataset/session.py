@@ -341,7 +341,11 @@ class Session:
 
     def note(self, kind: str, **content: Any) -> None:
         """Record another event, such as a break, in the journal."""
-        self._journal.write(_note(kind, content))
+        self.note_all([(kind, content)])
+
+    def note_all(self, notes: Sequence[tuple[str, Mapping[str, Any]]]) -> None:
+        """Record several other events, each a kind and its content, with a single wait for the disk."""
+        self._journal.write(*(_note(kind, content) for kind, content in notes))
 
     def __enter__(self) -> Session:
         return self

@@ -20,14 +20,14 @@ from focalgradient.errors import InputError
 from focalgradient.scales import Control, Held, Scale, Ways
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, START, noted_start, with_noted
-from focalgradient.tasks.steps import control_of, judged, stimulus_of
+from focalgradient.tasks.steps import control_of, stimulus_of
 from focalgradient.web import messages
-from focalgradient.web.messages import Answer, Exposure, Judge, Sitting
+from focalgradient.web.messages import Answer, Exposure, Sitting
 from focalgradient.web.pictures import Described, drawn, shown_sha256
 from focalgradient.web.possible import check_frames, check_possible, check_presses
 from focalgradient.web.screen import gamma_of, measure
 
-__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "judge", "record"]
+__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "read_answer", "record", "round_notes"]
 
 CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
 SCALE_TOLERANCE = 1e-6
@@ -151,36 +151,6 @@ def _name_pictures(frames: dict[str, Any], names: Sequence[str], judged: int) ->
     return float(pictures[judged]["stamps"][0] - pictures[0]["stamps"][0]) / 1e3
 
 
-def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[str, Any]:
-    """Judge the responses of a round of practice so far, as the laboratory does.
-
-    Returns
-    -------
-    dict
-        "right" of the responses, "of" those that have a correct one; whether the round is "passed", and to be
-        repeated ("again"); "share" of the last trial's time, in %, for which the correct key was held.
-
-    Raises
-    ------
-    ValidationError, InputError
-        As for `read_answer`.
-    """
-    design = session.design
-    known: list[bool] = []
-    share = None
-    for one in given.answers:
-        trial: Any = next((t for t in session.trials if (t.phase, t.trial) == ("practice", one.trial)), None)
-        if trial is None:
-            raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
-        answer = read_answer(session, pictures, trial, one.answer).answer
-        right, held = judged(session.task, design, trial, answer, session.files.participant)
-        share = None if held is None else round(100 * held)
-        known += [] if right is None else [right]
-    passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
-    again = not passed and given.round < getattr(design, "practice_rounds", 1)
-    return {"right": sum(known), "of": len(known), "passed": passed, "again": again, "share": share}
-
-
 def _check_reached(name: str, value: float, control: Control) -> None:
     reached = control.reached()
     least, most = min(reached), max(reached)
@@ -227,8 +197,9 @@ def record(
     given: Answer,
     received: datetime | None = None,
     elapsed_s: float | None = None,
+    practice: Sequence[messages.Round] = (),
 ) -> dict[str, Any]:
-    """Record the response to the next trial, and the results of practice before it; return the frame times.
+    """Record the response to the next trial; return the frame times.
 
     Parameters
     ----------
@@ -238,6 +209,8 @@ def record(
         Time of arrival by the server's clock; None if a platform received it.
     elapsed_s
         Seconds since the page received its trials, by the same clock; None if unknown.
+    practice
+        Results of practice before it that are not recorded.
 
     Raises
     ------
@@ -248,23 +221,29 @@ def record(
     answer, frames, seconds = read_answer(session, pictures, trial, given.answer)
     session.check_answer(trial, answer)
     check_possible(seconds, elapsed_s)
-    practised = {one.trial: one for one in session.trials if one.phase == "practice"}
-    notes: list[tuple[str, dict[str, Any]]] = []
-    for found in given.practice:
-        for one in found.again:
-            if one.trial not in practised:
-                raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
-            shown = practised[one.trial]
-            repeated = read_answer(session, pictures, shown, one.answer)
-            check_possible(repeated.seconds, elapsed_s)
-            content = {"round": found.round, "trial": asdict(shown), "answer": answer_event(repeated.answer)}
-            notes.append(("practice again", content))
-        notes.append(("practice", found.model_dump(exclude={"again"})))
+    notes = [note for one in practice for note in round_notes(session, pictures, one, elapsed_s)]
     about = {"phase": given.phase, "trial": given.trial, "condition": trial_row(trial)}
     notes.append(("frames", about | frames))
     came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
     session.record(trial, answer, notes=notes, attempt=given.attempt, **came)
     return frames
+
+
+def round_notes(
+    session: Session, pictures: StimulusSet | None, given: messages.Round, elapsed_s: float | None
+) -> list[tuple[str, dict[str, Any]]]:
+    """Return the notes of a round of practice: its responses, unless they are the first to their trials; its result."""
+    practised = {one.trial: one for one in session.trials if one.phase == "practice"}
+    notes: list[tuple[str, dict[str, Any]]] = []
+    for one in given.again:
+        if one.trial not in practised:
+            raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
+        shown = practised[one.trial]
+        repeated = read_answer(session, pictures, shown, one.answer)
+        check_possible(repeated.seconds, elapsed_s)
+        content = {"round": given.round, "trial": asdict(shown), "answer": answer_event(repeated.answer)}
+        notes.append(("practice again", content))
+    return [*notes, ("practice", given.model_dump(exclude={"again"}))]
 
 
 def expose(session: Session, given: Exposure) -> None:

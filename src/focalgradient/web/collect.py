@@ -151,7 +151,7 @@ class _Study:
         given, remaining = line.given, session.remaining()
         if not remaining or (given.phase, given.trial) != (remaining[0].phase, remaining[0].trial):
             raise InputError(f"trial {given.trial} ({given.phase}) is not the next trial")
-        record(session, self.pictures, given)
+        record(session, self.pictures, given, practice=given.practice)
 
 
 def _apparatus(line: Begun | Resumed) -> Apparatus:

@@ -10,6 +10,7 @@ from focalgradient.design.form import ABOUT, LONGEST_ABOUT
 
 __all__ = [
     "Answer",
+    "AnswerWithPractice",
     "Answered",
     "Begin",
     "Begun",
@@ -176,13 +177,15 @@ class Round(Message):
 
 
 class Answer(OfTrial):
-    """Response, identified by `phase` and `trial`; `attempt` distinguishes repeated transmissions.
-
-    The results of practice are sent with the first response of the main trials.
-    """
+    """Response, identified by `phase` and `trial`; `attempt` distinguishes repeated transmissions."""
 
     attempt: Label
     answer: dict[str, Any]
+
+
+class AnswerWithPractice(Answer):
+    """Response of a page without a server; the first of the main trials has the results of practice."""
+
     practice: Annotated[list[Round], Field(max_length=20)] = []
 
 
@@ -256,7 +259,7 @@ class Answered(Line):
     """Record of a response."""
 
     kind: Literal["answer"]
-    given: Answer
+    given: AnswerWithPractice
 
 
 Record = Begun | Resumed | Exposed | Answered

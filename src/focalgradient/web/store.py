@@ -80,7 +80,7 @@ class Place:
     key
         Secret of the session, from its journal, by which the tokens of its trials are made.
     began
-        Number of trials with a response before the present sitting.
+        Index of the first trial of the present sitting, which may repeat practice.
     """
 
     participant: str

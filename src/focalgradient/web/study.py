@@ -24,12 +24,13 @@ from focalgradient.design import Design, check_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
-from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, judge, record
+from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
 from focalgradient.web.guard import Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
 from focalgradient.web.people import Roster
 from focalgradient.web.pictures import padded
+from focalgradient.web.rounds import PASSED, judge, note_round, practice_numbers, start_of
 from focalgradient.web.store import UNKNOWN, Clock, Local, Place, Refused, Store
 
 __all__ = ["Refused", "Study"]
@@ -49,9 +50,6 @@ MESSAGES = 1200
 
 AHEAD = 4
 """Maximum number of trials that a page may be ahead of the recorded responses, and whose stimuli it receives."""
-
-PRACTICE = ("practice", 0)
-"""Phase and number whose token is that of passed practice; no trial has the number 0."""
 
 Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
@@ -216,10 +214,10 @@ class Study:
             session.note("sitting", **about_sitting(given), consent=agreed, **record)
             if status == "new" and place.participant in self.people.sharing_identifiers():
                 session.note("same identifier")
-            done = len(session.trials) - len(session.remaining())
-            place.began = done
-            left = [{"phase": trial.phase, "trial": trial.trial} for trial in session.remaining()]
-            return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": left}
+            place.began, first = start_of(session, read_journal(place.journal).events)
+            again = {"practice_round": first, "again": self.lists.again(place.participant)} if first > 1 else {}
+            left = [{"phase": trial.phase, "trial": trial.trial} for trial in session.trials[place.began :]]
+            return {"start_ms": given.now_ms, **self.lists.session(place.participant), "trials": left, **again}
 
     def _about(self, given: Begin) -> dict[str, str]:
         """Return the entries of the form, which must be those that the design asks for."""
@@ -242,19 +240,20 @@ class Study:
         """
         with self._held(given) as place:
             session = self._resumed(place, "a trial is requested")
-            keys: list[tuple[str, int]] = [
-                (trial.phase, trial.trial) for trial in session.remaining()[: _ahead(session)]
-            ]
-            if _practice(place, session) and not place.is_token(given.practice_token, *PRACTICE):
+            mine = [(trial.phase, trial.trial) for trial in session.trials[place.began :]]
+            since, practice = len(session.recorded) - place.began, len(practice_numbers(session.trials[place.began :]))
+            last = since + _ahead(session)
+            if practice and not place.is_token(given.practice_token, *PASSED):
                 if given.phase == "main":
                     raise Refused(403, "Practice is not passed: repeat it before the main trials.")
-                keys = [key for key in keys if key[0] == "practice"]
-            if (given.phase, given.trial) not in keys:
+                last = min(last, practice)
+            key = (given.phase, given.trial)
+            first = mine.index(key) if key in mine else last
+            repeated = given.phase == "practice" and since >= practice
+            if first >= last or (first < since and not repeated):
                 raise Refused(409, f"Trial {given.trial} ({given.phase}) is not the next trial.")
-            first = keys.index((given.phase, given.trial))
-            tokens = [place.trial_token(*key) for key in keys[first:]]
-            since = len(session.recorded) - place.began
-            asked = slice(since + first, since + len(keys))
+            asked = slice(first, min(last, first + AHEAD))
+            tokens = [place.trial_token(*key) for key in mine[asked]]
             shown = self.lists.shown(place.participant, session.trials, place.began, asked, session.recorded)
             return {"trial_tokens": tokens, "trials": shown}
 
@@ -278,16 +277,20 @@ class Study:
     def judge(self, given: Judge) -> dict[str, Any]:
         """Judge the responses of a round of practice so far: whether it is passed, and is to be repeated.
 
-        With the last response of a round comes the page before the next round, or the token for the main trials.
+        With the last response of a round, its result is recorded, and the page before the next round or the token for
+        the main trials is returned.
         """
         with self._held(given) as place, _refusing():
             session = self._resumed(place, "practice is judged")
             found = judge(session, self.lists.pictures, given)
-            if not _practice(place, session) <= {one.trial for one in given.answers}:
+            if not practice_numbers(session.trials[place.began :]) <= {one.trial for one in given.answers}:
                 return found
+            note_round(
+                session, self.lists.pictures, given, found, read_journal(place.journal).events, self._elapsed(place)
+            )
             if found["again"]:
                 return found | {"page": self.lists.again(place.participant)}
-            return found | {"practice_token": place.trial_token(*PRACTICE)}
+            return found | {"practice_token": place.trial_token(*PASSED)}
 
     def answer(self, given: Given) -> dict[str, Any]:
         """Record a response, and acknowledge it once it is on disk."""
@@ -333,9 +336,7 @@ class Study:
         if log.changed:
             return None
         durable = not self.store.shared
-        kinds = [event["event"] for event in log.events]
-        resumed = [number for number, kind in enumerate(kinds) if kind == "resumed"]
-        place.began = kinds[: max(resumed, default=0)].count("trial")
+        resumed = [number for number, event in enumerate(log.events) if event["event"] == "resumed"]
         if not place.journal.read_bytes().endswith(b"\n"):  # a crash truncated a line, which the journal must record
             last = [log.head, *log.of("resumed")][-1]
             apparatus = Apparatus(**last["apparatus"], versions=last["versions"])
@@ -345,11 +346,12 @@ class Study:
                 stimuli=self.lists.folder,
                 durable=durable,
             )
-            return place.session
-        journal = Journal.take(place.journal)
-        journal.follow(log, durable=durable)
-        design = check_design(str(place.journal), log.head["design"])
-        place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.events)
+        else:
+            journal = Journal.take(place.journal)
+            journal.follow(log, durable=durable)
+            design = check_design(str(place.journal), log.head["design"])
+            place.session = Session(Files(self.data, design.task, place.participant), design, journal, log.events)
+        place.began, _ = start_of(place.session, log.events[: max(resumed, default=0)])
         return place.session
 
     def _unbegun(self, place: Place, given: Given) -> dict[str, Any]:
@@ -484,11 +486,6 @@ def _refusing(status: int = 400) -> Iterator[None]:
         if isinstance(error.__cause__, OSError):
             raise
         raise Refused(status, " ".join(str(error).split())) from error
-
-
-def _practice(place: Place, session: Session) -> set[int]:
-    """Return the numbers of the practice trials of the present sitting."""
-    return {trial.trial for trial in session.trials[place.began :] if trial.phase == "practice"}
 
 
 def _ahead(session: Session) -> int:

@@ -119,8 +119,10 @@ export class Exported {
     await this.flush(true).catch((error) => {
       if (error instanceof Refused) throw error; // report it now rather than after the session
     });
-    const trials = list.trials.slice(session.done).map(({ phase, trial }) => ({ phase, trial }));
-    return { start_ms: sitting.now_ms, ...list.session, trials };
+    const { practice_round = 1, done } = session; // above 1 if the page was reloaded between two rounds of practice
+    const trials = list.trials.slice(practice_round > 1 ? 0 : done).map(({ phase, trial }) => ({ phase, trial }));
+    this.practised = trials.filter(({ phase }) => phase === "practice").length;
+    return { start_ms: sitting.now_ms, ...list.session, trials, practice_round };
   }
 
   // As from the server, without tokens.
@@ -129,8 +131,17 @@ export class Exported {
     return { trials: this.list.trials.slice(first, first + 2) };
   }
 
+  // Results of whole rounds are stored until they are recorded with the first response of the main trials.
   async judge(given) {
-    return judged(given, this.list.trials, this.list.session);
+    const { again, ...found } = judged(given, this.list.trials, this.list.session);
+    const { round, answers } = given;
+    const { rounds = [] } = this.session;
+    if (answers.length >= this.practised && !rounds.some((one) => one.round === round)) {
+      const { right, of, passed } = found;
+      const result = { round, right, of, passed, again: round > 1 ? answers : [] };
+      await this.put({ ...this.session, rounds: [...rounds, result], practice_round: again ? round + 1 : 1 });
+    }
+    return { ...found, again };
   }
 
   async expose(shown) {
@@ -143,7 +154,9 @@ export class Exported {
     const place = this.list.trials.findIndex(({ phase, trial }) => phase === given.phase && trial === given.trial);
     if (place < 0 || place > done) throw new Refused(409, { error: `Trial ${given.trial} (${given.phase}) is not the next trial.` });
     if (place < done) return { recorded: true, again: true, done };
-    await this.add({ kind: "answer", given }, done + 1);
+    const { rounds = [] } = this.session;
+    const practice = given.phase === "main" && rounds.length ? { practice: rounds } : {};
+    await this.add({ kind: "answer", given: { ...given, ...practice } }, { done: done + 1, rounds: practice.practice ? [] : rounds });
     this.flush().catch(() => {});
     return { recorded: true, done: done + 1 };
   }
@@ -198,7 +211,7 @@ export class Exported {
   }
 
   // Store a record and the session's new state, both or neither.
-  async add(content, done = this.session.done) {
+  async add(content, changed = {}) {
     const { token, lines } = this.session;
     const line = JSON.stringify({
       focalgradient: FORMAT,
@@ -207,7 +220,7 @@ export class Exported {
       time: new Date().toISOString(),
       ...content,
     });
-    const session = { ...this.session, lines: lines + 1, done };
+    const session = { ...this.session, lines: lines + 1, ...changed };
     await this.written((transaction) => {
       transaction.objectStore("lines").put(line, `${token}/${String(lines).padStart(6, "0")}`);
       transaction.objectStore("sessions").put(session);

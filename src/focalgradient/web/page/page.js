@@ -226,14 +226,14 @@ class Page {
         document.body.classList.toggle("watching", shows || type === Call); // hide the pointer until the question
       },
     });
-    const { trials: left, ...session } = await this.prepared();
+    const { trials: left, practice_round = 1, again, ...session } = await this.prepared();
     this.session = session;
     // Only now: the blind spot is measured beside a black square on white.
     document.body.classList.toggle("dark", this.state.dark);
     Object.assign(this, { left, began: performance.now(), stopping: this.offerToStop() });
     const practised = left.filter(({ phase }) => phase === "practice");
-    this.practice = new Practice((round) => this.insist("/api/judge", () => round), practised.length);
-    await this.played(this.steps(session.opening));
+    this.practice = new Practice((round) => this.insist("/api/judge", () => round), practised.length, practice_round);
+    await this.played(this.steps([...session.opening, ...(practice_round > 1 ? [again] : [])]));
     for (const [n, trial] of left.entries()) {
       await this.given(trial);
       if (this.over) return;
@@ -450,10 +450,9 @@ class Page {
   // Store a response in the browser's database, from which it is sent; the next trial does not wait for the network.
   sent(trial, answer) {
     const keep = async () => {
-      if (trial.phase === "practice" && (await this.practice.note(trial, answer))) return; // sent with the first response of the main trials
-      const practice = trial.phase === "main" ? this.practice.taken() : [];
+      if (trial.phase === "practice" && (await this.practice.note(trial, answer))) return; // recorded when it is judged
       const shown = trial.token ? { trial_token: trial.token } : {};
-      const message = { ...shown, attempt: crypto.randomUUID(), answer, ...(practice.length ? { practice } : {}) };
+      const message = { ...shown, attempt: crypto.randomUUID(), answer };
       await this.outbox.put({ phase: trial.phase, trial: trial.trial }, message);
     };
     return { type: Call, async: true, func: (done) => keep().then(done, (error) => this.lost(error)) };

@@ -41,15 +41,14 @@ export function judged({ round, answers }, entries, { practice_right, practice_r
 
 export class Practice {
   answers = []; // of this round
-  rounds = []; // to be recorded
-  number = 1;
   repeat = false;
   page = null; // before the next round
   token = ""; // for the main trials
 
-  // `judge` asks for the judgement of a round's responses so far; `count`: number of practice trials.
-  constructor(judge, count) {
-    Object.assign(this, { judge, count });
+  // `judge` asks for the judgement of a round's responses so far, and records it; `count`: number of practice trials;
+  // `number`: that of the first round.
+  constructor(judge, count, number) {
+    Object.assign(this, { judge, count, number });
   }
 
   // Judge a practice response; return the share of the time for which a cube's key was held.
@@ -63,8 +62,7 @@ export class Practice {
     const repeated = this.number > 1;
     this.answers.push({ phase, trial, answer: { ...answer } });
     if (this.answers.length < this.count) return repeated;
-    const { right, of, passed, again, page = null, practice_token = "" } = await this.judge({ round: this.number, answers: this.answers });
-    this.rounds.push({ round: this.number, right, of, passed, again: repeated ? this.answers : [] });
+    const { again, page = null, practice_token = "" } = await this.judge({ round: this.number, answers: this.answers });
     this.answers = [];
     this.number += 1;
     Object.assign(this, { repeat: again, page, token: practice_token });
@@ -74,10 +72,5 @@ export class Practice {
   // The round of practice that a trial belongs to; 1 for the main trials.
   round(phase) {
     return phase === "practice" ? this.number : 1;
-  }
-
-  // Return the results to be recorded, once.
-  taken() {
-    return this.rounds.splice(0);
   }
 }
