@@ -220,10 +220,10 @@ TOUCHED = """() => [
 """What a finger touches next."""
 
 
-def take_part_by_touch(page: Page, name: str = "") -> list[str]:
-    """Go through the screens by touch until the end; give their texts."""
+def take_part_by_touch(page: Page, name: str = "", until: str = "#complete") -> list[str]:
+    """Go through the screens by touch until the end, or until a CSS selector is there; give their texts."""
     seen, end = list[str](), time.monotonic() + 120
-    while not page.query_selector("#complete"):
+    while not page.query_selector(until):
         assert time.monotonic() < end, seen[-2:]
         with suppress(Error):  # the screen has changed meanwhile
             text = _screen(page)

@@ -212,3 +212,23 @@ def test_a_choice_by_focus_or_touch_and_back_and_forward_lose_and_repeat_nothing
     assert [event["rating"] for event in events[:2]] == chosen
     table = read_dataset(tmp_path / "data").depth_rating
     assert table["trial"].tolist() == [one.trial for one in trials if one.phase == "main"]
+
+
+@pytest.mark.slow
+def test_of_two_windows_opened_at_once_the_second_continues_when_the_first_is_closed(
+    browser: Browser, tmp_path: Path
+) -> None:
+    server = served(tmp_path, NECKER)
+    first, second = browser.new_page(), browser.new_page()
+    for page in (first, second):
+        page.set_viewport_size({"width": 1280, "height": 800})
+        page.goto(server.address)
+    take_part(first, until="button.held")
+    second.wait_for_selector("text=This session is open in another window")
+    first.close()
+    second.wait_for_selector("text=Full screen", timeout=60_000)
+    take_part(second)
+    second.close()
+    server.end()
+    assert validate(tmp_path / "data").problems == ()
+    assert len(read_journal(journal(tmp_path)).of("trial")) == len(load_design(tmp_path / "design.toml").trials("001"))

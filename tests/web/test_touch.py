@@ -20,8 +20,14 @@ from focalgradient.tasks.registry import FILES
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="elsewhere Chromium is not among what is set up")
 
+SIDES = {"width": 844, "height": 420}
+PHONE: Any = {"viewport": SIDES, "screen": SIDES, "has_touch": True, "is_mobile": True}
+
 SMALL = "smallest_screen = [800, 400]\n"
 TYPED = SHORT + SMALL + 'answer = "typed"\nconfidence = true\nmask = "noise"\nmask_s = 0.15\n'
+
+SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').length"
+"""Number of trials that have begun."""
 
 
 @pytest.mark.slow
@@ -50,6 +56,14 @@ def test_intervals_of_a_threshold_are_chosen_by_touch(browser: Browser, tmp_path
     phone = browser.new_context(**PHONE)
     page = phone.new_page()
     page.goto(server.address)
+    take_part_by_touch(page, "threshold-touched", until="button.way")
+    page.set_viewport_size({"width": 420, "height": 844})
+    page.tap("button.way")
+    page.wait_for_selector("dialog:text('hold the phone or tablet across')")
+    turned = page.evaluate(SHOWN)
+    page.wait_for_timeout(500)
+    assert page.evaluate(SHOWN) == turned, "no picture is shown upright, where it may be cut off"
+    page.set_viewport_size(SIDES)
     take_part_by_touch(page, "threshold-touched")
     phone.close()
     assert server.end() == 0
@@ -70,9 +84,6 @@ field_deg = 6.0
 ask = ["eye"]
 smallest_screen = [800, 400]
 """
-
-SIDES = {"width": 844, "height": 420}
-PHONE: Any = {"viewport": SIDES, "screen": SIDES, "has_touch": True, "is_mobile": True}
 
 
 @pytest.mark.slow
@@ -156,10 +167,6 @@ class Bright(Task):
         held = sum(press.time - down[press.key] for press in value if not press.down and press.key == "b")
         return BrightAnswer(held=held, pressed=sum(press.down for press in value), **times)
 """
-
-
-SHOWN = "() => focalgradient.page.shown.filter(([name]) => name === 'trial').length"
-"""Number of trials that have begun."""
 
 
 @pytest.mark.slow

@@ -21,6 +21,18 @@ export function smallestWindow(study, words) {
   return { minimum_width, minimum_height, window_resize_message: () => words(onlyTouch() ? "web.across" : "web.enlarge") };
 }
 
+// Wait until the window has that size again, for example after a phone was turned upright; `words` gives the text.
+export async function largeEnough(study, words) {
+  const { minimum_width, minimum_height, window_resize_message } = smallestWindow(study, words);
+  const fits = () => innerWidth >= minimum_width && innerHeight >= minimum_height;
+  if (fits()) return;
+  const said = Object.assign(document.createElement("dialog"), { className: "page", textContent: window_resize_message() });
+  document.documentElement.append(said);
+  said.showModal();
+  while (!fits()) await new Promise((resolve) => addEventListener("resize", resolve, { once: true }));
+  said.remove();
+}
+
 // Whether the only pointing device is a finger: such a device may also lack a keyboard.
 export const onlyTouch = () => !matchMedia("(any-pointer: fine)").matches;
 

@@ -6,7 +6,7 @@ import Call from "@jspsych/plugin-call-function";
 import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import AdjustedPlugin, { adjustedNode, loadSeries } from "./adjusted.js";
-import { mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
+import { largeEnough, mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
 import { measurement } from "./distance.js";
 import { exampleScale } from "./example.js";
 import { Exported } from "./exported.js";
@@ -126,13 +126,7 @@ class Page {
   async run() {
     if (!(await this.join())) return;
     await this.outbox.open();
-    this.state = await this.insist("/api/state");
-    // Until the other window is closed or, if it crashed, the server has missed its heartbeats.
-    while (this.state.status === "busy") {
-      this.say(this.words("web.other_tab"));
-      await new Promise((resolve) => setTimeout(resolve, BEAT_MS));
-      this.state = await this.insist("/api/state");
-    }
+    await this.alone();
     document.getElementById("stage").replaceChildren();
     if (this.state.status === "stopped") return this.say(this.words("web.stopped"));
     if (this.state.status === "complete") return this.finish();
@@ -152,6 +146,14 @@ class Page {
     await this.finish();
   }
 
+  // Until the other window is closed or, if it crashed, the server has missed its heartbeats.
+  async alone() {
+    while ((this.state = await this.insist("/api/state")).status === "busy") {
+      this.say(this.words("web.other_tab"));
+      await new Promise((resolve) => setTimeout(resolve, BEAT_MS));
+    }
+  }
+
   // The session was stopped, or is open in another window; network failures are handled elsewhere.
   lost(error) {
     if (this.over || !(error instanceof Refused)) return;
@@ -160,6 +162,7 @@ class Page {
     this.jsPsych?.abortExperiment();
     const known = { 409: "web.other_tab", 404: "web.stopped", 410: "web.stopped" }[error.status] ?? "web.wrong";
     this.say(this.words(known, { reason: error.message }));
+    if (error.answer?.busy) this.alone().then(() => location.reload());
   }
 
   // Not while a stimulus is shown.
@@ -365,9 +368,10 @@ class Page {
     }
   }
 
-  // Stimuli of a trial are fetched in advance.
+  // Stimuli of a trial are fetched in advance, and shown in a window that is large enough.
   fetching(trial) {
-    return { type: Call, async: true, func: (done) => this.fetched(trial).then(done) };
+    const ready = () => largeEnough(this.state, (name) => this.words(name));
+    return { type: Call, async: true, func: (done) => this.fetched(trial).then(ready).then(done) };
   }
 
   // A trial with its pages, also in repeated practice.
