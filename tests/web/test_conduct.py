@@ -86,7 +86,7 @@ def test_a_reload_leads_to_the_round_of_practice_that_was_due(browser: Browser, 
         take_part(page, title="Once more")
         page.reload()
         take_part(page, title="Once more")
-        page.keyboard.press("Enter")
+        page.click("button:text-is('Continue')")
         page.wait_for_selector("h1:text-is('Once more')", state="detached")
     take_part(page, title="Practice is over")
     page.reload()

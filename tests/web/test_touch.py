@@ -58,8 +58,11 @@ def test_intervals_of_a_threshold_are_chosen_by_touch(browser: Browser, tmp_path
     page.goto(server.address)
     take_part_by_touch(page, "threshold-touched", until="button.way")
     page.set_viewport_size({"width": 420, "height": 844})
-    page.tap("button.way")
-    page.wait_for_selector("dialog:text('hold the phone or tablet across')")
+    end = time.monotonic() + 60
+    while not page.is_visible("dialog:text('hold the phone or tablet across')"):  # before the next trial
+        assert time.monotonic() < end, page.inner_text("body")
+        with suppress(Error):  # the screen has changed meanwhile
+            touch_on(page)
     turned = page.evaluate(SHOWN)
     page.wait_for_timeout(500)
     assert page.evaluate(SHOWN) == turned, "no picture is shown upright, where it may be cut off"
