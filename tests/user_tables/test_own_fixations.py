@@ -8,6 +8,7 @@ from focalgradient.errors import InputError
 from focalgradient.plotting.subjects import depth_rating_figure, ordinal_figure
 from focalgradient.report.tables import EFFECTS
 from focalgradient.statistics import Effect, NotComputed, compare_pictures, depth_rating, read_ratings
+from focalgradient.user_tables.files import text_table
 
 NAMES = ("gate", "house", "tree")
 RISES = {"gate": 0.1, "house": 0.05, "tree": 0.0}
@@ -59,6 +60,13 @@ def test_two_of_ones_own_are_one_pair(table: pd.DataFrame) -> None:
     named = two.assign(fixation=two["fixation"].map({"gate": "nearest", "house": "farthest"}))
     known = depth_rating(named, equivalence_bound=1.2)
     assert found.differences["gate", "house"][0] == known.interaction
+
+
+def test_a_pinhole_without_a_fixation_is_refused_with_the_remedy() -> None:
+    rows = [f"A,{at},{focus},1.2" for focus in ("near", "far") for at in ("f/2", "f/8")]
+    table = text_table("\n".join(["subject,aperture,fixation,rating", *rows, "A,sharp,none,1.0"]))
+    with pytest.raises(InputError, match="fixation is 'none', but the pinhole is the reference of each"):
+        read_ratings(table)
 
 
 @pytest.mark.slow

@@ -105,6 +105,13 @@ def _known(meaning: str) -> bool:
     return folded in FIXED or folded in SHARP or bool(F_NUMBER.fullmatch(folded))
 
 
+EACH_FIXATION = (
+    "the pinhole is the reference of each object in focus: repeat its rows with near and with far, or compare all "
+    'apertures alike with by=["aperture"]'
+)
+"""Remedy for ratings of the pinhole without an object in focus."""
+
+
 def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -> pd.DataFrame:
     """Translate apertures and fixations to the standard names.
 
@@ -134,7 +141,8 @@ def meant(table: pd.DataFrame, words: Words, headers: str, notices: list[str]) -
             found, expected = read(words[folded][1] if folded in words else cell, folded in words)
             meanings[cell] = found
             if found is None:
-                wrong.append((role, cell, expected))
+                is_pinhole = role == "fixation" and (table["aperture"][table[role] == cell] == PINHOLE).all()
+                wrong.append((role, cell, EACH_FIXATION if is_pinhole else expected))
             elif role == "fixation" and found not in FIXED.values():
                 rows = rows_named(table, table[role] == cell)
                 notices.append(
