@@ -126,7 +126,8 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
         ordered = rows.assign(**{by: pd.Categorical(rows[by], pd.Index(factors[by]))})
     if questions.estimates == "thresholds":
         part = _of_thresholds(task, part, kept, prepared, questions, units)
-    for level in task.adapted_fields:
+    adapted = [name for name in task.adapted_fields if getattr(design.trials("01")[0], name) is None]
+    for level in adapted:  # others are those of the trials: constant stimuli
         drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
     return dataclasses.replace(

@@ -197,9 +197,12 @@ def read_conditions(
     people = cells[source.columns["participant_id"]]
     note_groups(cells[source.unused], people, source.notices, theirs)
     for name, values in few_levels(cells[source.unused], [people, *(cells[by] for by in theirs)]).items():
+        shown = printable(name)
+        is_scene = "scene" not in table and name not in RATINGS.columns
+        scenes = f'; if it names the scenes, give columns={{"scene": "{shown}"}}' if is_scene else ""
         source.notices.append(
-            f"Ratings are means over {printable(name)} ({values}): if it is a condition, add "
-            f'by=["{printable(name)}"], or choose a level with {choice_like(cells, name, min(cells[name]))}.'
+            f'Ratings are means over {shown} ({values}): if it is a condition, add by=["{shown}"], or choose a level '
+            f"with {choice_like(cells, name, min(cells[name]))}{scenes}."
         )
     return OwnConditions.of(replace(source, cells=file), table, conditions=levels, log=log, steps=steps or bool(order))
 

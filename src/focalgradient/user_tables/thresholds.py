@@ -110,7 +110,7 @@ def read_thresholds(
     file, reference = read_table(path), ""
     for stated in by:
         condition, reference = name_and_reference(stated, {clean(str(name)).casefold() for name in file.cells})
-        columns = {**(columns or {}), "condition": condition}
+        columns = {**(columns or {}), "condition": (columns or {}).get(condition, condition)}
     source = Source.read(file, THRESHOLDS, columns, where, conditions)
     source.require()
     table = source.without_pasted(source.rows(), ("condition", "level"), ("correct", "interval", "response"))
