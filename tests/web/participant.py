@@ -136,8 +136,9 @@ class Participant:
         judged, number = {"again": bool(self.practised)}, 0
         while judged.get("again"):
             number += 1
-            Hurried.ahead += SECONDS_EACH * len(self.practised)
+            Hurried.ahead += SECONDS_EACH
             judged = self.ask("judge", round=number, answers=[*self.practised.values()]).json()
+            Hurried.ahead -= SECONDS_EACH  # the repetitions take no time
         return str(judged.get("practice_token", ""))
 
     def show(self, trial: dict[str, Any]) -> None:
