@@ -119,7 +119,10 @@ def test_whoever_presses_one_key_and_confirms_is_left_out(tmp_path):
     choice = design_of(scale="choice", reference="same-scene")
     other = record(tmp_path / "other", choice, 3)
     record(other, choice, 1, lambda design, trial, chance: float(trial.interval == 1), "lazy")
-    for data, reason in ((root, "left more than 50% of the answers where the first key"), (other, "one and the same")):
+    for data, reason in (
+        (root, "left more than 50% of the answers where the marker first stood"),
+        (other, "one and the same"),
+    ):
         found = [one for one in analyse_ratings(data).quality.exclusions if one.whole_subject]
         assert {one.participant_id for one in found} == {"sub-lazy"}
         assert any(reason in one.rule for one in found)
