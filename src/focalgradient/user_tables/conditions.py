@@ -22,7 +22,15 @@ from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import long_columns, long_form, stacked, stem_of_columns
-from focalgradient.user_tables.words import FIXED, Words, given_words, level_names, whole_steps, with_diameters
+from focalgradient.user_tables.words import (
+    FIXED,
+    MOST_STEPS,
+    Words,
+    given_words,
+    level_names,
+    whole_steps,
+    with_diameters,
+)
 
 __all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
 
@@ -189,7 +197,8 @@ def read_conditions(
         )
     if steps or order:
         source.notices.append(STEPS)
-        if {*theirs} & {source.columns.get("aperture"), source.columns.get("aperture_mm")}:
+        by_aperture = {*theirs} & {source.columns.get("aperture"), source.columns.get("aperture_mm")}
+        if by_aperture and table["rating"].max() <= MOST_STEPS:
             source.notices.append(ORDINAL)
     elif log:
         source.notices.extend(whole_steps(table["rating"]))

@@ -51,7 +51,7 @@ STOPS = frozenset(
 )
 """Common f-numbers of lenses: full, half and third stops, and the largest apertures."""
 
-STEPS = 21
+MOST_STEPS = 21
 """Maximum number of steps of a scale, as in designs."""
 
 LINE = 100
@@ -285,7 +285,7 @@ def whole_steps(ratings: pd.Series[float], by: str = "") -> list[str]:
     if ratings.nunique() < 3 or not 3 <= high <= LINE or not (is_whole or ratings.median() >= MIN_MEDIAN_ON_LINE):
         return []
     kind, remedy = "answers in steps", "where they are steps"
-    if high > STEPS:
+    if high > MOST_STEPS:
         kind, remedy = "places on a line", "where differences, not ratios, are to be compared"
         remedy = f'and by=["{by}"] {remedy}' if by else remedy
     return [
