@@ -185,7 +185,9 @@ def test_levels_that_a_spreadsheet_damaged_are_no_names(tmp_path: Path) -> None:
     for numbers in ("02", ("f/22", "f/4")):
         damaged = text.replace("X", "1. Jun").replace(",0,", f",{numbers[0]},").replace(",2,", f",{numbers[1]},")
         path.write_text(damaged)
-        with pytest.raises(InputError, match=r"blur is '1. Jun', but other levels are no dates: a spreadsheet program"):
+        with pytest.raises(
+            InputError, match=r"blur is '1. Jun', but other levels are not dates: a spreadsheet program"
+        ):
             read_conditions(path, by=["blur"])
     path.write_text(text.replace("X", "1 D"))
     assert "The levels of blur are not all numbers (0, 1 D, 2)" in " ".join(read_conditions(path, by=["blur"]).notices)

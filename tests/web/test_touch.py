@@ -37,11 +37,11 @@ def test_numbers_are_typed_and_confidence_is_rated_by_touch(browser: Browser, tm
     phone = browser.new_context(**PHONE)
     page = phone.new_page()
     page.goto(server.address)
-    told = "".join(take_part_by_touch(page, f"typed-touched-{language}"))
+    texts = "".join(take_part_by_touch(page, f"typed-touched-{language}"))
     phone.close()
     assert server.end() == 0
-    assert ("Bitte tippen Sie eine Zahl von 0,25 bis 4" if language == "de" else "a number from 0.25 to 4") in told
-    assert ("tippen Sie auf den Bildschirm" if language == "de" else "tap the screen") in told, "no space bar is there"
+    assert ("Bitte tippen Sie eine Zahl von 0,25 bis 4" if language == "de" else "a number from 0.25 to 4") in texts
+    assert ("tippen Sie auf den Bildschirm" if language == "de" else "tap the screen") in texts, "no space bar is there"
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
     table = read_dataset(tmp_path / "data").depth_rating
     assert {*table["rating"]} == {1.5}
@@ -99,7 +99,7 @@ def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path
     seen = take_part_by_touch(page, "pinhole-touched")
     phone.close()
     assert server.end() == 0
-    told = "".join(seen)
+    texts = "".join(seen)
     for words in (
         "Durch das Loch",
         "Ohne alles",
@@ -107,8 +107,8 @@ def test_the_pinhole_demonstration_by_touch_in_german(browser: Browser, tmp_path
         "Blicken Sie jetzt in den Raum",
         "Wie räumlich sah",
     ):
-        assert words in told
-    assert "LEERTASTE" not in told
+        assert words in texts
+    assert "LEERTASTE" not in texts
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()
     table = read_dataset(tmp_path / "data").pinhole
     assert Counter(table["form"]) == {"real": 3, "picture": 3}

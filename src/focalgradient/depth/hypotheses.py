@@ -315,7 +315,7 @@ class Alternative:
 
 
 SAMPLE_SIDE, SAMPLE_LEVELS = 128, 2
-"""Side in pixels of the sample of the views in which blurs are compared first, and stride of its candidate levels."""
+"""Side in pixels of the sample of the views in which slips and blurs are compared first, and stride of its levels."""
 
 
 def judge_blur(problem: Problem, blurs: Blurs, noise_sd: Sequence[float], is_consistent: Mask) -> Alternative | None:

@@ -31,6 +31,7 @@ from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.rating_conditions import ADJUSTED, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
+from focalgradient.tasks.adaptive import main_trials
 from focalgradient.tasks.check import called
 from focalgradient.tasks.columns import added_columns
 from focalgradient.user_tables.conditions import STEPS, OwnConditions
@@ -126,7 +127,8 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
         ordered = rows.assign(**{by: pd.Categorical(rows[by], pd.Index(factors[by]))})
     if questions.estimates == "thresholds":
         part = _of_thresholds(task, part, kept, prepared, questions, units)
-    adapted = [name for name in task.adapted_fields if getattr(design.trials("01")[0], name) is None]
+    planned = main_trials(design)[0] if task.adapted_fields else None
+    adapted = [name for name in task.adapted_fields if getattr(planned, name) is None]
     for level in adapted:  # others are those of the trials: constant stimuli
         drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))

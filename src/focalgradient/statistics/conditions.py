@@ -36,7 +36,12 @@ __all__ = [
     "subject_effects",
 ]
 
-UNITS = {"mm": "millimetre", "cm": "centimetre", "m": "metre", "deg": "degree", "degree": "degree"} | {
+UNITS = {
+    "mm": "millimetre",
+    "cm": "centimetre",
+    "m": "metre",
+    "deg": "degree",
+    "degree": "degree",
     "arcmin": "minute of arc",
     "ms": "millisecond",
     "s": "second",

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from focalgradient.statistics.questions import Analysis
     from focalgradient.tasks.base import Task
 
-__all__ = ["adapted_analysis", "compared_factors", "guessed"]
+__all__ = ["adapted_analysis", "compared_factors", "guessed", "main_trials"]
 
 GUESS_RATE = 0.5
 """Guess rate of tasks without a described control: two alternatives."""
@@ -84,7 +84,7 @@ def guessed(task: Task, design: Any, right: str) -> tuple[float, Mapping[str, in
     """
     if not task.described or task.adjusts:
         return GUESS_RATE, {}
-    ways = list(map(_correct(task, design, right), _main_trials(design)))
+    ways = list(map(_correct(task, design, right), main_trials(design)))
     if not ways[0]:
         return GUESS_RATE, {}
     rate = sum(map(sum, ways)) / sum(map(len, ways)) if len({*ways}) > 1 else 0.0
@@ -95,7 +95,7 @@ def _right_answers(task: Task, design: Any, right: str) -> Mapping[str, int]:
     """Return the fields of a trial that decide which answer is correct, with the number of ways in which they do."""
     if not task.described or task.adjusts:
         return {}
-    correct, trial = _correct(task, design, right), _main_trials(design)[0]
+    correct, trial = _correct(task, design, right), main_trials(design)[0]
     counts = {
         name: len({correct(replace(trial, **{name: level})) for level in levels})
         for name, levels in _factors(task, design).items()
@@ -104,7 +104,8 @@ def _right_answers(task: Task, design: Any, right: str) -> Mapping[str, int]:
     return {name: count for name, count in counts.items() if count > 1}
 
 
-def _main_trials(design: Any) -> list[Any]:
+def main_trials(design: Any) -> list[Any]:
+    """Return the main trials of a participant as planned, without catch trials."""
     return [trial for trial in design.trials("01") if trial.phase == "main" and not trial.catch]
 
 

@@ -312,7 +312,7 @@ def _named_levels(source: Source, table: pd.DataFrame, name: str, reference: str
     dates = table[name].map(is_date).astype(bool)
     if dates.any() and not dates.all():
         why = (
-            "but other levels are no dates: a spreadsheet program may have made it of a number; enter it again as text"
+            "but other levels are not dates: a spreadsheet program may have made it of a number; enter it again as text"
         )
         raise invalid(table, name, dates, why)
     if not is_factor and any(level[:1].isdigit() for level in levels):

@@ -27,7 +27,16 @@ from focalgradient.web.pictures import Described, drawn, shown_sha256
 from focalgradient.web.possible import check_frames, check_possible, check_presses
 from focalgradient.web.screen import gamma_of, measure
 
-__all__ = ["about_sitting", "apparatus_of", "expose", "first_problem", "read_answer", "record", "round_notes"]
+__all__ = [
+    "about_sitting",
+    "apparatus_of",
+    "expose",
+    "first_problem",
+    "practice_trial",
+    "read_answer",
+    "record",
+    "round_notes",
+]
 
 CLOCK = "seconds since the page of this sitting was ready, by the browser's performance.now()"
 SCALE_TOLERANCE = 1e-6
@@ -229,16 +238,21 @@ def record(
     return frames
 
 
+def practice_trial(session: Session, number: int) -> Any:
+    """Return the practice trial of that number; raise `InputError` if it does not exist."""
+    for trial in session.trials:
+        if (trial.phase, trial.trial) == ("practice", number):
+            return trial
+    raise InputError(f"there is no practice trial {number}: send the number of a practice trial.")
+
+
 def round_notes(
     session: Session, pictures: StimulusSet | None, given: messages.Round, elapsed_s: float | None
 ) -> list[tuple[str, dict[str, Any]]]:
     """Return the notes of a round of practice: its responses, unless they are the first to their trials; its result."""
-    practised = {one.trial: one for one in session.trials if one.phase == "practice"}
     notes: list[tuple[str, dict[str, Any]]] = []
     for one in given.again:
-        if one.trial not in practised:
-            raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
-        shown = practised[one.trial]
+        shown = practice_trial(session, one.trial)
         repeated = read_answer(session, pictures, shown, one.answer)
         check_possible(repeated.seconds, elapsed_s)
         content = {"round": given.round, "trial": asdict(shown), "answer": answer_event(repeated.answer)}

@@ -11,7 +11,7 @@ from focalgradient.design import Trial
 from focalgradient.errors import InputError
 from focalgradient.stimuli import StimulusSet
 from focalgradient.tasks.steps import judged
-from focalgradient.web.answers import read_answer, round_notes
+from focalgradient.web.answers import practice_trial, read_answer, round_notes
 from focalgradient.web.messages import Judge, Round
 
 __all__ = ["PASSED", "judge", "note_round", "practice_numbers", "start_of"]
@@ -38,9 +38,7 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
     known: list[bool] = []
     share = None
     for one in given.answers:
-        trial: Any = next((t for t in session.trials if (t.phase, t.trial) == ("practice", one.trial)), None)
-        if trial is None:
-            raise InputError(f"there is no practice trial {one.trial}: send the number of a practice trial.")
+        trial = practice_trial(session, one.trial)
         answer = read_answer(session, pictures, trial, one.answer).answer
         right, held = judged(session.task, design, trial, answer, session.files.participant)
         share = None if held is None else round(100 * held)
