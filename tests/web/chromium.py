@@ -214,10 +214,10 @@ COVERED = """() => {
 }"""
 """Texts below the button that stops the session."""
 
-TOUCHED = """() => [
+TOUCHED = """(until) => document.querySelector(until) ? null : [
     "#virtual-chinrest-circle", "#proceed", "input[type=range].unset", "#stage button:enabled:not(.held)",
 ].map((selector) => [...document.querySelectorAll(selector)].find((one) => one.checkVisibility())).find(Boolean)"""
-"""What a finger touches next."""
+"""What a finger touches next; nothing once the selector ``until`` is there, however lately it came."""
 
 
 def take_part_by_touch(page: Page, name: str = "", until: str = "#complete") -> list[str]:
@@ -232,7 +232,7 @@ def take_part_by_touch(page: Page, name: str = "", until: str = "#complete") -> 
                 _look(page, name, len(seen))
             assert page.evaluate(COVERED) == []
             if not page.query_selector("#typed"):
-                touch_on(page)
+                touch_on(page, until)
                 continue
             for number in ("9", "1,5"):  # the first is off the scale: refused
                 page.fill("#typed", "")
@@ -247,9 +247,9 @@ def take_part_by_touch(page: Page, name: str = "", until: str = "#complete") -> 
     return [*seen, *(text for _, text in page.evaluate("focalgradient.page.shown"))]  # also of pages between two looks
 
 
-def touch_on(page: Page) -> None:
-    """Go on from a page that is not a trial."""
-    found = page.evaluate_handle(TOUCHED).as_element()
+def touch_on(page: Page, until: str = "#complete") -> None:
+    """Touch what goes on from the page shown, unless a CSS selector is there."""
+    found = page.evaluate_handle(TOUCHED, until).as_element()
     if found is None:
         return
     found.evaluate("(one) => one.scrollIntoViewIfNeeded()")
