@@ -242,20 +242,6 @@ class _Fit:
             )
         return theta, error, covariance
 
-    def improbability(self) -> float:
-        """Return minus twice the log posterior density of the best camera, relative to that of a perfect fit.
-
-        The density is that of widths relative to the measured ones, so that readings in other units are comparable. The
-        model error is included with its prior (scaled inverse chi-square).
-        """
-        found = min(self.minima(self.priors.model_error), key=lambda minimum: minimum[0])
-        theta, error, _ = self.refined(found[1])
-        expected, weight = self.priors.model_error, self.priors.model_weight
-        known = self.width_sd / np.maximum(self.width, self.width_sd)
-        more = 2 * np.log(np.hypot(known, error) / np.hypot(known, expected)).sum()
-        more += weight * (2 * math.log(error / expected) + (expected / error) ** 2 - 1)
-        return float((self.residuals(theta, error) ** 2).sum()) + float(more)
-
     def sides(self, theta: FloatArray) -> NDArray[np.bool_]:
         """Return whether each cell lies beyond focus."""
         distance, _, focus = self.place
@@ -316,10 +302,18 @@ class _Fit:
 def improbability(readings: Sequence[Reading], focal_length: float, pixel_pitch: float, priors: Priors) -> float:
     """Return minus twice the log posterior density of the best camera, relative to that of a perfect fit.
 
-    Among readings of the same photographs, lower values indicate more plausible statements about them.
+    Among readings of the same photographs, lower values indicate more plausible statements about them. The density is
+    that of widths relative to the measured ones, so that readings in other units are comparable. The model error is
+    included with its prior (scaled inverse chi-square).
     """
-    fit = _Fit.of(readings, focal_length, pixel_pitch, priors)
-    return replace(fit, tolerance=COMPARISON_TOLERANCE).improbability()
+    fit = replace(_Fit.of(readings, focal_length, pixel_pitch, priors), tolerance=COMPARISON_TOLERANCE)
+    expected, weight = priors.model_error, priors.model_weight
+    best = min(fit.minima(expected), key=lambda minimum: minimum[0])
+    theta, error, _ = fit.refined(best[1])
+    known = fit.width_sd / np.maximum(fit.width, fit.width_sd)
+    more = 2 * np.log(np.hypot(known, error) / np.hypot(known, expected)).sum()
+    more += weight * (2 * math.log(error / expected) + (expected / error) ** 2 - 1)
+    return float((fit.residuals(theta, error) ** 2).sum()) + float(more)
 
 
 def cross_validate(

@@ -237,20 +237,14 @@ def calibrate_pairs(
     """
     fitted = calibrate(readings, focal_length, pixel_pitch, pair_priors(priors or Priors(), k))
     marks = sorted(set(f_numbers))
-    stops, foci = len(fitted.f_numbers), len(fitted.focus)
     # ln k and own become 0; ln k is subtracted from each ln N; offset and foci are unchanged
-    change = np.zeros((3 + len(marks) + foci, 3 + stops + foci))
-    change[2, 2] = 1
-    change[3 : 3 + len(marks), 0] = -1
-    change[3 + len(marks) :, 3 + stops :] = np.eye(foci)
-    share = np.concatenate(
-        [[0.0, 0.0, fitted.informed[2]], np.full(len(marks), fitted.informed[0]), fitted.informed[3 + stops :]]
-    )
+    source = [0, 1, 2, *[0] * len(marks), *range(3 + len(fitted.f_numbers), len(fitted.informed))]
+    sign = np.array([0, 0, 1, *[-1] * len(marks), *[1] * len(fitted.focus)])
     return replace(
         fitted,
         k=k,
         own=0.0,
         f_numbers={mark: mark * k / fitted.k for mark in marks},
-        covariance=change @ fitted.covariance @ change.T,
-        informed=share,
+        covariance=np.outer(sign, sign) * fitted.covariance[np.ix_(source, source)],
+        informed=abs(sign) * fitted.informed[source],
     )

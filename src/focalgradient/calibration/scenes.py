@@ -226,14 +226,10 @@ def fit_scenes(
         if np.abs(step[:3]).max() < 1e-7:
             break
     marks = sorted(set(f_numbers))
-    change = np.zeros((3 + len(marks) + 1, 8))
-    change[2, 2] = 1
-    change[3 : 3 + len(marks), 0] = -1
-    change[-1, 1] = 1
-    joint = change @ covariance[:8, :8] @ change.T
-    prior = np.maximum(np.diag(change @ np.diag(prior_sd[:8] ** 2) @ change.T), 1e-30)
-    informed = np.clip(1 - np.diag(joint) / prior, 0, 1)
-    informed[:2] = 0
+    source = [0, 0, 2, *[0] * len(marks), 1]
+    sign = np.array([0, 0, 1, *[-1] * len(marks), 1])
+    joint = np.outer(sign, sign) * covariance[np.ix_(source, source)]
+    informed = abs(sign) * np.clip(1 - np.diag(joint) / prior_sd[source] ** 2, 0, 1)
     joint[-1, -1] += repeat**2
     inside = pixels.terms[:2]
     field = Field(

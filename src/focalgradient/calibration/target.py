@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from focalgradient.depth.edges import average_segments, measure_edges
+from focalgradient.depth.numerics import weighted_median
 from focalgradient.errors import InputError, warn
 from focalgradient.view import View
 
@@ -84,9 +85,7 @@ def measure_target(view: View) -> TargetBlur:
     radius, segment = edges.radius[use], edges.segment[use]
     names, counts = np.unique(segment, return_counts=True)
     each = np.array([np.median(radius[segment == name]) for name in names])
-    order = np.argsort(each)
-    share = np.cumsum(counts[order]) / counts.sum()
-    width = float(each[order][np.searchsorted(share, 0.5)])
+    width = weighted_median(each, counts)
     scatter = 1.48 * float(np.median(np.abs(radius - width)))
     independent = min(len(names), counts.sum() / 16)
     whole = average_segments(edges, BAND)
