@@ -5,9 +5,8 @@ engine      radiance along a ray
 ==========  ======================================================================================================
 ``path``    Path tracing by Mitsuba, with global illumination: surfaces illuminate and shade each other. For pictures
         to be viewed.
-``shaded``  Mitsuba; at the first surface that is not a mirror, albedo x (ambient + sun, unless in shadow). The only
-noise is
-        that of the lens samples. For images to be measured.
+``shaded``  Mitsuba; at the first surface that is not a mirror, albedo x (ambient + sun, unless in shadow).
+        The only noise is that of the lens samples. For images to be measured.
 ``cast``    The same by the package's ray caster, for planes and spheres: needs no Mitsuba, and is fast.
 ``auto``    ``cast`` if the scene allows, otherwise ``shaded``.
 ==========  ======================================================================================================
@@ -20,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Literal, get_args
+from typing import Literal, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,16 +40,21 @@ __all__ = ["Engine", "render", "render_bands", "render_series"]
 Engine = Literal["auto", "path", "shaded", "cast"]
 
 
+class Sampling(TypedDict, total=False):
+    """How scenes are sampled: keywords of `render_series`, with its defaults."""
+
+    engine: Engine
+    samples: int
+    seed: int
+    progress: Progress | None
+
+
 def render(
     scene: Scene,
     optics: Optics,
     shape: tuple[int, int],
     pixel_angle: float,
-    *,
-    engine: Engine = "auto",
-    samples: int = 64,
-    seed: int = 0,
-    progress: Progress | None = None,
+    **sampling: Unpack[Sampling],
 ) -> Rendered:
     """Render a scene through a finite thin lens, with ground truth and an estimate of sampling noise.
 
@@ -68,10 +72,10 @@ def render(
     pixel_angle
         Angle in radians subtended by one pixel on the axis: pixel pitch / sensor distance.
     engine
-        Rendering engine, see above. Without Mitsuba, planes and spheres are ray cast instead, with one warning.
+        Rendering engine, see above; by default ``"auto"``. Without Mitsuba, planes and spheres are ray cast instead, with one warning.
     samples
-        Rays per pixel, in two independent halves (so at least 2; powers of 2 are best): 64 for measurement, 256 for
-        viewing.
+        Rays per pixel, in two independent halves (so at least 2; powers of 2 are best): 64 for measurement, the
+        default; 256 for viewing.
     seed
         Random seed of the rays. With the same seed, two optics are sampled identically, so that a change of focus is
         the only difference.
@@ -98,9 +102,7 @@ def render(
     >>> rendered.view.shape, float(rendered.distance[0, 0]), rendered.noise < 0.01
     ((48, 64), 2.0, True)
     """
-    return render_series(
-        scene, [optics], shape, pixel_angle, engine=engine, samples=samples, seed=seed, progress=progress
-    )[0]
+    return render_series(scene, [optics], shape, pixel_angle, **sampling)[0]
 
 
 def render_series(
@@ -171,11 +173,7 @@ def render_bands(
     optics: Sequence[Optics],
     shape: tuple[int, int],
     pixel_angle: float,
-    *,
-    engine: Engine = "auto",
-    samples: int = 64,
-    seed: int = 0,
-    progress: Progress | None = None,
+    **sampling: Unpack[Sampling],
 ) -> list[Rendered]:
     """Render a scene in red, green and blue, each band with its own optics (longitudinal chromatic aberration).
 
@@ -197,9 +195,7 @@ def render_bands(
             f"optics contains {len(optics)} lenses or eyes, but must contain three: give one each for red, green "
             "and blue light."
         )
-    results = render_series(
-        scene, optics, shape, pixel_angle, engine=engine, samples=samples, seed=seed, progress=progress
-    )
+    results = render_series(scene, optics, shape, pixel_angle, **sampling)
     return [
         one if one.colour is None else replace(one, view=replace(one.view, image=one.colour[..., band]), colour=None)
         for band, one in enumerate(results)

@@ -19,7 +19,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Literal, get_args
+from typing import Literal, NotRequired, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -155,6 +155,17 @@ def blur_at(
     return k * necker.magnification * (aperture / 2) * (vergence - 1 / np.asarray(depth, dtype=float))
 
 
+class Drawn(TypedDict):
+    """How frames are drawn: keywords of `necker_frame`, with its defaults."""
+
+    shape: tuple[int, int]
+    pixel_angle: float
+    gradient: NotRequired[Gradient]
+    aperture: NotRequired[float]
+    focus: NotRequired[Focus | float]
+    k: NotRequired[float]
+
+
 def necker_frame(
     necker: NeckerCube,
     turn: float,
@@ -234,17 +245,7 @@ def draw_edges(
     return wireframe(lines, blur, shape, width=width, brightness=math.sqrt(2 * math.pi) * line)
 
 
-def necker_loop(
-    necker: NeckerCube,
-    frames: int,
-    *,
-    shape: tuple[int, int],
-    pixel_angle: float,
-    gradient: Gradient = "none",
-    aperture: float = 0.004,
-    focus: Focus | float = "near",
-    k: float = DISC_K,
-) -> Iterator[NDArray[np.float32]]:
+def necker_loop(necker: NeckerCube, frames: int, **drawn: Unpack[Drawn]) -> Iterator[NDArray[np.float32]]:
     """Yield the frames of a quarter rotation, evenly spaced; repeated, they form a seamless rotation.
 
         `NeckerCube.loop_frames` gives the number of `frames` for the cube's speed; other parameters are as in
@@ -256,16 +257,7 @@ def necker_loop(
     """
     Whole(3, remedy="see NeckerCube.loop_frames").check("frames", frames)
     for frame in range(frames):
-        yield necker_frame(
-            necker,
-            SYMMETRY * frame / frames,
-            shape=shape,
-            pixel_angle=pixel_angle,
-            gradient=gradient,
-            aperture=aperture,
-            focus=focus,
-            k=k,
-        )
+        yield necker_frame(necker, SYMMETRY * frame / frames, **drawn)
 
 
 @inlined
