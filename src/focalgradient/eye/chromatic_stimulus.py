@@ -116,7 +116,7 @@ def chromatic_stimulus(
     True
     """
     say = progress or silent
-    basis = SpectralBasis.of_display(primaries) if basis is None else basis
+    basis = basis or SpectralBasis.of_display(primaries)
     if basis.components != 3:
         raise InputError(f"basis has {basis.components} spectra, but a display has 3: red, green and blue.")
     if wavelengths is None:
@@ -131,6 +131,7 @@ def chromatic_stimulus(
     shape = wanted.shape[:2]
     reach = min(SURROUND, *shape)
     size = tuple(fft.next_fast_len(n + 2 * reach, real=True) for n in shape)
+    inside = tuple(slice(reach, reach + n) for n in shape)
     around = tuple((reach, total - n - reach) for n, total in zip(shape, size, strict=True))
     target = fft.rfft2(np.pad(wanted, (*around, (0, 0)), mode="symmetric"), axes=(0, 1))
     through = _through_display(eye, 1 / screen, size, pixel_angle, wavelengths, basis) / white
@@ -140,7 +141,6 @@ def chromatic_stimulus(
 
     def residual(light: FloatArray) -> tuple[float, float, float]:
         seen = _filtered(through, fft.rfft2(light, axes=(0, 1)), size)
-        inside = tuple(slice(reach, reach + n) for n in shape)
         off = np.sqrt(np.mean((seen[inside] - wanted) ** 2, axis=(0, 1)))
         return float(off[0]), float(off[1]), float(off[2])
 
@@ -148,7 +148,6 @@ def chromatic_stimulus(
     alike, _ = caught_by_cones(picture, distance, replace(eye, chromatic_scale=0.0), basis, pixel_angle, 1)
     grey = np.clip(np.pad(alike @ np.linalg.inv(by_primary), (*around, (0, 0)), mode="symmetric"), 0, 1)
     say(1.0, "done")
-    inside = tuple(slice(reach, reach + n) for n in shape)
     return ChromaticStimulus(
         shown[inside].astype(np.float32), residual(shown), residual(free), residual(own), residual(grey)
     )

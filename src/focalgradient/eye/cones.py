@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Any, get_args
+from typing import Any, TypedDict, Unpack, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,6 +35,14 @@ S_FINEST_CPD = 10.0
 
 ROLL_OFF = 16
 """Exponent of the decline of resolution with frequency: sharp, but without ringing."""
+
+
+class Resolved(TypedDict, total=False):
+    """How finely light and space are resolved: keywords of `Cones.in_light`, with its defaults."""
+
+    wavelengths: int | None
+    finest_cpd: float
+    model: BlurName
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,16 +113,10 @@ class Cones:
         band: Band,
         *,
         illuminant: str = "D65",
-        wavelengths: int | None = None,
-        finest_cpd: float = np.inf,
-        model: BlurName = "wave",
+        **resolved: Unpack[Resolved],
     ) -> Cones:
-        """Return the cones of a `band` in an `illuminant`, with this number of `wavelengths`.
-
-        None: enough for the transfer to be right to 0.01 (see `wavelengths_needed`).
-        """
-        light = band_light(band, illuminant)
-        return cls.in_light(eye, band, light, wavelengths=wavelengths, finest_cpd=finest_cpd, model=model)
+        """Return the cones of a `band` in an `illuminant`; further parameters as for `in_light`."""
+        return cls.in_light(eye, band, band_light(band, illuminant), **resolved)
 
     @classmethod
     def in_light(
@@ -128,6 +130,9 @@ class Cones:
         model: BlurName = "wave",
     ) -> Cones:
         """Return the cones named `band` in any `light`, given as the catch of these cones by wavelength.
+
+        The light is represented by this number of `wavelengths`; None: enough for the transfer to be right to 0.01 (see
+        `wavelengths_needed`).
 
         >>> from focalgradient import Eye
         >>> red = Light(np.array([630.0]), np.array([1.0]))

@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from operator import attrgetter
 from typing import Any, Protocol
 
 import numpy as np
@@ -168,25 +169,10 @@ class LitCones:
     usual: float
     rest: tuple[tuple[float, ...], ...] = ()
 
-    @property
-    def aperture_diameter(self) -> float:
-        """Diameter of the pupil in metres."""
-        return self.whole.aperture_diameter
-
-    @property
-    def focus_vergence(self) -> float:
-        """Vergence in dioptres of the plane in focus in the mean colour of the field."""
-        return self.whole.focus_vergence
-
-    @property
-    def light(self) -> str:
-        """Name of the band."""
-        return self.whole.light
-
-    @property
-    def isotropic(self) -> bool:
-        """Whether blur is alike in all directions."""
-        return self.whole.isotropic
+    aperture_diameter = property(attrgetter("whole.aperture_diameter"), doc="Diameter of the pupil in metres.")
+    focus_vergence = property(attrgetter("whole.focus_vergence"), doc="Focus in the mean colour of the field, in D.")
+    light = property(attrgetter("whole.light"), doc="Name of the band.")
+    isotropic = property(attrgetter("whole.isotropic"), doc="Whether blur is alike in all directions.")
 
     def contrast(self, vergences: FloatArray) -> FloatArray:
         """Return the contrast of the texture at each vergence (D), relative to that of the field's mean spectrum."""

@@ -254,12 +254,12 @@ def _of_matlab(path: str | os.PathLike[str]) -> tuple[float, ...]:
     return tuple(float(value) for value in numbers)
 
 
-def _micrometres(name: str, headings: Sequence[str], comments: Sequence[str] = ()) -> float:
+def _micrometres(name: str, headings: Sequence[str], comments: Sequence[str]) -> float:
     """Return the factor from the stated unit to micrometres; refuse other orders and units.
 
     Comments state a unit in brackets or behind "in" or "unit": they also hold the pupil's size and the wavelength.
 
-    >>> _micrometres("x.csv", ["index, coefficient (nm)"]), _micrometres("x.csv", ["n, m, um"])
+    >>> _micrometres("x.csv", ["index, coefficient (nm)"], []), _micrometres("x.csv", ["n, m, um"], [])
     (0.001, 1.0)
     """
     factors = set()

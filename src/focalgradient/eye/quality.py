@@ -34,6 +34,9 @@ astigmatism)."""
 SPAN, STEP = 2.0, 0.05
 """Range in dioptres beyond the foci of the eye and of its lens's zones, and step of the vergences."""
 
+SHARE = 0.8
+"""Share of the greatest visual Strehl ratio that what is in focus has."""
+
 PIXEL_ANGLE = math.radians(0.2 / 60)
 """Visual angle in radians of a pixel of a point's image: frequencies up to 150 cycles per degree, near the cut-off of a
 pupil of 5 mm."""
@@ -71,7 +74,7 @@ class ThroughFocus:
         return float(self.vergences[int(np.argmax(self.visual_strehl))])
 
     @checked
-    def depth_of_focus(self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = 0.8) -> float:
+    def depth_of_focus(self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = SHARE) -> float:
         """Return the total range (D) in which the visual Strehl ratio is at least this `share` of its maximum.
 
         It counts `vergences` only: where it is cut off at an end of them (`is_cut_off`), it is a lower bound.
@@ -79,15 +82,12 @@ class ThroughFocus:
         _, kept = self._in_focus(share)
         return float(np.mean(kept) * np.ptp(self.vergences))
 
-    @checked
-    def ranges_of_focus(
-        self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = 0.8
-    ) -> list[tuple[float, float]]:
+    def ranges_of_focus(self) -> list[tuple[float, float]]:
         """Return the ends (D) of each separate range that `depth_of_focus` adds up, in ascending order.
 
         Two foci of an eye, as of astigmatism, can have separate ranges; the eye's own focus can be between them.
         """
-        fine, kept = self._in_focus(share)
+        fine, kept = self._in_focus(SHARE)
         steps = np.flatnonzero(np.diff(kept, prepend=False, append=False)).reshape(-1, 2)
         return [(float(fine[start]), float(fine[end - 1])) for start, end in steps]
 
@@ -96,7 +96,7 @@ class ThroughFocus:
         fine = np.linspace(self.vergences[0], self.vergences[-1], 2001)
         return fine, np.interp(fine, self.vergences, self.visual_strehl) >= share * self.visual_strehl.max()
 
-    def is_cut_off(self, share: float = 0.8) -> bool:
+    def is_cut_off(self, share: float = SHARE) -> bool:
         """Return whether the range of `depth_of_focus` reaches an end of `vergences`, and may continue beyond it."""
         ends = max(self.visual_strehl[0], self.visual_strehl[-1])
         return bool(ends >= share * self.visual_strehl.max())

@@ -82,7 +82,7 @@ def retinal_image(
     >>> green > 3 * blue, seen.sum(axis=(0, 1)).round(2).tolist()  # light is kept
     (True, [1.0, 1.0, 1.0])
     """
-    lights = _basis(basis, primaries)
+    lights = basis or SpectralBasis.of_display(primaries)
     cones, caught = caught_by_cones(picture, distance, eye, lights, pixel_angle, wavelengths, progress)
     back: NDArray[np.float32] = (cones @ np.linalg.inv(caught)).astype(np.float32)
     return back
@@ -131,14 +131,9 @@ def parts_needed(
     vergence = 1 / np.asarray(distance, dtype=float)
     low, high = float(vergence.min()), float(vergence.max())
     levels = sorted({low, high, min(max(eye.focus_vergence, low), high)})
-    seen = _basis(basis, primaries)
+    seen = basis or SpectralBasis.of_display(primaries)
     clear = Eye(eye.aperture_diameter, float(eye.focus_in(REFERENCE_NM)), chromatic_scale=chromatic_scale(eye))
     return fewest(lambda count: _steps(count, clear, levels, pixel_angle, seen))
-
-
-def _basis(basis: SpectralBasis | None, primaries: str) -> SpectralBasis:
-    """Return the given spectra, or those of a display."""
-    return SpectralBasis.of_display(primaries) if basis is None else basis
 
 
 def _steps(count: int, eye: Eye, levels: list[float], pixel_angle: float, basis: SpectralBasis) -> FloatArray:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
+from typing import Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,11 +18,10 @@ from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_finite, described
 from focalgradient.eye.age import lens_passes
 from focalgradient.eye.colours import PRIMARIES, display_primaries
-from focalgradient.eye.cones import Cones
+from focalgradient.eye.cones import Cones, Resolved
 from focalgradient.eye.light import Band, Light, band_sensitivity, illuminant, spectra
 from focalgradient.eye.protocol import EyeModel
 from focalgradient.eye.ranges import wavelengths as visible
-from focalgradient.eye.transfer import BlurName
 from focalgradient.render import blur_picture
 
 __all__ = ["SpectralBasis", "SpectralPicture", "band_picture"]
@@ -143,9 +142,9 @@ class SpectralBasis:
         """Catch of each component by L, M and S cones (3 x K), over what they catch of white."""
         return np.stack([self.catch(band) for band in CLASSES])
 
-    def cones(self, eye: EyeModel, band: str, **given: Any) -> list[Cones]:
-        """Return a band's cones in the light of each component (K), `given` as for `Cones.in_light`."""
-        return [Cones.in_light(eye, band, self.light(band, one), **given) for one in range(self.components)]
+    def cones(self, eye: EyeModel, band: str, **resolved: Unpack[Resolved]) -> list[Cones]:
+        """Return a band's cones in the light of each component (K); further parameters as for `Cones.in_light`."""
+        return [Cones.in_light(eye, band, self.light(band, one), **resolved) for one in range(self.components)]
 
     def light(self, band: str, component: int) -> Light:
         """Return the light that a band's cones catch of one component."""
@@ -243,9 +242,7 @@ def band_picture(
     band: str,
     *,
     pixel_angle: float,
-    wavelengths: int | None = None,
-    finest_cpd: float = np.inf,
-    model: BlurName = "wave",
+    **resolved: Unpack[Resolved],
 ) -> FloatArray:
     """Return what the cones of a band catch of a picture through an eye, of white 1 (H x W).
 
@@ -276,7 +273,6 @@ def band_picture(
     for number, share in enumerate(picture.basis.catch(band)):
         own = np.ascontiguousarray(picture.amounts[..., number])
         if share > 0 and own.any():
-            light = picture.basis.light(band, number)
-            cones = Cones.in_light(eye, band, light, wavelengths=wavelengths, finest_cpd=finest_cpd, model=model)
+            cones = Cones.in_light(eye, band, picture.basis.light(band, number), **resolved)
             seen += share * blur_picture(own, distance, cones, pixel_angle=pixel_angle)
     return seen

@@ -24,10 +24,8 @@ class Focusing:
     vergences
         Vergences of the available foci in dioptres.
     transition
-        ``"eye"``: the remaining difference decays to 1/e in `time_constant` seconds. ``"immediate"``: it vanishes at
+        ``"eye"``: the remaining difference decays to 1/e in `TIME_CONSTANT` seconds. ``"immediate"``: it vanishes at
         once.
-    time_constant
-        Time constant in seconds.
 
     Examples
     --------
@@ -38,10 +36,8 @@ class Focusing:
     1.448
     """
 
-    def __init__(
-        self, vergences: Sequence[float], transition: Transition, time_constant: float = TIME_CONSTANT
-    ) -> None:
-        self._vergences, self._transition, self._constant = vergences, transition, time_constant
+    def __init__(self, vergences: Sequence[float], transition: Transition) -> None:
+        self._vergences, self._transition = vergences, transition
         self.target = 0
         self.vergence = vergences[0]
 
@@ -53,6 +49,6 @@ class Focusing:
     def step(self, seconds: float) -> float:
         """Advance time by `seconds`, and return the vergence in focus."""
         goal = self._vergences[self.target]
-        left = 0.0 if self._transition == "immediate" else math.exp(-seconds / self._constant)
+        left = 0.0 if self._transition == "immediate" else math.exp(-seconds / TIME_CONSTANT)
         self.vergence = goal + left * (self.vergence - goal)
         return self.vergence

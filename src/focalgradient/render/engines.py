@@ -72,7 +72,8 @@ def render(
     pixel_angle
         Angle in radians subtended by one pixel on the axis: pixel pitch / sensor distance.
     engine
-        Rendering engine, see above; by default ``"auto"``. Without Mitsuba, planes and spheres are ray cast instead, with one warning.
+        Rendering engine, see above; by default ``"auto"``. Without Mitsuba, planes and spheres are ray cast instead,
+        with one warning.
     samples
         Rays per pixel, in two independent halves (so at least 2; powers of 2 are best): 64 for measurement, the
         default; 256 for viewing.
