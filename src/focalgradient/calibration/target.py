@@ -85,7 +85,7 @@ def measure_target(view: View) -> TargetBlur:
     radius, segment = edges.radius[use], edges.segment[use]
     names, counts = np.unique(segment, return_counts=True)
     each = np.array([np.median(radius[segment == name]) for name in names])
-    width = weighted_median(each, counts)
+    width = weighted_median(each, counts.astype(float))
     scatter = 1.48 * float(np.median(np.abs(radius - width)))
     independent = min(len(names), counts.sum() / 16)
     whole = average_segments(edges, BAND)

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from operator import attrgetter
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -352,13 +353,8 @@ class _AtFocus:
     cones: Cones
     focus: float
 
-    @property
-    def light(self) -> str:
-        return self.cones.light
-
-    @property
-    def aperture_diameter(self) -> float:
-        return self.cones.aperture_diameter
+    light = property(attrgetter("cones.light"))
+    aperture_diameter = property(attrgetter("cones.aperture_diameter"))
 
     @property
     def focus_vergence(self) -> float:

@@ -58,17 +58,12 @@ def read_raw(path: Path, data: bytes) -> NDArray[np.uint16]:
     InputError
         If rawpy is not installed, the file is damaged, or its sensor has no 2 x 2 cells with two green pixels.
     """
-    check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
-    import rawpy
-
-    try:
-        with rawpy.imread(io.BytesIO(data)) as raw:
-            return _green(path, raw)
-    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
-        raise InputError(
-            f"{path} cannot be read as a camera raw file ({str(error).strip('. ')}): give an intact one of a known "
-            "camera, or develop it into a linear 16-bit TIFF."
-        ) from error
+    return _developed(
+        path,
+        io.BytesIO(data),
+        "cannot be read as a camera raw file ({}): give an intact one of a known camera, or develop it into a linear "
+        "16-bit TIFF.",
+    )
 
 
 def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint16]]:
@@ -82,24 +77,28 @@ def read_dual_pixel_raw(path: Path) -> tuple[NDArray[np.uint16], NDArray[np.uint
     InputError
         As for `read_raw`, or if the file contains only one picture.
     """
-    check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
-    import rawpy
-
-    try:
-        with rawpy.imread(str(path)) as raw:
-            both = _green(path, raw)
-        with rawpy.imread(str(path), shot_select=1) as raw:
-            one = _green(path, raw)
-    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
-        raise InputError(
-            f"{path} is not a dual-pixel raw file that can be read ({str(error).strip('. ')}): set the camera to store "
-            "dual-pixel raw, or give the halves as two pictures."
-        ) from error
+    refusal = (
+        "is not a dual-pixel raw file that can be read ({}): set the camera to store dual-pixel raw, or give the "
+        "halves as two pictures."
+    )
+    both, one = (_developed(path, str(path), refusal, shot) for shot in (0, 1))
     if one.shape != both.shape or np.array_equal(one, both):
         raise InputError(f"{path} contains one picture only, without halves: set the camera to store dual-pixel raw.")
     top = np.iinfo(np.uint16).max
     other = 2.0 * both - one  # `both` is the mean of the halves, as each ranges from black (0) to white
     return one, np.where(both == top, top, np.clip(other, 0, top)).astype(np.uint16)
+
+
+def _developed(path: Path, source: str | io.BytesIO, refusal: str, shot: int = 0) -> NDArray[np.uint16]:
+    """Return the green radiance of one shot of a raw file; refuse it with the reason within the `refusal`."""
+    check_installed(f"{path} is a camera raw file: it", "raw", "rawpy")
+    import rawpy
+
+    try:
+        with rawpy.imread(source, shot_select=shot) as raw:
+            return _green(path, raw)
+    except (rawpy.LibRawError, rawpy.NotSupportedError) as error:
+        raise InputError(f"{path} {refusal.format(str(error).strip('. '))}") from error
 
 
 def _green(path: Path, raw: rawpy.RawPy) -> NDArray[np.uint16]:
