@@ -93,6 +93,9 @@ HANG = 90
 LOADED = ("PIL", "cv2", "llvmlite", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy", "statsmodels")
 """Libraries that are loaded before a process is forked, as that takes seconds, and that work in it."""
 
+COMPILED = re.compile(r"numba|\b_?compiled\b|\binlined\b")
+"""Names in a module whose functions Numba compiles."""
+
 
 @dataclass(frozen=True)
 class Result(Mutant):
@@ -232,7 +235,7 @@ class Copy:
         path.write_text(source, encoding="utf-8")
         for compiled in path.parent.glob(f"__pycache__/{path.stem}.*"):
             compiled.unlink()
-        if "numba" in source:
+        if COMPILED.search(source):
             for compiled in self.folder.rglob("*.nb[ci]"):
                 compiled.unlink()
 
@@ -242,7 +245,7 @@ class Copy:
         source = (self.folder / module).read_text(encoding="utf-8")
         places = {module: set(new.lines or ())}
         seen = {line for row in self.tests.values() for line in row["lines"].get(module, ())}
-        compiled = new.lines is not None and not places[module] & seen and ("numba" in source or "_compiled" in source)
+        compiled = new.lines is not None and not places[module] & seen and bool(COMPILED.search(source))
         users: set[str] = set()
         if new.lines is None or compiled:
             names = "|".join([*named_at(source, new.mutant.line), *([Path(module).stem] if compiled else [])]) or "\0"
