@@ -62,6 +62,7 @@ TESTS: dict[str, Sequence[str]] = {
         "tests/web/test_withdrawal.py",
         "tests/web/test_arrival.py",
         "tests/test_damages.py",
+        "tests/experiments/test_ready_experiments.py",
     ),
     "depth": ("tests/depth/test_*.py", "tests/test_dual_pixel.py", "tests/test_calibration_pairs.py"),
     "eye": ("tests/eye/test_*.py", "tests/test_cli_eye.py", "tests/test_cli_accommodate.py"),
@@ -77,6 +78,7 @@ TESTS: dict[str, Sequence[str]] = {
         *("tests/test_report*.py", "tests/test_preregistration.py", "tests/test_cli_report.py"),
         *("tests/test_response_scales.py", "tests/test_blur_threshold.py", "tests/test_tasks.py"),
         *("tests/test_meta.py", "tests/test_scales.py", "tests/test_foreign_tables.py", "tests/test_kept_reports.py"),
+        "tests/user_tables/test_*.py",
     ),
     "statistics": (
         "tests/statistics/test_*.py",

@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import time
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -166,6 +167,7 @@ def test_a_function_of_one_s_own_gets_the_condition_where_it_takes_one(
     assert triggers.ports[0]._function.__globals__["got"] == [given]
 
 
+BEGAN = datetime(2026, 3, 1, 9, tzinfo=UTC)
 DESIGN = DepthRatingDesign(
     scenes=("a",), apertures=("pinhole", "f/22"), repetitions=1, catch_trials=0, practice_trials=1, break_every=0
 )
@@ -175,9 +177,9 @@ def recorded(root: Path, found: Codes, cut: int | None) -> Session:
     """A session, or its rest, whose pictures were marked: four events a trial, of which two are in it."""
     apparatus = Apparatus("seconds", (1024, 768), (0.5, 0.375), 0.57)
     try:
-        session = Session.begin(root, DESIGN, "01", apparatus=apparatus)
+        session = Session.begin(root, DESIGN, "01", apparatus=apparatus, time=BEGAN)
     except InputError:
-        session = Session.resume(root, "depthrating", "01", apparatus=apparatus)
+        session = Session.resume(root, "depthrating", "01", apparatus=apparatus, time=BEGAN + timedelta(hours=1))
     with session:
         session.note("triggers", ports=["serial"], **found.entry())
         for number, trial in enumerate(session.remaining()):
@@ -185,41 +187,43 @@ def recorded(root: Path, found: Codes, cut: int | None) -> Session:
                 break
             at = 10.0 * number
             events = [("break", at, 0.0), ("flash", at + 1, 0.0), ("picture", at + 2, 0.0), ("unknown", at + 3, 0.0)]
-            shown = {"phase": trial.phase, "trial": trial.trial, "aperture": trial.aperture, "scene": trial.scene}
+            shown = {"phase": trial.phase, "trial": trial.trial, "aperture": trial.aperture, "lure": None, "at": [1, 2]}
             about = {"phase": trial.phase, "trial": trial.trial, "condition": shown}
             session.note("events", **about, events=events, first=2, failures=[])
             session.record(trial, Rated(onset=at + 2, rating=1.0, response_time=1.0))
     return session
 
 
-def test_a_session_of_one_sitting_has_a_table_of_events(tmp_path: Path) -> None:
-    recorded(tmp_path / "data", read_codes(codes(tmp_path)), None)
-    path = tmp_path / "data/sub-01/beh/sub-01_task-depthrating_events.tsv"
-    assert path.read_text().count("picture") == len(DESIGN.trials("01"))
-    assert json.loads(path.with_suffix(".json").read_text())["trial_type"]["HED"]["flash"].startswith("Sensory-event")
+@pytest.fixture
+def events(tmp_path: Path) -> Path:
+    """The table of events of a session in two sittings, an hour apart."""
+    found = read_codes(codes(tmp_path))
+    recorded(tmp_path / "data", found, 2)
+    recorded(tmp_path / "data", found, None)
+    return tmp_path / "data/sub-01/beh/sub-01_task-depthrating_events.tsv"
 
 
-@pytest.mark.slow
-def test_the_table_of_events_has_codes_conditions_and_valid_tags(tmp_path: Path) -> None:
-    root, found = tmp_path / "data", read_codes(codes(tmp_path))
-    recorded(root, found, 2)
-    recorded(root, found, None)
-    assert validate(root).problems == ()
-    assert bids_problems(root) == []  # which checks the HED tags
-    path = root / "sub-01/beh/sub-01_task-depthrating_events.tsv"
-    names, *rows = (line.split("\t") for line in path.read_text().splitlines())
+def test_the_table_of_events_has_codes_conditions_and_times_of_one_clock(events: Path) -> None:
+    names, *rows = (line.split("\t") for line in events.read_text().splitlines())
     table = [dict(zip(names, row, strict=True)) for row in rows]
     pictures = [row for row in table if row["trial_type"] == "picture"]
     assert len(pictures) == len(DESIGN.trials("01")) == len(table) / 4
-    for row, trial in zip(pictures, DESIGN.trials("01"), strict=True):
+    for number, (row, trial) in enumerate(zip(pictures, DESIGN.trials("01"), strict=True)):
         assert (row["aperture"], row["phase"], row["trial"]) == (trial.aperture, trial.phase, str(trial.trial))
         assert row["value"] == ("111" if trial.aperture == "pinhole" else "64")
+        assert (row["lure"], row["at"]) == ("n/a", "[1, 2]")
+        assert float(row["onset"]) == (10 * number + 2 if number < 2 else 3600 + 10 * (number - 2) + 2)
     assert {row["value"] for row in table if row["trial_type"] == "unknown"} == {"n/a"}
     assert {row["trial"] for row in table if row["trial_type"] == "break"} == {"n/a"}
-    assert {row["sitting"] for row in table} == {"1", "2"}
-    assert json.loads(path.with_suffix(".json").read_text())["trial_type"]["HED"]["flash"].startswith("Sensory-event")
+    assert [row["sitting"] for row in pictures] == ["1", "1", *["2"] * (len(pictures) - 2)]
+    assert json.loads(events.with_suffix(".json").read_text())["trial_type"]["HED"]["flash"].startswith("Sensory-event")
 
-    path.write_text(path.read_text().replace("111", "112", 1))
-    assert any(path.name in problem for problem in validate(root).problems)
-    assert repair(root)
-    assert validate(root).problems == ()
+
+@pytest.mark.slow
+def test_a_table_of_events_is_valid_until_it_is_changed_and_once_it_is_repaired(events: Path, tmp_path: Path) -> None:
+    assert validate(tmp_path / "data").problems == ()
+    assert bids_problems(tmp_path / "data") == []  # which checks the HED tags
+    events.write_text(events.read_text().replace("111", "112", 1))
+    assert any(events.name in problem for problem in validate(tmp_path / "data").problems)
+    assert repair(tmp_path / "data")
+    assert validate(tmp_path / "data").problems == ()

@@ -51,14 +51,14 @@ def test_a_data_set_given_twice_has_the_error_of_its_weight() -> None:
     assert found.standard_error == pytest.approx(0.1 / np.sqrt(2))
 
 
-def made(effects: np.ndarray, scenes: list[str], hashes: list[str] | None = None) -> Report:
+def made(effects: np.ndarray, scenes: list[str], hashes: list[str] | None = None, *, logs: bool = True) -> Report:
     """Return a report with the files that pooling reads."""
     row = {"what": WHAT, "scene": "", "pictures_sha256": "", "effect": effects.mean(), "standard_error": 0.05}
     rows = [
         {"what": WHAT, "scene": scene, "pictures_sha256": one, "effect": effect}
         for scene, effect, one in zip(scenes, effects, hashes or [""] * len(scenes), strict=True)
     ]
-    value = {"value": np.exp(effects.mean()), "value_low": 0.5, "value_high": 2.0}
+    value = {"value": np.exp(effects.mean()) if logs else effects.mean(), "value_low": 0.5, "value_high": 2.0}
     result = {"experiment": "depth_rating", "what": WHAT, "exclusions": "with exclusions", "subjects": 10, **value}
     result |= {"estimate": effects.mean(), "standard_error": 0.1}
     by_scene = json.dumps({"effects": [row, *rows]}).encode()
@@ -82,6 +82,11 @@ def test_common_names_are_common_scenes_without_hashes() -> None:
     assert (result["estimate"], result["p"], result["df"]) == pytest.approx((wanted.estimate, wanted.p, wanted.df))
     assert result["tau"] == pytest.approx(random_effects(EFFECTS.mean(axis=1), [0.05] * 3).tau)
     assert "Over 3 data sets that share scenes, and over 6 scenes, it is" in text
+
+
+def test_values_that_no_exponential_reaches_are_no_logarithms() -> None:
+    result, _ = pooled([made(1000 + one, NAMES, logs=False) for one in EFFECTS])
+    assert result["value"] == pytest.approx(1000 + EFFECTS.mean())
 
 
 def test_hashes_tell_common_scenes_whatever_their_names() -> None:

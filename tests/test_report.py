@@ -1,6 +1,5 @@
 """The report of a data set: its numbers are those of the analysis, it holds all it needs, and says what it lacks."""
 
-import dataclasses
 import hashlib
 import html
 import io
@@ -19,7 +18,7 @@ from focalgradient.dataset import Noted
 from focalgradient.plotting.residuals import residual_figure
 from focalgradient.plotting.subjects import depth_rating_figure, necker_figure
 from focalgradient.power import Model
-from focalgradient.report import analyse_necker, analyse_ratings, make_report
+from focalgradient.report import analyse_necker, analyse_ratings, analyse_table, make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.export import trial_files
 from focalgradient.report.parts import Output
@@ -198,16 +197,16 @@ def test_a_report_on_twelve_people_answers_first_and_is_short_above_the_folds(tm
 
 
 def test_findings_without_trials_that_left_are_beside_how_many_there_were(ratings) -> None:
-    part = ratings
-    table = part.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
+    table = ratings.table.reset_index(drop=True).assign(gaze_left=False, gaze_away=0.5)
     shown = table.index[~table["catch"]]
     table.loc[shown[:3], ["gaze_left", "gaze_away"]] = [[True, 4.0], [True, 6.0], [True, np.nan]]
     table.loc[table.index[table["catch"]][0], "gaze_left"] = True  # of a catch trial: not counted
     output = Output()
-    blocks = list(gaze_blocks(dataclasses.replace(part, table=table, fixated=part), output))
+    blocks = list(gaze_blocks(analyse_table(table, bound=1.25, data=ratings.data), output))
     sentences = [block.text for block in blocks if isinstance(block, Paragraph)]
     assert sentences[0].startswith(f"In 3 of {len(shown):,} trials a fixation of the eyes was more than ")
-    findings = part.result.answers.sentences(*EFFECTS)
+    without = ratings.table[~table["gaze_left"].to_numpy()]
+    findings = analyse_table(without, bound=1.25, data=ratings.data).result.answers.sentences(*EFFECTS)
     assert sentences[1:] == [f"Without those trials: {findings[0]}", *findings[1:]]
     each = len(shown) // 6
     rows = output.sheets[0].digits.to_numpy().tolist()

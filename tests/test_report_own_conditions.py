@@ -154,6 +154,18 @@ def test_the_figure_of_groups_says_that_its_means_are_not_adjusted(people: Path)
     assert adjusted == {(count, f"{prefix}_{name}"): says for (count, name), says in expected.items()}
 
 
+@pytest.mark.parametrize("years", [1e-5, 1.0, 1e5])
+def test_a_level_of_a_single_subject_is_not_tested_whatever_the_unit_of_another_condition(
+    people: Path, years: float
+) -> None:
+    frame = pd.read_csv(people).assign(age=lambda rows: rows["age"] * years)
+    frame.loc[frame["subject"] == "S3", "group"] = "child"
+    frame.to_csv(people, index=False)
+    child, old, age = rating_tests(read_conditions(people, by=["group=young", "age"]))
+    assert "a single subject" in str(child.effect)
+    assert old.effect.subjects == age.effect.subjects == 16
+
+
 def test_conditions_between_subjects_that_vary_together_are_not_told_apart(people: Path) -> None:
     pd.read_csv(people).assign(eye=lambda rows: rows["group"].map({"old": "left", "young": "right"})).to_csv(people)
     tests = rating_tests(read_conditions(people, by=["group", "eye"]))

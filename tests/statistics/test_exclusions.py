@@ -109,12 +109,11 @@ def test_one_answer_to_everything_is_left_out_by_scenes_that_most_tell_apart(sca
         assert left_out(rows, scale) == {"12"}
 
 
-@pytest.mark.parametrize("varied", [4, 5])
-def test_the_majority_must_tell_scenes_apart(varied: int) -> None:
-    """Where only half of eight do, the scenes may be alike to honest eyes."""
-    rows = table(1, "ratio", [1.0] * varied, constant=8 - varied, level=0.8, catch=0)
-    constant = {f"{who:02}" for who in range(varied, 8)}
-    assert left_out(rows) == (constant if varied == 5 else set())
+@pytest.mark.parametrize(("varied", "people", "judged"), [(4, 8, False), (5, 8, True), (2, 3, False), (3, 4, True)])
+def test_the_majority_and_three_people_must_tell_scenes_apart(varied: int, people: int, judged: bool) -> None:
+    """Where only half do, or two people, the scenes may be alike to honest eyes."""
+    rows = table(1, "ratio", [1.0] * varied, constant=people - varied, level=0.8, catch=0)
+    assert left_out(rows) == ({f"{who:02}" for who in range(varied, people)} if judged else set())
 
 
 def test_one_key_of_a_choice_is_no_reason_where_blur_alone_decides() -> None:
