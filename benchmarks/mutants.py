@@ -95,8 +95,8 @@ HANG = 90
 LOADED = ("PIL", "cv2", "llvmlite", "matplotlib", "numba", "numpy", "pandas", "pydantic", "scipy", "statsmodels")
 """Libraries that are loaded before a process is forked, as that takes seconds, and that work in it."""
 
-COMPILED = re.compile(r"numba|\b_?compiled\b|\binlined\b")
-"""Names in a module whose functions Numba compiles."""
+COMPILED = re.compile(r"numba|focalgradient\.loops|_compiled\b")
+"""What a module names whose functions Numba compiles."""
 
 
 @dataclass(frozen=True)

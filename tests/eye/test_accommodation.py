@@ -30,6 +30,14 @@ def test_a_step_is_the_plants_where_the_estimate_is_good():
     assert course.lag(0.5) == pytest.approx(3.0 - eye.plant.steady(3.0), abs=0.06)
 
 
+def test_nothing_moves_before_the_latency_has_passed():
+    """Of a step between the eye's first moment and its second."""
+    course = accommodate(step(4.0, 0.05), 0.6, STEADY, seed=2)
+    early = course.times <= STEADY.plant.latency
+    assert early.sum() > 2
+    assert course.accommodation[early] == pytest.approx(course.accommodation[0], abs=0.02)
+
+
 def test_a_sine_is_followed_with_the_plants_gain_and_phase():
     course = accommodate(lambda t: 2 + 0.5 * np.sin(0.8 * np.pi * t), 6.0, replace(STEADY, noise=0.05, horizon=0.0))
     found = course.response(0.4, skip=1.0)

@@ -31,6 +31,13 @@ def test_bands_are_focused_as_far_apart_as_in_the_literature() -> None:
         assert apart == pytest.approx(dioptres, abs=5e-4)
 
 
+@pytest.mark.parametrize("light", ["A", "D65"])
+def test_grey_reflects_the_illuminants_light_to_every_class_of_cones(light: str) -> None:
+    for band in ("L+M", "S"):
+        apart = SpectralBasis.grey(light).light(band, 0).difference() - band_light(band, light).difference()
+        assert apart == pytest.approx(0, abs=1e-3)
+
+
 def test_sensitivities_are_those_of_people() -> None:
     nm = np.arange(380, 781)
     cones = cone_fundamentals(nm)

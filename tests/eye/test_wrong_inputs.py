@@ -135,6 +135,7 @@ def test_eye_refuses_what_does_not_go_together(options, said):
         (lambda: band_light("S", "candle"), "illuminant is 'candle'"),
         (lambda: band_views((NEAR, NEAR), EYE, (8, 6), 3e-4), "shape"),
         (lambda: band_views((NEAR, NEAR), EYE, (8, 8), 3e-4, correlation=0.9), "correlation or gain"),
+        (lambda: band_views(1.0, EYE, (64, 64), 3e-4, correlation=-1.5), "correlation is -1.5"),
         (lambda: band_views(-1.0, EYE, (64, 64), 3e-4), "scene is -1.0, .*a wall's distance"),
         (lambda: band_views(Scene(()), EYE, (64, 64), 3e-4), "no depth to see"),
         (lambda: draw_people(3, 0, pupil_diameter=(4.0, 0.8)), r"must be a mean between 0\.0015 and 0\.009"),
