@@ -11,10 +11,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import succeed
 from damaging import forged
 
-from focalgradient.cli import main
 from focalgradient.dataset import Apparatus, Chosen, Session, read_dataset, validate
 from focalgradient.design import BlurThresholdDesign, Procedure
 from focalgradient.errors import InputError
@@ -29,12 +28,6 @@ from focalgradient.tasks import task_named
 pytestmark = pytest.mark.usefixtures("unrendered")
 
 SHORT = BlurThresholdDesign(scenes=["spheres-01"], repetitions=3, catch_trials=2, practice_trials=2, level_steps=9)
-
-
-def ran(*words: object) -> str:
-    result = CliRunner().invoke(main, list(map(str, words)))
-    assert result.exit_code == 0, result.output
-    return result.output
 
 
 def test_both_intervals_come_equally_often_and_no_one_too_often_in_a_row():
@@ -83,7 +76,7 @@ def simulated_in(folder: Path, data: Path) -> None:
     """Simulate four observers of short sessions."""
     design = folder / "mine.toml"
     design.write_text('task = "blurthreshold"\nscenes = ["a"]\nrepetitions = 12\n')
-    ran("simulate", "blur-threshold", "--observers", 4, "--seed", 3, "--design", design, "--out", data)
+    succeed("simulate", "blur-threshold", "--observers", 4, "--seed", 3, "--design", design, "--out", data)
 
 
 @pytest.fixture(scope="module")
@@ -194,7 +187,9 @@ def test_known_thresholds_are_recovered_without_bias_and_covered():
 
 @pytest.mark.slow
 def test_who_guesses_is_named_and_too_few_trials_have_no_threshold(tmp_path):
-    ran("simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d")
+    succeed(
+        "simulate", "blur-threshold", "--observers", 2, "--seed", 5, "--observer", "guessing", "--out", tmp_path / "d"
+    )
     table = read_dataset(tmp_path / "d").blur_threshold
     result = blur_thresholds(table, least=0.02, most=2.0)
     assert [one.kept for one in result.subjects] == [False, False]

@@ -70,9 +70,7 @@ SQUARES = Path(__file__).parents[1].parent / "shared" / "data" / "printed_square
 @pytest.mark.slow
 @pytest.mark.skipif(not SQUARES.exists(), reason="the photographs are not beside the repository (shared/data)")
 def test_printed_squares_predict_exposures_that_were_left_out(tmp_path):
-    from click.testing import CliRunner
-
-    from focalgradient.cli import main
+    from command_line import succeed
 
     text = "[camera]\nfocal_length_mm = 18.0\npixel_pitch_um = 4.7\nencoding = 'srgb'\n"
     for cm in (50, 150):
@@ -81,10 +79,7 @@ def test_printed_squares_predict_exposures_that_were_left_out(tmp_path):
                 text += f"[[view]]\nimage = '{SQUARES / f'{cm}cm-f{number}-{exposure}.jpg'}'\n"
                 text += f"distance_m = {cm / 100}\nf_number = {number}\n"
     (tmp_path / "targets.toml").write_text(text)
-    done = CliRunner().invoke(
-        main, ["calibrate", str(tmp_path / "targets.toml"), "--out", str(tmp_path / "c.toml"), "--method", "equalise"]
-    )
-    assert done.exit_code == 0, done.output
+    done = succeed("calibrate", tmp_path / "targets.toml", "--out", tmp_path / "c.toml", "--method", "equalise")
     line = next(line for line in done.output.splitlines() if line.endswith("D") and "without it:" in line)
     assert float(line.split()[-2]) <= 0.06
     assert "Shape of the blur" in done.output

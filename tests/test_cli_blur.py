@@ -10,11 +10,9 @@ import command_line
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
 from PIL import Image, ImageCms
 
 from focalgradient import Lens
-from focalgradient.cli import main
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.eye import natural_pupil
 from focalgradient.live import read_series
@@ -245,11 +243,9 @@ def test_a_picture_given_as_depth_is_named(tmp_path: Path, channels: tuple[int, 
     noise = np.random.default_rng(1).integers(0, 256, (*METRES.shape, *channels), np.uint8)
     Image.fromarray(noise).save(light)
     np.save(depth, METRES)
-    lens = ["--f-number", "4", "--focal-length", "25", "--focus", "1", "--field", "3", "--out", str(tmp_path / "out")]
-    found = CliRunner().invoke(main, ["blur", str(depth), str(light), *lens])
-    assert found.exit_code == 2
-    assert "light.png" in found.stderr
-    assert "give the picture first, then its depth" in found.stderr
+    said = command_line.sentence(run(depth, light, *LENS, "--focus", 1, "--field", 3, "--out", tmp_path / "out"))
+    assert "light.png" in said
+    assert "give the picture first, then its depth" in said
     assert not (tmp_path / "out").exists()
 
 

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner, Result
+from click.testing import Result
+from command_line import run, sentence, succeed
 from scipy import ndimage
 
 from focalgradient import DepthMap
-from focalgradient.cli import main
 from focalgradient.examples.files import CARDS_M, FOCUS_M, STOPS
 from focalgradient.photographs import load_camera, load_settings, load_targets
 
@@ -17,9 +17,7 @@ from focalgradient.photographs import load_camera, load_settings, load_targets
 def made(tmp_path_factory) -> tuple[Path, Result]:
     """The folder, and what the command said."""
     folder = tmp_path_factory.mktemp("examples") / "demo"
-    result = CliRunner().invoke(main, ["demo", "--out", str(folder)])
-    assert result.exit_code == 0, result.output
-    return folder, result
+    return folder, succeed("demo", "--out", folder)
 
 
 def test_it_is_small_and_says_what_each_file_is(made):
@@ -64,11 +62,8 @@ def test_the_camera_is_the_true_one_within_its_uncertainty(made):
 
 def test_edges_by_the_calibrated_camera_give_the_distances_of_the_cards(made, tmp_path):
     folder, _ = made
-    command = ["depth", str(folder / "cards.png"), "--method", "edges", "--f-number", "5.6", "--near", "0.85"]
-    result = CliRunner().invoke(
-        main, [*command, "--calibration", str(folder / "camera.toml"), "--out", str(tmp_path / "cards")]
-    )
-    assert result.exit_code == 0, result.output
+    command = ("depth", folder / "cards.png", "--method", "edges", "--f-number", "5.6", "--near", "0.85")
+    succeed(*command, "--calibration", folder / "camera.toml", "--out", tmp_path / "cards")
     depth = DepthMap.load(tmp_path / "cards" / "depth.npz")
     columns = np.array_split(np.arange(depth.distance.shape[1]), 3)
     for metres, part in zip(CARDS_M, columns, strict=True):
@@ -79,7 +74,6 @@ def test_edges_by_the_calibrated_camera_give_the_distances_of_the_cards(made, tm
 
 def test_files_of_somebody_else_are_not_replaced(tmp_path):
     (tmp_path / "views.toml").write_text("mine")
-    result = CliRunner().invoke(main, ["demo", "--out", str(tmp_path)])
-    assert result.exit_code == 2
-    assert "views.toml is there already and was not written by 'focalgradient demo'" in result.output
+    said = sentence(run("demo", "--out", tmp_path))
+    assert "views.toml is there already and was not written by 'focalgradient demo'" in said
     assert [path.name for path in tmp_path.iterdir()] == ["views.toml"]

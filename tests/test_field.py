@@ -6,23 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import run, sentence, succeed
 from photographed import MARKS, RealCamera, targets
 from scipy.special import ndtr
 
 from focalgradient import DepthMap, FocalGradientWarning, Lens, View, recover_depth
 from focalgradient.calibration import Calibration, Field, Priors, Reading, apply_calibration, calibrate, fit_field
-from focalgradient.cli import main
 from focalgradient.photographs import limits_beside_focus, load_camera, load_settings
 
 SHAPE = (180, 240)
 PIXEL = 3e-4
-
-
-def run(*args: object):
-    result = CliRunner().invoke(main, [str(arg) for arg in args])
-    assert result.exit_code == 0, result.output
-    return result
 
 
 def noisy_map(
@@ -95,14 +88,14 @@ def test_too_little_says_nothing(where):
 def calibrated(tmp_path_factory):
     folder = tmp_path_factory.mktemp("field")
     target = targets(folder, RealCamera(psf="blend", k=0.3), (0.6,))
-    return folder, run("calibrate", target, "--method", "equalise", "--out", folder / "c.toml")
+    return folder, succeed("calibrate", target, "--method", "equalise", "--out", folder / "c.toml")
 
 
 def read(folder, distance, *args, seed=9):
     camera = RealCamera(psf="blend", k=0.3)
     files = [camera.take(folder / f"held_{mark}.png", distance, mark, seed=seed) for mark in MARKS]
     f_numbers = [part for mark in MARKS for part in ("--f-number", mark)]
-    said = run("depth", *files, *f_numbers, "--calibration", folder / "c.toml", *args, "--out", folder / "out")
+    said = succeed("depth", *files, *f_numbers, "--calibration", folder / "c.toml", *args, "--out", folder / "out")
     return DepthMap.load(folder / "out" / "depth.npz"), json.loads((folder / "out" / "summary.json").read_text()), said
 
 
@@ -132,11 +125,10 @@ def test_other_methods_use_the_calibrated_shape_or_refuse_it_by_name(calibrated)
     (folder / "c.toml").write_text(text.replace('psf = "blend"', 'psf = {shape = "polygon", blades = 5}'))
     files = [str(folder / f"held_{mark}.png") for mark in MARKS]
     f_numbers = [part for mark in MARKS for part in ("--f-number", str(mark))]
-    given = ["--calibration", str(folder / "c.toml"), "--far", "1.0", "--method", "ratio", "--out", str(folder / "no")]
-    refused = CliRunner().invoke(main, ["depth", *files, *f_numbers, *given])
+    given = ["--calibration", folder / "c.toml", "--far", "1.0", "--method", "ratio", "--out", folder / "no"]
+    refused = run("depth", *files, *f_numbers, *given)
     (folder / "c.toml").write_text(text)
-    assert refused.exit_code == 2
-    assert "'ratio' needs isotropic blur, which polygon does not give: use" in refused.stderr
+    assert "'ratio' needs isotropic blur, which polygon does not give: use" in sentence(refused)
 
 
 def test_limits_beside_the_focus_mean_one_side(calibrated, tmp_path):

@@ -8,10 +8,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner
+from command_line import run
 
 from focalgradient import InputError
-from focalgradient.cli import main
 from focalgradient.eye.target_motion import TargetMotion
 from focalgradient.luminance import parse_luminance
 from focalgradient.statistics import read_detection, read_ratings, read_reports
@@ -202,15 +201,15 @@ def test_answers_in_words_need_their_order(tmp_path: Path, by: list[str]) -> Non
     path = tmp_path / "own.csv"
     rows = [(*row[:4], WORDS[str(1 + at % 4)]) for at, row in enumerate(ROWS)]
     path.write_text("\n".join("\t".join(row) for row in (HEAD, *rows)))
-    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by])
+    shown = run("report", path, "--explain", *by)
     assert "rating is 'strongly disagree', but must be a number" in shown.output
     assert "state the order of answers in words, from the least, with --order WORD,WORD" in shown.output
     order = [word for step in WORDS.values() for word in ("--order", step)]
-    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by, *order])
+    shown = run("report", path, "--explain", *by, *order)
     assert "Steps of ratings: strongly disagree = 1, disagree = 2, none = 3, agree, mostly = 4." in shown.output
     own = read_conditions(path, by=["aperture"], order=[*WORDS.values()])
     assert own.table["rating"].tolist() == [1 + at % 4 for at in range(len(ROWS))]
-    shown = CliRunner().invoke(main, ["report", str(path), "--explain", *by, "--order", "disagree,none"])
+    shown = run("report", path, "--explain", *by, "--order", "disagree,none")
     assert "which is not among the steps in order (disagree, none)" in shown.output
 
 

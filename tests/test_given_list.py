@@ -7,9 +7,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from click.testing import CliRunner, Result
+from command_line import run, succeed
 
-from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import BlurThresholdDesign, DepthRatingDesign, NeckerDesign, Pinhole, check_design
 from focalgradient.design.given_list import read_trials, trial_row
@@ -30,10 +29,6 @@ DESIGNS = [
     Pinhole(),
     BlurThresholdDesign(),
 ]
-
-
-def command(*words: object) -> Result:
-    return CliRunner().invoke(main, [*map(str, words)], catch_exceptions=False)
 
 
 def written(folder: Path, design, participant: str = "01") -> Path:
@@ -74,9 +69,7 @@ def test_a_workbook_is_read_as_the_same_list(tmp_path: Path) -> None:
 
 
 def test_the_command_writes_what_simulated_observers_are_shown(tmp_path: Path) -> None:
-    done = command("trials", "blur-threshold", "--participant", "02")
-    assert done.exit_code == 0
-    (tmp_path / "all.csv").write_text(done.output)
+    (tmp_path / "all.csv").write_text(succeed("trials", "blur-threshold", "--participant", "02").output)
     rows = read_trials(tmp_path / "all.csv")
     assert [row["interval"] for row in rows] == [str(one.interval) for one in BlurThresholdDesign().trials("02")]
     kept = [row for row in rows if row["phase"] == "main" and row["catch"] == "false"][:12]
@@ -97,15 +90,14 @@ def test_drawings_and_practice_are_written_as_files(tmp_path: Path) -> None:
         'task = "depthrating"\nscenes = ["spheres-01"]\nrepetitions = 1\npractice_trials = 4\ncatch_trials = 0\n'
     )
     given = ("trials", tmp_path / "own.toml", "--participant", "01", "--stimuli", tmp_path / "set")
-    done = command(*given, "--files", tmp_path / "files")
-    assert done.exit_code == 0, done.output
+    succeed(*given, "--files", tmp_path / "files")
     practice, main = (read_trials(tmp_path / "files" / f"{name}.csv") for name in ("practice", "conditions"))
     assert {row["phase"] for row in practice} == {"practice"}
     drawn = [row["picture"] for row in practice if row["scene"].startswith("example")]
     assert drawn
     assert all((tmp_path / "files" / name).read_bytes().startswith(b"\x89PNG") for name in drawn)
     assert all((tmp_path / "set" / row["picture"]).is_file() for row in main)
-    again = command(*given, "--files", tmp_path / "files")
+    again = run(*given, "--files", tmp_path / "files")
     assert again.exit_code == 2
     assert "contains files already" in again.output
 

@@ -15,10 +15,9 @@ from typing import Any
 import numpy as np
 import openpyxl
 import pytest
-from click.testing import CliRunner
+from command_line import run, sentence
 
 from focalgradient import InputError, Lens, eye, scenes
-from focalgradient.cli import main
 from focalgradient.dataset import Rated
 from focalgradient.design import DepthRatingDesign
 from focalgradient.display import Display
@@ -171,9 +170,7 @@ def test_a_manifest_with_wrong_types_is_refused(tmp_path: Path) -> None:
 def test_a_table_beyond_reason_is_refused_at_once(text: Callable[[], str], what: str, tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text(text())
     start = time.process_time()
-    result = CliRunner().invoke(main, ["report", str(tmp_path / "a.csv"), "--out", str(tmp_path / "out")])
-    assert result.exit_code == 2
-    assert what in result.stderr
+    assert what in sentence(run("report", tmp_path / "a.csv", "--out", tmp_path / "out"))
     assert time.process_time() - start < 30  # with what the command imports
     assert not (tmp_path / "out").exists()
 

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import succeed
 from headless import PAGES, PROGRAMS, Headless, Running, design, headless, keep, psychopy_here
 
-from focalgradient.cli import main
 from focalgradient.dataset import read_dataset, validate
 from focalgradient.design import answers_of, load_design
 from focalgradient.design.pages import pages_of
@@ -95,8 +94,7 @@ def test_a_level_that_its_staircase_did_not_set_is_seen(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_their_reports_find_what_the_observers_were_given(tmp_path: Path) -> None:
     simulate(task_of("blur_discrimination").design(), tmp_path / "data", observers=8, seed=2)
-    done = CliRunner().invoke(main, ["report", str(tmp_path / "data"), "--out", str(tmp_path / "report")])
-    assert done.exit_code == 0, done.output
+    succeed("report", tmp_path / "data", "--out", tmp_path / "report")
     text = (tmp_path / "report" / "report.md").read_text(encoding="utf-8")
     thresholds = re.findall(r"Geometric mean threshold in pedestal (\d): ([\d.]+) arcmin", text)
     found = [float(dict(thresholds)[pedestal]) for pedestal in "014"]

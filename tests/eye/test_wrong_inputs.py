@@ -6,10 +6,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import run, sentence
 
 from focalgradient import InputError, Lens, View
-from focalgradient.cli import main
 from focalgradient.eye import (
     Accommodation,
     Cones,
@@ -61,15 +60,6 @@ WRONG_OPTIONS = [
 ]
 
 
-def refused(*command: str) -> str:
-    """The only line that a refused command writes."""
-    result = CliRunner().invoke(main, list(command))
-    assert result.exit_code == 2, result.output
-    (line,) = result.stderr.strip().splitlines()
-    assert line.startswith("Error: ")
-    return line
-
-
 @pytest.mark.parametrize(("option", "value", "said"), WRONG_OPTIONS)
 def test_eye_and_blur_refuse_it_in_one_sentence(option, value, said, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -80,7 +70,7 @@ def test_eye_and_blur_refuse_it_in_one_sentence(option, value, said, tmp_path, m
         ["eye", "--through-focus", "--out", "o"],
         ["blur", "p.png", "d.npy", "--focus", "1", "--field", "1", "--out", "o"],
     ):
-        line = refused(*command, *pupil, option, value)
+        line = sentence(run(*command, *pupil, option, value))
         assert re.search(said, line), line
     assert not Path("o").exists()
 
@@ -99,7 +89,7 @@ def test_eye_and_blur_refuse_it_in_one_sentence(option, value, said, tmp_path, m
     ],
 )
 def test_eye_refuses_what_does_not_go_together(options, said):
-    assert re.search(said, refused("eye", "--out", "o", *options))
+    assert re.search(said, sentence(run("eye", "--out", "o", *options)))
 
 
 @pytest.mark.parametrize(

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from click.testing import CliRunner
+from command_line import run, succeed
 
-from focalgradient.cli import main
 from focalgradient.errors import InputError
 from focalgradient.user_tables import read_conditions, read_detection, read_ratings, read_reports, read_thresholds
 from focalgradient.user_tables.files import read_table, text_table
@@ -45,9 +44,8 @@ def saved(folder: Path, *parts: Sequence[str], head: str = HEAD) -> list[str]:
 
 def report(out: Path, *words: str) -> tuple[str, str]:
     """Return the report as Markdown, and what the command printed."""
-    shown = CliRunner().invoke(main, ["report", *words, "--out", str(out)])
-    assert shown.exit_code == 0, shown.output
-    return (out / "report.md").read_text(encoding="utf-8"), shown.output
+    said = succeed("report", *words, "--out", out).output
+    return (out / "report.md").read_text(encoding="utf-8"), said
 
 
 def estimates(out: Path) -> list[float]:
@@ -75,8 +73,7 @@ def test_separate_experiments_are_pooled_and_shared_names_stated(tmp_path: Path)
     note = "2 files taken as 2 data sets: they are separate experiments; taken for different people though in several"
     for shown in (text, said):
         assert f"{note} of them: CD, EF, GH, IJ, KL, MN, OP." in shown
-    files = saved(tmp_path / "data", first)
-    refused = CliRunner().invoke(main, ["report", *files, *BY, "--separate", "--out", str(tmp_path / "no")])
+    refused = run("report", *saved(tmp_path / "data", first), *BY, "--separate", "--out", tmp_path / "no")
     assert "--separate is for several tables" in refused.output
 
 
@@ -143,7 +140,7 @@ def test_explaining_marks_what_is_missing(tmp_path: Path) -> None:
     """It printed an error about columns, and nothing that was recognised."""
     head = "Vpn\tÖffnung\tBlick\tUrteil1\n"
     parts = [[f"VP{who}\tLoch\tvorn\t0,{who}{at}\n" for at in range(15)] for who in (1, 2)]
-    shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", *parts, head=head), "--explain"])
+    shown = run("report", *saved(tmp_path / "data", *parts, head=head), "--explain")
     assert shown.exit_code != 0
     assert "part0.txt and 1 more: 30 rows, taken for depth ratings\n" in shown.output
     assert "  Vpn -> participant_id: VP1; VP2\n" in shown.output
@@ -158,7 +155,7 @@ def test_a_wrong_name_of_a_column_leads_to_the_right_one(tmp_path: Path) -> None
     """Taken for ratings for one wrong name, a table of thresholds had its right names refused."""
     [file] = saved(tmp_path / "data", ["A\t1\t2\t2\n"], head="vp\tstufe\ttreffer\tanzahl\n")
     for names, right in (("level_D=stufe,correct=treffer", "level"), ("level=stufe,n_correct=treffer", "correct")):
-        shown = CliRunner().invoke(main, ["report", file, "--columns", f"participant=vp,{names}", "--explain"])
+        shown = run("report", file, "--columns", f"participant=vp,{names}", "--explain")
         assert re.search(
             f"Error: columns: (level_D|n_correct) is not known: use {right} = the file's name", shown.output
         )
@@ -166,7 +163,7 @@ def test_a_wrong_name_of_a_column_leads_to_the_right_one(tmp_path: Path) -> None
 
 def test_explaining_names_conditions_and_counts_what_it_leaves_out(tmp_path: Path) -> None:
     """The condition was "not used", and ", " joined values with decimal commas; only the first rows were looked at."""
-    shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", rows()), *BY, "--explain"])
+    shown = run("report", *saved(tmp_path / "data", rows()), *BY, "--explain")
     lines = shown.output.splitlines()
     assert f"  Sujet -> participant_id: {'; '.join(PEOPLE)}" in lines
     assert f"  Rendu -> condition (by): {'; '.join(LEVELS)}" in lines
@@ -221,7 +218,7 @@ def test_the_reference_can_be_stated() -> None:
 
 @pytest.mark.parametrize("more", [["--explain"], ["--out", "never"]])
 def test_a_reference_that_does_not_occur_is_refused_in_terms_of_the_option(tmp_path: Path, more: list[str]) -> None:
-    shown = CliRunner().invoke(main, ["report", *saved(tmp_path / "data", rows()), "--by", "Rendu=flou", *more])
+    shown = run("report", *saved(tmp_path / "data", rows()), "--by", "Rendu=flou", *more)
     assert "--by states Rendu=flou, but no level is flou: give one of aucun flou, flou de profondeur" in shown.output
 
 
