@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import threading
 import time
@@ -11,13 +12,12 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-import cv2
 import numpy as np
 import pytest
-from click.testing import CliRunner
-from recorded import record_necker, record_ratings
+from command_line import succeed
+from long_commands import COMMANDS as LONG
+from long_commands import prepare
 
-from focalgradient.cli import main
 from focalgradient.observers import pictures
 
 pytestmark = [
@@ -26,47 +26,16 @@ pytestmark = [
     pytest.mark.usefixtures("in_time"),
 ]
 
-RATING = (
-    'task = "depthrating"\nscenes = ["spheres-00"]\napertures = ["pinhole", "f/4"]\nrepetitions = 1\n'
-    "catch_trials = 1\npractice_trials = 0\n"
-)
-NECKER = (
-    'task = "necker"\nrepetitions = 1\nstrengths_mm = [4.0]\ndirections = ["right"]\ntrial_s = 20.0\n'
-    "catch_trials = 0\npractice_trials = 0\n"
-)
-VIEWS = """\
-[camera]
-focal_length_mm = 25.0
-pixel_pitch_um = 8.0
-[[view]]
-image = "sharp.png"
-f_number = 16
-focus_distance_m = 0.85
-[[view]]
-image = "soft{}.png"
-f_number = 5.6
-focus_distance_m = 0.85
-"""
-
+PHOTOGRAPH = ("--picture", "a.png", "--depth", "far.npy", "--field", "10", "--apertures", "4,2")
 COMMANDS = {
-    "stimuli depth-rating": (
-        *("stimuli", "depth-rating", "--seed", "3", "--scenes", "3", "--size", "64", "--samples", "4"),
-        *("--engine", "cast", "--apertures", "4", "--pixel-pitch", "3000"),
-    ),
-    "stimuli of photographs": (
-        *("stimuli", "depth-rating", "--picture", "sharp.png", "--depth", "depth.npy", "--field", "10"),
-        *("--apertures", "4,2", "--pixel-pitch", "500"),
-    ),
-    "stimuli necker": (
-        *("stimuli", "necker", "--gradient", "none", "--gradient", "nonrigid", "--size", "320", "--edge", "3"),
-        *("--speed", "0.1"),
-    ),
-    "simulate depth-rating": ("simulate", "depth-rating", "--observers", "3", "--seed", "1", "--design", "rating.toml"),
-    "simulate necker": ("simulate", "necker", "--observers", "3", "--seed", "1", "--design", "necker.toml"),
+    "stimuli of photographs": ("stimuli", "depth-rating", *PHOTOGRAPH, "--pixel-pitch", "500"),
     "power": ("power", "depth-rating", "--subjects", "3,4", "--experiments", "6", "--design", "rating.toml"),
-    "eye": ("eye", "plane", "--views", "both"),
+    "frames": ("depth", *(f"f{number}.toml" for number in range(4)), "--psf", "gaussian"),
+    **{
+        name: tuple(LONG[name].args[: LONG[name].args.index("--workers")])
+        for name in ("stimuli depth-rating", "stimuli necker", "simulate depth-rating", "simulate necker", "eye")
+    },
     "report": ("report", "data"),
-    "depth": ("depth", "frame0.toml", "frame1.toml", "frame2.toml", "frame3.toml", "--psf", "gaussian"),
 }
 
 
@@ -74,18 +43,9 @@ COMMANDS = {
 def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the commands are given, in one folder."""
     folder = tmp_path_factory.mktemp("given")
-    (folder / "rating.toml").write_text(RATING)
-    (folder / "necker.toml").write_text(NECKER)
-    noise = np.random.default_rng(1).standard_normal((64, 64))
-    texture = np.clip(0.5 + 0.15 * cv2.GaussianBlur(noise, (0, 0), 1.2) / 0.23, 0.02, 0.98)
-    cv2.imwrite(str(folder / "sharp.png"), np.rint(65535 * texture).astype(np.uint16))
-    for number in range(4):
-        soft = cv2.GaussianBlur(texture, (0, 0), 0.8 + 0.1 * number)
-        cv2.imwrite(str(folder / f"soft{number}.png"), np.rint(65535 * soft).astype(np.uint16))
-        (folder / f"frame{number}.toml").write_text(VIEWS.format(number))
-    rows = np.where(np.arange(64)[:, None] < 32, 0.5, 2.0) * np.ones(64)
-    np.save(folder / "depth.npy", rows.astype(np.float32))
-    record_necker(record_ratings(folder / "data", 3), 3)
+    prepare(folder)
+    for number in (2, 3):
+        shutil.copy(folder / "f0.toml", folder / f"f{number}.toml")
     return folder
 
 
@@ -115,8 +75,7 @@ def contents(folder: Path) -> dict[str, Any]:
 
 
 def made(name: str, out: Path, *how: str) -> dict[str, Any]:
-    result = CliRunner().invoke(main, [*COMMANDS[name], *how, "--out", str(out)])
-    assert result.exit_code == 0, result.output
+    succeed(*COMMANDS[name], *how, "--out", out)
     return contents(out)
 
 
