@@ -8,7 +8,7 @@ from shaped import walls
 from textures import natural
 
 from focalgradient import DepthMap, InputError, Lens, View, recover_depth
-from focalgradient.depth.common_error import common_modes, modes_of_optics, with_known_points
+from focalgradient.depth.common_error import common_modes, modes_of_optics, spread_over, with_known_points
 from focalgradient.errors import FocalGradientWarning
 from focalgradient.optics.lens import FIELD_TOLERANCE
 from focalgradient.psf import Disc
@@ -63,6 +63,15 @@ def wall(vergence: float, optics: list[Lens], size: int = 64) -> DepthMap:
     read = flat + slope
     everywhere = np.ones((size, size), bool)
     return DepthMap(read, 0.002 * np.ones_like(flat), everywhere, everywhere, common_errors=common_modes(read, optics))
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
+def test_principal_modes_keep_the_joint_distribution_in_any_unit(unit: float) -> None:
+    levels, at = np.linspace(0.5, 2, 30), np.array([[0.7, 1.1], [1.6, 1.9]])
+    modes = unit * np.stack([levels, levels**2, 1 / levels])
+    spread = spread_over(at, levels, modes).reshape(-1, 4)
+    expected = np.stack([np.interp(at.ravel(), levels, mode) for mode in modes])
+    np.testing.assert_allclose(spread.T @ spread, expected.T @ expected, rtol=2e-3)
 
 
 def test_exact_optics_share_no_error() -> None:

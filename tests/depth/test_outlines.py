@@ -132,8 +132,11 @@ def test_what_is_not_plane_is_uncertain_and_planes_are_not() -> None:
     assert (departure_from_planes(plane + noise, sd, good, reach, 6.0) == 0).all()
     jump = 3.0 * (place[1] >= 20)  # smaller than is found, and blurred over six nodes
     blurred = ndimage.gaussian_filter1d(jump, 2, axis=1)
-    total = np.sqrt(sd**2 + departure_from_planes(plane + blurred + noise, sd, good, reach, 6.0))
-    error = np.abs(blurred + noise - jump)
+    level = plane + blurred + noise
+    departure = departure_from_planes(level, sd, good, reach, 6.0)
+    mirrored = departure_from_planes(np.flip(level).copy(), sd, good, reach, 6.0)
+    np.testing.assert_allclose(np.flip(mirrored), departure, rtol=1e-6, atol=1e-9)
+    total, error = np.sqrt(sd**2 + departure), np.abs(blurred + noise - jump)
     assert (error > 5 * sd).mean() > 0.04
     assert (error <= 5 * total).all()
 
@@ -158,3 +161,13 @@ def test_pixels_of_a_border_find_the_edge_alone_and_beside_others(rows: list[int
     moved = moved_to_edges(across - 24.5, border, [(across > 26.5) * 1.0], np.ones((1, *across.shape)))
     assert moved[border] == pytest.approx(2, abs=0.05)
     assert not moved[~border].any()
+
+
+@pytest.mark.parametrize("image", [lambda column: column > 26.5, lambda column: 1000.0 * (column < 26.5)])
+def test_a_border_moves_to_an_edge_of_any_contrast_sign_and_direction(image) -> None:
+    column, blur = np.arange(50.0) + np.zeros((50, 1)), np.ones((1, 50, 50))
+    inward, light = column - 24.5, 1.0 * image(column)
+    across = moved_to_edges(inward, np.abs(inward) < 1, [light], blur)
+    assert across[20, 25] == pytest.approx(2.0, abs=0.1)
+    down = moved_to_edges(inward.T, np.abs(inward.T) < 1, [light.T], blur)
+    np.testing.assert_allclose(down.T, across, atol=1e-5)

@@ -1,14 +1,16 @@
 """Real photographs move: a shift is measured, said, and removed on request."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from blurred import PIXEL, SHAPE, Camera, lens, texture, wall
 from judged import over_sd
 
-from focalgradient import FocalGradientWarning, View, recover_depth
-from focalgradient.depth.registration import Placement, resample
+from focalgradient import FocalGradientWarning, InputError, View, recover_depth
+from focalgradient.depth.registration import Placement, RegisteredViews, resample
+from focalgradient.optics import Mixture
 
 LENSES = [lens(16), lens(5.6)]
 DISTANCE = 1.3  # blur discs of 0.9 and 2.8 pixels
@@ -113,3 +115,24 @@ def test_what_is_blown_out_displaces_nothing(masked: bool) -> None:
     depth = recover_depth(views, near=0.85)  # and says nothing
     assert np.hypot(*depth.details["shift_px"][1]) < 0.1
     assert depth.details["scale"][1] == pytest.approx(1, abs=1e-3)
+
+
+class Mixed:
+    """Optics with a mixture of two blurs."""
+
+    aperture_diameter, focus_vergence, isotropic = 0.005, 1.2, True
+
+    def __init__(self, shares: np.ndarray):
+        self.mixture = Mixture((lens(16), lens(5.6)), shares, np.zeros(shares.shape[1:]))
+
+    def transfer(self, frequency, vergence):
+        return np.exp(-((1e-3 * (np.asarray(vergence) - 1.2) * np.asarray(frequency)) ** 2))
+
+
+def test_shares_of_a_mixture_are_at_the_views_pixels() -> None:
+    whole = np.full((2, 48, 64), 0.5)
+    own = Mixed(whole)
+    views = [View(image, own, PIXEL) for image in np.random.default_rng(1).uniform(0.4, 0.6, (2, 48, 64))]
+    assert np.array_equal(RegisteredViews.of(views, align=False).shares, whole)
+    with pytest.raises(InputError, match=r"shares of shape \(48, 64\), but the views have shape \(64, 48\)"):
+        RegisteredViews.of([replace(view, image=view.image.T.copy()) for view in views], align=False)
