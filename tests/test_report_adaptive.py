@@ -135,6 +135,7 @@ def check_sections(made: Report) -> None:
     assert "shown to change correct" not in page
     assert {"finer_thresholds.csv", "finer_thresholds.R", "finer_trials.csv"} <= {*made.files}
     assert b'"finer_thresholds.csv"' in made.files["finer_thresholds.R"]
+    assert b"catch" not in made.files["finer_thresholds.csv"]  # the design has no such trials
 
 
 @pytest.mark.slow
