@@ -45,8 +45,8 @@ def partly(root, trials=None, design=SHORT, **more) -> Session:
     return session
 
 
-def resumed(root, session=None) -> Session:
-    return Session.resume(root, "pinhole", "01", session, apparatus=APPARATUS)
+def resumed(root, session=None, **more) -> Session:
+    return Session.resume(root, "pinhole", "01", session, apparatus=APPARATUS, **more)
 
 
 @pytest.mark.slow
@@ -97,14 +97,19 @@ def test_wherever_the_last_line_is_cut_the_session_goes_on(tmp_path):
     assert len(resumed(tmp_path / "data").remaining()) == 3
 
 
-def test_a_line_is_on_the_disk_before_record_returns(tmp_path, monkeypatch):
+@pytest.mark.parametrize(("kind", "durable"), [("human", True), ("human", False), ("simulated", True)])
+def test_a_persons_answer_is_on_the_disk_before_record_returns_where_it_is_durable(
+    kind, durable, tmp_path, monkeypatch
+):
     synced = []
     monkeypatch.setattr(journals.os, "fsync", lambda file: synced.append(os.fstat(file).st_size))
-    session = partly(tmp_path / "data", 0)
+    session = partly(tmp_path / "data", 0, kind=kind, durable=durable)
     for number, trial in enumerate(session.remaining()):
-        session = resumed(tmp_path / "data")
+        session = resumed(tmp_path / "data", durable=durable)
+        synced.clear()
         session.record(trial, answer(number))
-        assert synced[-1] == session.files.journal.stat().st_size
+        waited_for = synced[-1:] == [session.files.journal.stat().st_size]
+        assert waited_for is (kind == "human" and durable)
         session._journal.close()
 
 

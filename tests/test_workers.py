@@ -26,6 +26,12 @@ pytestmark = [
     pytest.mark.usefixtures("in_time"),
 ]
 
+RATING = (
+    'task = "depthrating"\nscenes = ["spheres-00"]\napertures = ["pinhole", "f/4"]\nrepetitions = 1\n'
+    "catch_trials = 1\npractice_trials = 0\n"
+)
+"""A design of which the set of "stimuli depth-rating" has the pictures."""
+
 PHOTOGRAPH = ("--picture", "a.png", "--depth", "far.npy", "--field", "10", "--apertures", "4,2")
 COMMANDS = {
     "stimuli of photographs": ("stimuli", "depth-rating", *PHOTOGRAPH, "--pixel-pitch", "500"),
@@ -44,6 +50,7 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """What the commands are given, in one folder."""
     folder = tmp_path_factory.mktemp("given")
     prepare(folder)
+    (folder / "rating.toml").write_text(RATING)
     for number in (2, 3):
         shutil.copy(folder / "f0.toml", folder / f"f{number}.toml")
     return folder

@@ -1,6 +1,6 @@
 """Where nothing is valid, the likeliest cause is named first: over frames each with one cause that is known."""
 
-from dataclasses import replace
+from dataclasses import asdict, replace
 from types import SimpleNamespace
 
 import blurred
@@ -94,6 +94,17 @@ def test_noise_and_different_scenes_are_not_displaced(kind, monkeypatch):
     depth, text = said(views, near=0.85, far=6)
     assert depth.details["rejected_causes"][0]["name"] == {"blank": "texture", "two scenes": "scenes"}[kind]
     assert "against view 1" not in text
+
+
+def test_evidence_does_not_depend_on_the_unit_of_light(monkeypatch):
+    monkeypatch.setattr(blurred, "SHAPE", (96, 128))
+    seen = []
+    monkeypatch.setattr(causes, "rank_causes", lambda one, *given: [seen.append(one), *rank_causes(one, *given)][1:])
+    noise = [0.4 + 0.004 * np.random.default_rng(seed).standard_normal((96, 128)) for seed in (0, 1)]
+    for unit in (1.0, 255.0):
+        views = wall([lens(16), lens(5.6)], 1.3)
+        said([replace(view, image=unit * image) for view, image in zip(views, noise, strict=True)], near=0.85, far=6)
+    assert asdict(seen[1]) == pytest.approx(asdict(seen[0]), rel=1e-3)
 
 
 def test_reversed_contrast_and_views_blurred_by_40_pixels_show_one_scene():
