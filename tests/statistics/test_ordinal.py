@@ -9,7 +9,6 @@ from focalgradient.statistics import Effect
 from focalgradient.statistics.cumulative import ICOSAHEDRON, WEIGHTS, _Marginal
 from focalgradient.statistics.ordinal import ordinal_rating
 from focalgradient.statistics.ordinal_people import _thresholds
-from focalgradient.statistics.subject_integrals import _height, conditional_modes, joint_densities
 
 
 def test_the_gradient_of_the_ordinal_likelihood_is_that_of_its_value() -> None:
@@ -65,35 +64,29 @@ SIGNS = ((1, 1), (1, -1), (-1, 1), (-1, -1))
 """Corners of a square, for the mixed second difference."""
 
 
-def test_densities_and_modes_of_each_subject_are_those_of_direct_sums() -> None:
+def test_modes_of_each_subject_are_those_of_direct_sums() -> None:
     """Three subjects of unequal numbers of answers, so that no trial can count for another subject unnoticed."""
     rng = np.random.default_rng(4)
     first = np.array([0, 2, 7, 10])
     eta = rng.normal(0, 1.5, 10)
     low, high = eta - rng.uniform(0.2, 2, 10), eta + rng.uniform(0.2, 2, 10)
     low[[0, 5]], high[[3, 9]] = -np.inf, np.inf
-    random, v = rng.normal(0, 3, (10, 2)), rng.normal(0, 1, (3, 2, 4))
+    random = rng.normal(0, 3, (10, 2))
 
     def log_probability(subject: int, effects: np.ndarray) -> float:
         own = slice(first[subject], first[subject + 1])
         moved = random[own] @ effects
         return float(np.log(special.expit(high[own] - moved) - special.expit(low[own] - moved)).sum())
 
-    wanted = [[log_probability(subject, v[subject, :, n]) for n in range(4)] for subject in range(3)]
-    assert joint_densities(low, high, random, first, v) == pytest.approx(np.array(wanted))
-    mode = np.zeros((3, 2))
-    curvature, finite = conditional_modes(low, high, random, first, mode)
-    assert finite
-    for subject in range(3):
-        start, end = first[subject : subject + 2]
-        for n in range(4):
-            whole = wanted[subject][n] - (v[subject, :, n] ** 2).sum() / 2
-            assert _height(low, high, random, start, end, v[subject, :, n].copy()) == pytest.approx(whole)
+    marginal = _Marginal(np.zeros(10, int), random, np.repeat(np.arange(3), np.diff(first)), 3)
+    curvature = marginal.curvature_at_modes(low, high, random)
+    assert curvature is not None
+    for subject, mode in enumerate(marginal.mode):
         found = optimize.minimize(lambda at, who=subject: at @ at / 2 - log_probability(who, at), np.zeros(2))
-        assert mode[subject] == pytest.approx(found.x, abs=1e-4)
+        assert mode == pytest.approx(found.x, abs=1e-4)
         for one, other in ((0, 0), (0, 1), (1, 1)):
             step, across = 1e-3 * np.eye(2)[[one, other]]
-            corners = [log_probability(subject, mode[subject] + a * step + b * across) * a * b for a, b in SIGNS]
+            corners = [log_probability(subject, mode + a * step + b * across) * a * b for a, b in SIGNS]
             assert curvature[subject, one, other] == pytest.approx((one == other) - sum(corners) / 4e-6, abs=1e-3)
 
 

@@ -17,7 +17,6 @@ from scipy import optimize, special
 from focalgradient.arrays import FloatArray
 from focalgradient.progress import Progress
 from focalgradient.statistics.hessian import ascending, curvature_at, free_of, polished
-from focalgradient.statistics.subject_integrals import conditional_modes, joint_densities, mean_derivatives
 
 __all__ = ["CumulativeFit", "answer_derivatives", "cumulative_fit"]
 
@@ -26,6 +25,13 @@ SEPARATED = 25.0
 """Absolute value of a parameter (log odds) beyond which the answers are separated and the search ends without a
 maximum.
 """
+
+
+NEWTON, HALVINGS = 50, 60
+"""Maximum number of Newton steps to the subjects' conditional modes, and maximum number of halvings of a step."""
+
+NEAR = 1e-8
+"""Step length at which the search ends; the remaining error is its square."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -176,8 +182,18 @@ def answer_derivatives(
     (0.5, 0.25)
     """
     edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
-    below, above = (special.expit(edges[category + more] - level) for more in (0, 1))
-    return below + above - 1, below * (1 - below) + above * (1 - above)
+    _, slope, at_low, at_high = _between(edges[category] - level, edges[category + 1] - level)
+    return slope, at_low + at_high
+
+
+def _between(low: FloatArray, high: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return the logistic probability between two bounds, computed in the more accurate tail.
+
+    Also the derivative of its logarithm by the level, and the densities at the lower and the upper bound.
+    """
+    sign = np.copysign(1.0, -low - high)
+    below, above = special.expit(sign * low), special.expit(sign * high)
+    return sign * (above - below), sign * (below + above - 1), below * (1 - below), above * (1 - above)
 
 
 GOLDEN = (1 + math.sqrt(5)) / 2
@@ -205,9 +221,9 @@ class _Marginal:
     def __init__(self, category: NDArray[np.int_], random: FloatArray, subject: NDArray[np.int_], nodes: int):
         self.order = np.argsort(subject, kind="stable")
         self.category, self.random = category[self.order], random[self.order]
-        starts = np.flatnonzero(np.diff(subject[self.order], prepend=-1))  # first trial of each subject
-        self.first = np.append(starts, len(subject))
-        self.subjects, q = len(starts), random.shape[1]
+        self.who = np.unique(subject[self.order], return_inverse=True)[1]
+        self.first = np.flatnonzero(np.diff(self.who, prepend=-1))  # first trial of each subject
+        self.subjects, q = len(self.first), random.shape[1]
         point, weight = np.polynomial.hermite_e.hermegauss(nodes)
         grids = np.meshgrid(*[np.arange(nodes)] * q, indexing="ij")
         at = np.stack([grid.ravel() for grid in grids])
@@ -228,28 +244,68 @@ class _Marginal:
         edges = np.concatenate([[-np.inf], thresholds, [np.inf]])
         level = level[self.order]
         low, high = edges[self.category] - level, edges[self.category + 1] - level
-        random = np.ascontiguousarray(self.random @ cholesky)
+        random = self.random @ cholesky
         nowhere = -math.inf, np.zeros(len(thresholds)), np.zeros(len(level)), np.zeros_like(cholesky)
-        curvature, finite = conditional_modes(low, high, random, self.first, self.mode)
-        if not finite:
+        curvature = self.curvature_at_modes(low, high, random)
+        if curvature is None:
             return nowhere
         # root root' is the inverse of the curvature
         root = np.linalg.inv(np.linalg.cholesky(curvature)).transpose(0, 2, 1)
-        v = self.mode[:, :, None] + root @ self.points  # subjects x q x nodes
-        joint = joint_densities(low, high, random, self.first, v) - (v**2).sum(axis=1) / 2 + self.log_weights
-        peak = joint.max(axis=1, keepdims=True)
-        weight = np.exp(joint - peak)
-        integral = weight.sum(axis=1, keepdims=True)
-        volume = np.log(np.diagonal(root, axis1=1, axis2=2)).sum(axis=1)
-        q = random.shape[1]
-        value = float((peak + np.log(integral)).sum() + volume.sum() - self.subjects * q / 2 * math.log(2 * math.pi))
-        own, by_high, by_low, by_v = mean_derivatives(low, high, random, self.first, v, weight / integral)
-        by_level = np.empty(len(level))
-        by_level[self.order] = own
-        last = len(thresholds)
+        q, last = random.shape[1], len(thresholds)
+        value = float(np.log(np.diagonal(root, axis1=1, axis2=2)).sum()) - self.subjects * q / 2 * math.log(2 * math.pi)
+        by_level, by_low, by_high, by_v = *np.empty((3, len(level))), np.empty((len(level), q))
+        for mode, factor, start, end in zip(self.mode, root, self.first, [*self.first[1:], len(level)], strict=True):
+            own = slice(start, end)
+            v = mode[:, None] + factor @ self.points  # q x nodes
+            eta = random[own] @ v
+            probability, slope, at_low, at_high = _between(low[own, None] - eta, high[own, None] - eta)
+            joint = np.log(probability).sum(axis=0) - (v**2).sum(axis=0) / 2 + self.log_weights
+            share = np.exp(joint - joint.max())
+            value += float(joint.max() + np.log(share.sum()))
+            share /= share.sum()
+            by_level[self.order[own]] = slope @ share
+            by_low[own], by_high[own] = (at_low / probability) @ share, (at_high / probability) @ share
+            by_v[own] = (slope * share) @ v.T
         lost = np.bincount(self.category, by_low, last + 1)[1:]
         by_threshold = np.asarray(np.bincount(self.category, by_high, last + 1)[:-1] - lost, dtype=float)
         return value, by_threshold, by_level, self.random.T @ by_v
+
+    def curvature_at_modes(self, low: FloatArray, high: FloatArray, random: FloatArray) -> FloatArray | None:
+        """Search each subject's conditional modes from the last ones, and return the curvature there.
+
+        `low` and `high` bound each answer on the latent scale, relative to the fixed effects; `random` (trials x q) has
+        the columns of the random effects times their Cholesky factor. By Newton's method with step halving, as full
+        steps may oscillate although the joint density is log-concave. None if a step diverges.
+        """
+
+        def density(effects: FloatArray) -> tuple[FloatArray, ...]:
+            eta = (random * effects[self.who]).sum(axis=1)
+            probability, *derivatives = _between(low - eta, high - eta)
+            return self._of_subjects(np.log(probability)) - (effects**2).sum(axis=1) / 2, *derivatives
+
+        height, slope, at_low, at_high = density(self.mode)
+        for _ in range(NEWTON):
+            gradient = self._of_subjects(slope[:, None] * random) - self.mode
+            products = (at_low + at_high)[:, None, None] * random[:, :, None] * random[:, None]
+            curvature = np.eye(random.shape[1]) + self._of_subjects(products)
+            if not (np.isfinite(gradient).all() and np.isfinite(curvature).all()):
+                self.mode[:] = 0.0
+                return None
+            step = np.linalg.solve(curvature, gradient[..., None])[..., 0]
+            step[np.abs(step).max(axis=1) < NEAR] = 0.0
+            if not step.any():
+                break
+            before = height
+            for _ in range(HALVINGS):
+                height, slope, at_low, at_high = density(self.mode + step)
+                if not (worse := height < before - 1e-9).any():
+                    break
+                step[worse] /= 2
+            self.mode += step
+        return curvature
+
+    def _of_subjects(self, values: FloatArray) -> FloatArray:
+        return np.asarray(np.add.reduceat(values, self.first))
 
 
 def _is_positive(matrix: FloatArray) -> bool:
