@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,11 +16,11 @@ from pathlib import Path
 from typing import Any, Literal
 
 from focalgradient.dataset.append import append
-from focalgradient.dataset.columns import NOTED, columns_of
+from focalgradient.dataset.columns import NOTED
 from focalgradient.dataset.conduct import failed_practice
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
-from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
+from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, rewrite, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.markers import HED_VERSION
 from focalgradient.dataset.percepts import Press, percepts
@@ -261,7 +260,7 @@ def check_participant(root: Path, participant: str, kind: Kind) -> None:
     path = root / "participants.tsv"
     if not path.exists():
         return
-    for row in _participant_rows(path, read_tsv(path, "a table of participants")):
+    for row in _participants(path)[1]:
         label = str(row.get("participant_id")).removeprefix("sub-")
         if label == participant and row.get("kind") != kind:
             raise InputError(f"{path}: sub-{participant} is {row.get('kind')}, not {kind}: correct the row.")
@@ -280,46 +279,41 @@ def same_number(one: str, other: str) -> bool:
     return all(label.isascii() and label.isdigit() for label in (one, other)) and one.lstrip("0") == other.lstrip("0")
 
 
-def _participant_rows(path: Path, text: str) -> list[dict[str, str]]:
-    header, *rows = text.splitlines() or [""]
-    names = header.split("\t")
+def _participants(path: Path) -> tuple[list[str], list[dict[str, str]]]:
+    """Return the columns and the rows of ``participants.tsv``."""
+    names, *rows = [line.split("\t") for line in read_tsv(path, "a table of participants").splitlines()] or [[]]
     if "participant_id" not in names:
         raise InputError(f"{path}: the column participant_id is missing: add it.")
-    return [dict(zip(names, row.split("\t"), strict=False)) for row in rows]
+    return names, [dict(zip(names, row, strict=False)) for row in rows]
 
 
 def add_participant(root: Path, participant: str, about: Mapping[str, Any]) -> None:
     """Add a participant's row to ``participants.tsv`` if there is none; columns added by others are kept."""
     path = root / "participants.tsv"
     with locked(path) as file:
-        text = read_tsv(path, "a table of participants")
-        known = {row["participant_id"] for row in _participant_rows(path, text)}
-        if f"sub-{participant}" in known:
-            return
+        names, rows = _participants(path)
         row = {"participant_id": f"sub-{participant}", **about}
-        line = "\t".join(cell(row.get(name)) for name in text.splitlines()[0].split("\t"))
-        append(file, path, f"{line}\n".encode())
+        if all(other["participant_id"] != row["participant_id"] for other in rows):
+            append(file, path, ("\t".join(cell(row.get(name)) for name in names) + "\n").encode())
 
 
 def _state_practice(root: Path, participant: str, task: str) -> None:
     """Name a task whose practice a participant did not pass in ``participants.tsv``, in a column added if necessary."""
     path, about = root / "participants.tsv", root / "participants.json"
-    with locked(path):
-        text = read_tsv(path, "a table of participants")
-        header = text.splitlines()[0].split("\t")
-        rows = _participant_rows(path, text)
+
+    def stated() -> bytes | None:
+        names, rows = _participants(path)
         row = next((row for row in rows if row["participant_id"] == f"sub-{participant}"), None)
         failed = (row or {}).get(FAILED, "n/a")
         if row is None or task in failed.split():
-            return
+            return None
         row[FAILED] = task if failed == "n/a" else f"{failed} {task}"
-        names = [*dict.fromkeys([*header, FAILED])]
+        names = [*dict.fromkeys([*names, FAILED])]
         lines = ["\t".join(names), *("\t".join(row.get(name, "n/a") for name in names) for row in rows)]
-        content = "".join(f"{line}\n" for line in lines).encode()
-        if sys.platform != "win32":
-            create_whole(path, content, replace=True)
-    if sys.platform == "win32":  # where open files cannot be replaced
-        create_whole(path, content, replace=True)
+        return "".join(f"{line}\n" for line in lines).encode()
+
+    if not rewrite(path, stated):
+        return
     with suppress(InputError):
         create_whole(
             about, json_text(read_json(about, "the columns' descriptions") | FAILED_ABOUT).encode(), replace=True
@@ -339,7 +333,7 @@ def _columns(log: Log) -> tuple[Column, ...]:
     """Return the columns of the table derived from a journal: of the design, of times, and of additional values."""
     timed = {name for _, _, times in trials_with_times(log) for name in times}
     of_times = (column for column in TIMES if column.name in timed)
-    return (*columns_of(log.head["design"]["task"], log.head["design"]), *of_times, *_noted(log))
+    return (*task_named(log.head["design"]["task"]).columns(log.head["design"]), *of_times, *_noted(log))
 
 
 def _noted(log: Log) -> tuple[Column, ...]:

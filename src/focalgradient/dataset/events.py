@@ -21,7 +21,6 @@ from pydantic import (
 )
 
 from focalgradient.dataset.answers import Apparatus
-from focalgradient.dataset.columns import columns_of
 from focalgradient.errors import InputError
 from focalgradient.files.columns import MOST, Column, cell_test
 from focalgradient.tasks import is_task, task_named
@@ -248,7 +247,7 @@ FOCUS_EVENTS: dict[str, type[_Model]] = {"begun": _FocusBegun}
 
 def cell_tests(head: Event) -> CellTests:
     """Return tests of the fields of a journal's trials, given its first event; none for gaze-contingent focus."""
-    return () if head.get("task") == FOCUS else _tests(columns_of(head["design"]["task"], head["design"]))
+    return () if head.get("task") == FOCUS else _tests(task_named(head["design"]["task"]).columns(head["design"]))
 
 
 @cache

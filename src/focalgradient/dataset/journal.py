@@ -17,7 +17,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +27,7 @@ import numpy as np
 
 from focalgradient.dataset.append import append, writing
 from focalgradient.dataset.events import CellTests, Event, cell_tests, event_error
-from focalgradient.dataset.lock import try_lock, unlock
+from focalgradient.dataset.lock import locked, try_lock, unlock
 from focalgradient.errors import InputError
 from focalgradient.files import is_text, move, read_bytes, staged
 from focalgradient.files.writing import flush_folder, make_file
@@ -39,6 +39,7 @@ __all__ = [
     "make_folder",
     "parsed_line",
     "read_journal",
+    "rewrite",
     "scan_journal",
     "whole_lines",
     "writing",
@@ -278,6 +279,17 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
         else:
             _place(hidden, path, content)
     flush_folder(path.parent)
+
+
+def rewrite(path: Path, content: Callable[[], bytes | None]) -> bool:
+    """Replace a file by `content`, called while other programs cannot write it; None leaves the file as it is."""
+    with locked(path):
+        made = content()
+        if made is not None and sys.platform != "win32":
+            create_whole(path, made, replace=True)
+    if made is not None and sys.platform == "win32":  # where open files cannot be replaced
+        create_whole(path, made, replace=True)
+    return made is not None
 
 
 def _place(hidden: Path, path: Path, content: bytes) -> None:

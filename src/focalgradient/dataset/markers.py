@@ -5,6 +5,7 @@ Codes fit in one byte, as required by parallel ports and trigger boxes. HED tags
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -35,42 +36,9 @@ class Marker(NamedTuple):
     hed: str
 
 
-_SHOWN = "Sensory-event, Visual-presentation"
-_STIMULUS = f"{_SHOWN}, Experimental-stimulus"
-_PAGE = f"{_SHOWN}, Instructional"
-
 MARKERS: Mapping[str, Marker] = {
-    "sitting": Marker(1, "A sitting began.", "Experiment-structure"),
-    "form": Marker(2, "The form about the participant appeared.", _PAGE),
-    "consent": Marker(3, "A page of the consent appeared.", _PAGE),
-    "instructions": Marker(4, "A page of the instructions appeared.", _PAGE),
-    "ready": Marker(5, "A page that waits for the participant appeared.", _PAGE),
-    "break": Marker(6, "The page of a break could be left.", "Experiment-structure, Pause"),
-    "standard": Marker(7, "The standard appeared.", _STIMULUS),
-    "example": Marker(8, "An example of the scale appeared.", _PAGE),
-    "block": Marker(9, "A block began.", "Experiment-structure"),
-    "mark": Marker(10, "The mark to be fixated appeared.", f"{_SHOWN}, Cue"),
-    "picture": Marker(11, "The picture to be judged appeared.", f"{_STIMULUS}, Image"),
-    "cube": Marker(12, "The cube began to turn.", f"{_STIMULUS}, Animation"),
-    "look": Marker(13, "The participant was asked to look.", "Sensory-event, Cue"),
-    "reference": Marker(14, "The picture to compare with appeared.", f"{_STIMULUS}, Image"),
-    "mask": Marker(15, "The mask appeared.", _SHOWN),
-    "pause": Marker(16, "The pause before a trial began.", "Experiment-structure, Pause"),
-    "rest": Marker(17, "A break began, which lasts at least so long.", "Experiment-structure, Pause"),
-    "focus": Marker(18, "The focus of what is shown, or of the lens before the eye, changed.", "Experiment-control"),
-    "off": Marker(20, "What was shown was taken away.", "Sensory-event"),
-    "question": Marker(21, "The question appeared.", _PAGE),
-    "confidence": Marker(22, "The question how sure the participant was appeared.", _PAGE),
-    "feedback": Marker(23, "Feedback appeared.", f"{_SHOWN}, Feedback"),
-    "adjust": Marker(24, "A stimulus to be adjusted appeared.", f"{_STIMULUS}, Image"),
-    "align": Marker(25, "The lines by which a stereoscope is aligned appeared.", f"{_SHOWN}, Instructional"),
-    "recorded": Marker(30, "The answer was safe on the disk.", "Experiment-control"),
-    "quit?": Marker(40, "The question whether to stop appeared.", _PAGE),
-    "keep?": Marker(41, "The question whether the answers may be kept appeared.", _PAGE),
-    "end": Marker(50, "All trials were recorded.", "Experiment-structure"),
-    "thanks": Marker(51, "The last page appeared.", _PAGE),
-    "debriefing": Marker(52, "The debriefing appeared.", _PAGE),
-    "test": Marker(60, "A test pulse of focalgradient doctor.", "Experiment-control"),
+    name: Marker(**marker)
+    for name, marker in tomllib.loads(Path(__file__).with_suffix(".toml").read_text(encoding="utf-8"))["codes"].items()
 }
 """Markers that focalgradient sends, by event."""
 

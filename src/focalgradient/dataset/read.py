@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.dataset.bids import Files, journals, read_description
-from focalgradient.dataset.columns import columns_of, columns_stated
+from focalgradient.dataset.columns import columns_stated
 from focalgradient.dataset.conduct import removals
 from focalgradient.design import Design, check_design
 from focalgradient.errors import InputError
@@ -210,7 +210,7 @@ def read_dataset(
     Sessions of participants who asked for removal of their answers are left out.
 
     Every table has the columns participant_id ("sub-01"), session (its label, or ""), simulated, those of its design
-    (`focalgradient.dataset.columns.columns_of`; SI units unless stated otherwise), and those of additional values.
+    (`Task.columns`; SI units unless stated otherwise), and those of additional values.
     Other columns are ignored.
 
     Parameters
@@ -290,7 +290,7 @@ def _table(task: str, sessions: Sequence[SessionTable], kinds: Mapping[str, str]
     every: dict[str, Column] = {}
     for found in sessions:
         every |= {column.name: column for column in found.expected}
-    for name, column in ({column.name: column for column in columns_of(task, None)} | every).items():
+    for name, column in ({column.name: column for column in task_named(task).columns()} | every).items():
         kind = kinds_of.get(column.form, np.dtype(object))
         if isinstance(column.absent, float):
             kind = np.dtype(float)

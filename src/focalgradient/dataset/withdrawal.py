@@ -12,9 +12,8 @@ from typing import Any
 
 from focalgradient.dataset.append import UNDONE, writing
 from focalgradient.dataset.bids import Files, journals, json_text, read_description
-from focalgradient.dataset.journal import Journal, Log, create_whole, scan_journal
+from focalgradient.dataset.journal import Journal, Log, create_whole, rewrite, scan_journal
 from focalgradient.dataset.links import forget_links, links_beside
-from focalgradient.dataset.lock import locked
 from focalgradient.dataset.mend import sweep_all
 from focalgradient.errors import InputError
 
@@ -163,10 +162,9 @@ def _rows_of(path: Path, name: str) -> list[bytes]:
 
 def _without(path: Path, name: str) -> None:
     """Remove a participant's rows from a table."""
-    with locked(path):
+
+    def others() -> bytes:
         gone = _rows_of(path, name)
-        lines = [line for line in path.read_bytes().splitlines(keepends=True) if line not in gone]
-        if sys.platform != "win32":
-            create_whole(path, b"".join(lines), replace=True)
-    if sys.platform == "win32":  # where open files cannot be replaced
-        create_whole(path, b"".join(lines), replace=True)
+        return b"".join(line for line in path.read_bytes().splitlines(keepends=True) if line not in gone)
+
+    rewrite(path, others)
