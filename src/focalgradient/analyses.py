@@ -56,6 +56,8 @@ class Analysis:
     """Number of simulated experiments per sample size in the power analysis: some 20 s on one core."""
     seconds: ClassVar[float] = 0.004
     """Processor time in seconds, measured, to analyse one simulated experiment, per subject."""
+    choices: ClassVar[tuple[str, ...]] = ("logarithm", "random", "equivalence", "holm")
+    """Methodological choices, of which the report gives the reasons."""
     latent: ClassVar[bool] = False
     """True if power analysis simulates answers from this very model, so that the mean estimate equals the input."""
 
@@ -89,6 +91,7 @@ class OrdinalSteps(Analysis):
     positive: ClassVar[bool] = False
     signed: ClassVar[bool] = True
     seconds: ClassVar[float] = 0.03
+    choices: ClassVar[tuple[str, ...]] = ("ordinal", "random", "holm")
     experiments: ClassVar[int] = 8  # a model takes 0.5 to 2 s; the mean standard error is accurate to some 7 %
     latent: ClassVar[bool] = True
 
@@ -115,6 +118,7 @@ class Slopes(Analysis):
     mean: str
     alike: float | None = None
     compared: str = ""
+    choices: ClassVar[tuple[str, ...]] = ("slopes", "random", "holm")
     positive: ClassVar[bool] = False
     signed: ClassVar[bool] = True
 
@@ -135,6 +139,7 @@ class Choices(Analysis):
     unit: str = "share of choices"
     mean: str = "share of choices"
     alike: float | None = 0.5
+    choices: ClassVar[tuple[str, ...]] = ("choice", "holm")
     positive: ClassVar[bool] = False
     binary: ClassVar[bool] = True
     experiments: ClassVar[int] = 30

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import Annotated
 
 from pydantic import Field, model_validator
@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from focalgradient.scales import Control, Scale, Steps
 from focalgradient.tables import Table
 
-__all__ = ["Also", "check_also"]
+__all__ = ["Also", "check_names"]
 
 NAME = re.compile(r"[a-z][a-z0-9_]*")
 
@@ -57,10 +57,10 @@ class Also(Table):
         return self.description or self.question
 
 
-def check_also(also: Mapping[str, Also]) -> None:
+def check_names(setting: str, names: Iterable[str]) -> None:
     """Raise `ValueError` for names that cannot be columns."""
-    for name in also:
+    for name in names:
         if not NAME.fullmatch(name):
             raise ValueError(
-                f"also names {name!r}, but a name must consist of lower-case letters (a to z), digits and _."
+                f"{setting} names {name!r}, but a name must consist of lower-case letters (a to z), digits and _."
             )

@@ -9,11 +9,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
+from focalgradient.design.also import check_names
 from focalgradient.tables import Table
 
 __all__ = ["RESERVED", "Factor", "between", "check_factors", "crossed"]
 
-NAME = re.compile(r"[a-z][a-z0-9_]*")
 LEVEL = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 
 RESERVED = frozenset(
@@ -63,11 +63,8 @@ class Factor(Table):
 
 def check_factors(factors: Mapping[str, Factor]) -> None:
     """Raise `ValueError` for names that cannot be additional columns, and for more than one blocked factor."""
+    check_names("factors", factors)
     for name in factors:
-        if not NAME.fullmatch(name):
-            raise ValueError(
-                f"factors names {name!r}, but a name must consist of lower-case letters (a to z), digits and _."
-            )
         if name in RESERVED:
             raise ValueError(f"factors names {name!r}, which is already a column of the tables: choose another name.")
     if sum(factor.order == "blocked" for factor in factors.values()) > 1:

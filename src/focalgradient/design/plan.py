@@ -10,7 +10,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self, TypeVar, get_args
 
 from pydantic import Field, SerializerFunctionWrapHandler, field_validator, model_serializer
 
-from focalgradient.design.also import Also, check_also
+from focalgradient.design.also import Also, check_names
 from focalgradient.design.draws import Draws, digest
 from focalgradient.design.given_list import PARTICIPANT, listed_rows, numbered, trial_row, trials_of
 from focalgradient.design.order import Place, check_label, in_order, scatter
@@ -175,7 +175,7 @@ class Plan(Table):
     @field_validator("also")
     @classmethod
     def _names(cls, also: dict[str, Also]) -> dict[str, Also]:
-        check_also(also)
+        check_names("also", also)
         return also
 
     @model_serializer(mode="wrap")

@@ -160,32 +160,6 @@ class Pages:
         return "" if self.browser else self.words("common.escape")
 
 
-@dataclass(frozen=True, slots=True)
-class _Session:
-    design: Any
-    words: Words
-    pages: Pages
-    total: int
-
-    def turn(self, trial: Trial, previous: Trial | None) -> Turn:
-        return Turn(trial, self.pages.lead(trial, previous), self.pages.after(trial))
-
-    def between(self, trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
-        """Return the steps between two trials, or between a sitting's opening pages and its first trial."""
-        steps: list[Page | Standard] = [] if previous is not None else [*self.pages.reminder(trial)]
-        if previous is not None and (previous.phase, trial.phase) == ("practice", "main"):
-            steps.append(Page("break", self.words("session.practice_over")))
-        if trial.break_before:
-            text = self.words("session.rest", done=trial.trial - 1, total=self.total, minutes="{minutes}")
-            steps.append(Page("break", text, least_s=self.design.least_break_s))
-        levels: Mapping[str, str] = getattr(trial, "factors", {})
-        before: Mapping[str, str] = getattr(previous, "factors", {})
-        for name, factor in getattr(self.design, "factors", {}).items():
-            if factor.order == "blocked" and before.get(name) != levels[name]:
-                steps.append(Page("ready", self.words("session.block", factor=name, level=levels[name])))
-        return tuple(steps)
-
-
 def breaks(
     design: Any, words: Words, pages: Pages, trials: Sequence[Trial], done: int = 0
 ) -> list[tuple[Turn, tuple[Page | Standard, ...], tuple[Page | Standard, ...]]]:
@@ -200,12 +174,28 @@ def breaks(
     done
         Number of trials recorded.
     """
-    session = _Session(design, words, pages, sum(trial.phase == "main" for trial in trials))
+    total = sum(trial.phase == "main" for trial in trials)
+
+    def between(trial: Trial, previous: Trial | None) -> tuple[Page | Standard, ...]:
+        """Return the steps between two trials, or between a sitting's opening pages and its first trial."""
+        steps: list[Page | Standard] = [] if previous is not None else [*pages.reminder(trial)]
+        if previous is not None and (previous.phase, trial.phase) == ("practice", "main"):
+            steps.append(Page("break", words("session.practice_over")))
+        if trial.break_before:
+            text = words("session.rest", done=trial.trial - 1, total=total, minutes="{minutes}")
+            steps.append(Page("break", text, least_s=design.least_break_s))
+        levels: Mapping[str, str] = getattr(trial, "factors", {})
+        before: Mapping[str, str] = getattr(previous, "factors", {})
+        for name, factor in getattr(design, "factors", {}).items():
+            if factor.order == "blocked" and before.get(name) != levels[name]:
+                steps.append(Page("ready", words("session.block", factor=name, level=levels[name])))
+        return tuple(steps)
+
     found = []
     for place in range(done, len(trials)):
         trial, previous = trials[place], trials[place - 1] if place else None
-        turn = session.turn(trial, previous if place > done else None)
-        found.append((turn, session.between(trial, None), session.between(trial, previous)))
+        turn = Turn(trial, pages.lead(trial, previous if place > done else None), pages.after(trial))
+        found.append((turn, between(trial, None), between(trial, previous)))
     return found
 
 

@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from focalgradient.dataset.percepts import percepts
 from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import Observer, seen_pictures
 from focalgradient.observers.rotation import encoded_cubes
@@ -69,10 +68,7 @@ def nonrigid_change(observer: Observer) -> Prediction:
         shares: dict[tuple[str, float], list[float]] = {}
         for trial, answer in zip(design.trials(_label(person)), answers, strict=True):
             if trial.phase == "main" and trial.is_ambiguous:
-                held = {"rigid": 0.0, "nonrigid": 0.0}
-                for seen in percepts(answer.presses, keys, answer.trial_duration):
-                    if seen.percept in held:
-                        held[seen.percept] += seen.end - seen.onset
+                held = {percept: answer.share_held(keys, percept) for percept in ("rigid", "nonrigid")}
                 shares.setdefault((trial.gradient, trial.strength), []).append(held["nonrigid"] / sum(held.values()))
         changes.append(float(np.mean(shares["nonrigid", strongest]) - np.mean(shares["none", 0.0])))
     return mean_of(changes)

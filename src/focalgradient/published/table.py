@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+
+import pandas as pd
 
 from focalgradient.observers import Observer
 from focalgradient.progress import Progress
@@ -103,25 +103,24 @@ def csv_of(rows: Iterable[Row]) -> str:
     >>> csv_of([row]).splitlines()[0].split(",")[:4]
     ['experiment', 'quantity', 'units', 'published']
     """
-    written = io.StringIO()
-    writer = csv.writer(written, lineterminator="\n")
-    heads = ("experiment", "quantity", "units", "published", "range of agreement", "read from")
-    writer.writerow(
-        (*heads, "predicted (simulated)", "standard error (simulated)", "score", "independent", "remark", "doi")
-    )
-    for row in rows:
-        finding, predicted = row.finding, row.predicted
-        numbers = ("", "") if predicted is None else (f"{predicted.value:.4g}", f"{predicted.standard_error:.4g}")
-        published = (
-            row.experiment.citation,
-            finding.quantity,
-            finding.units,
-            finding.printed,
-            row.range,
-            finding.source,
-        )
-        writer.writerow((*published, *numbers, row.score, row.independent, finding.remark, row.experiment.doi))
-    return written.getvalue()
+    cells = [
+        {
+            "experiment": row.experiment.citation,
+            "quantity": row.finding.quantity,
+            "units": row.finding.units,
+            "published": row.finding.printed,
+            "range of agreement": row.range,
+            "read from": row.finding.source,
+            "predicted (simulated)": row.predicted and f"{row.predicted.value:.4g}",
+            "standard error (simulated)": row.predicted and f"{row.predicted.standard_error:.4g}",
+            "score": row.score,
+            "independent": row.independent,
+            "remark": row.finding.remark,
+            "doi": row.experiment.doi,
+        }
+        for row in rows
+    ]
+    return pd.DataFrame(cells).to_csv(index=False, lineterminator="\n")
 
 
 def markdown(rows: Iterable[Row]) -> str:
@@ -133,29 +132,19 @@ def markdown(rows: Iterable[Row]) -> str:
     >>> markdown([row]).splitlines()[0].count("|")
     9
     """
-    heads = (
-        "experiment",
-        "quantity",
-        "published",
-        "range of agreement",
-        "read from",
-        "simulated",
-        "score",
-        "independent",
-    )
-    lines = [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
-    for row in rows:
-        finding = row.finding
-        quantity = finding.quantity if finding.units == "1" else f"{finding.quantity} ({finding.units})"
-        cells = (
-            row.experiment.citation,
-            quantity,
-            finding.printed,
-            row.range,
-            finding.source,
-            row.stated,
-            row.score,
-            row.independent,
-        )
-        lines.append(f"| {' | '.join(cells)} |")
+    cells = [
+        {
+            "experiment": row.experiment.citation,
+            "quantity": row.finding.quantity + (f" ({row.finding.units})" if row.finding.units != "1" else ""),
+            "published": row.finding.printed,
+            "range of agreement": row.range,
+            "read from": row.finding.source,
+            "simulated": row.stated,
+            "score": row.score,
+            "independent": row.independent,
+        }
+        for row in rows
+    ]
+    lines = [f"| {' | '.join(line)} |" for line in (cells[0], *(row.values() for row in cells))]
+    lines.insert(1, "|" + "---|" * len(cells[0]))
     return "\n".join(lines) + "\n"

@@ -106,9 +106,7 @@ def bayes_depth_rating(
             "leave the others out."
         )
     if analysis.whole:
-        formula, posteriors = posteriors_of_steps(
-            table, bound, seed=seed, draws=ORDINAL_DRAWS, tune=ORDINAL_TUNE, chains=CHAINS, progress=progress
-        )
+        formula, posteriors = posteriors_of_steps(table, bound, seed=seed, progress=progress)
     else:
         formula, posteriors = _ratios(table, bound, seed, progress)
     draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if analysis.whole else (DRAWS, TUNE)
@@ -129,10 +127,8 @@ def posterior_of_rises(
     bound: float,
     *,
     seed: int = 1,
-    draws: int = DRAWS,
-    tune: int = TUNE,
-    chains: int = CHAINS,
     progress: Progress | None = None,
+    **sampler: int,
 ) -> Posterior | NotComputed:
     """Estimate the posterior of the mean log ratio, with crossed random effects of subjects and scenes.
 
@@ -144,10 +140,12 @@ def posterior_of_rises(
         Name of the effect: "nearest", "farthest" or "difference".
     bound
         Equivalence bound, a ratio above 1.
-    seed, draws, tune, chains
-        Settings of the sampler.
+    seed
+        Random seed of the chains.
     progress
         Function called with the completed fraction.
+    sampler
+        `draws`, `tune` and `chains`, where they are not the defaults.
     """
     import bambi
 
@@ -160,7 +158,7 @@ def posterior_of_rises(
         priors[f"1|{column}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
     with quiet():
         model = bambi.Model(_formula(several), rises, priors=priors, auto_scale=False)
-        found = _sampled(model, seed, draws, tune, chains, progress)
+        found = _sampled(model, seed, progress, **{"draws": DRAWS, "tune": TUNE} | sampler)
     spread = {"subjects": _flat(found, "1|participant_id_sigma"), "residual": _flat(found, "sigma")}
     if several:
         spread["scenes"] = _flat(found, "1|scene_sigma")
@@ -206,10 +204,8 @@ def posteriors_of_steps(
     bound: float,
     *,
     seed: int = 1,
-    draws: int = ORDINAL_DRAWS,
-    tune: int = ORDINAL_TUNE,
-    chains: int = CHAINS,
     progress: Progress | None = None,
+    **sampler: int,
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
     """Fit one cumulative-link model to all ordinal ratings; derive the difference of the effects from its draws.
 
@@ -219,10 +215,12 @@ def posteriors_of_steps(
         Columns `participant_id`, `scene`, `fixation`, `aperture_mm` and `rating` (integers).
     bound
         Equivalence bound, an odds ratio above 1.
-    seed, draws, tune, chains
-        Settings of the sampler.
+    seed
+        Random seed of the chains.
     progress
         Function called with the completed fraction.
+    sampler
+        `draws`, `tune` and `chains`, where they are not the defaults.
 
     Returns
     -------
@@ -267,7 +265,7 @@ def posteriors_of_steps(
         model = bambi.Model(
             formula, rows, family="cumulative", priors=priors, auto_scale=False, center_predictors=False
         )
-        posterior = _sampled(model, seed, draws, tune, chains, progress)
+        posterior = _sampled(model, seed, progress, **{"draws": ORDINAL_DRAWS, "tune": ORDINAL_TUNE} | sampler)
     spreads = [f"{name}|{group}_sigma" for group in groups for name in ("1", *slopes)]
     names = ["threshold", *slopes, *spreads]
     found: dict[Name, Posterior | NotComputed] = {}
@@ -287,7 +285,10 @@ def posteriors_of_steps(
     return formula, found
 
 
-def _sampled(model: Any, seed: int, draws: int, tune: int, chains: int, progress: Progress | None) -> Any:
+def _sampled(
+    model: Any, seed: int, progress: Progress | None, *, draws: int, tune: int, chains: int | None = None
+) -> Any:
+    chains = chains or CHAINS
     done, total = [0], chains * (draws + tune)
 
     def step(**_: Any) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 
 import pandas as pd
 
-from focalgradient.analyses import Analysis, Choices, OrdinalSteps, Ratios, Slopes, analysis_named
+from focalgradient.analyses import Analysis, Choices, Slopes, analysis_named
 from focalgradient.progress import Progress
 from focalgradient.statistics.comparisons import ComparisonResult, compare_pictures
 from focalgradient.statistics.criteria import BOUND, OF_RATINGS, Rules
@@ -106,24 +106,14 @@ def questions_of(
     also = [confidence_questions()] if design.get("confidence") else []
     if factors := design.get("factors"):
         also.append(factor_questions(factors, ratios=statistic.ratios))
-    choices = next(keys for kind, keys in CHOICES.items() if isinstance(statistic, kind))
     return replace(
         asked,
         exclusions=partial(quality, rules=rules, scale=statistic),
         kind="ratings",
         rules=(*OF_RATINGS, "bound") if statistic.ratios else OF_RATINGS,
-        choices=("exclusions", *choices),
+        choices=("exclusions", *statistic.choices),
         also=[*asked.also, *also],
     )
-
-
-CHOICES: Mapping[type[Analysis], tuple[str, ...]] = {
-    Ratios: ("logarithm", "random", "equivalence", "holm"),
-    OrdinalSteps: ("ordinal", "random", "holm"),
-    Slopes: ("slopes", "random", "holm"),
-    Choices: ("choice", "holm"),
-}
-"""Methodological choices of each analysis of ratings."""
 
 
 def has_confidence(table: pd.DataFrame) -> bool:
