@@ -243,7 +243,7 @@ def test_the_figure_begins_with_the_reference_as_the_table_does(tmp_path: Path) 
     path.write_text("\n".join(["subject,blur,rating", *rows]))
     own = read_conditions(path, by=["blur"])
     [drawing] = conditions_of_table(own, Rules()).figures
-    [ax] = drawing.draw().axes
+    [ax] = drawing.draw(simulated=False).axes
     levels = [label.get_text() for label in ax.get_xticklabels()]
     assert levels == [*own.conditions["blur"]] == ["sharp", "little", "much"]
     assert ax.lines[0].get_ydata() == pytest.approx([2, 2.5, 3])  # of subject 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Annotated, Any
@@ -12,6 +11,7 @@ from focalgradient.errors import InputError, check_fields
 from focalgradient.quantities import Range
 from focalgradient.tasks import Noted, Response
 from focalgradient.tasks.noted import EXTRA, OpenRecord
+from focalgradient.tasks.response import SECONDS
 
 __all__ = ["Answer", "Apparatus", "Chosen", "Noted", "Rated", "Response", "Watched", "answer_event", "fields_of"]
 
@@ -91,18 +91,12 @@ class Rated(Response):
         Whether that exceeds the design's limit or is unknown; None if gaze was not recorded.
     """
 
-    rating: float
-    confidence: float | None = None
+    rating: Annotated[float, Range("the units of the scale")]
+    confidence: Annotated[float, Range("shares", 0)] | None = None
     stimulus: str | None = None
     start: float | None = None
-    gaze_away: float | None = None
+    gaze_away: Annotated[float, Range("degrees", 0)] | None = None
     gaze_left: bool | None = None
-
-    def __post_init__(self) -> None:
-        Response.__post_init__(self)
-        _finite(self, "confidence", "gaze_away")
-        if not math.isfinite(self.rating):
-            raise InputError(f"rating is {self.rating!r}, but must be a finite number.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +117,7 @@ class Watched(metaclass=OpenRecord):
         Additional values by name, from keywords other than the fields above.
     """
 
-    onset: float
+    onset: Annotated[float, SECONDS]
     presses: Sequence[Press]
     trial_duration: float
     dropped_frames: int = 0
@@ -131,7 +125,6 @@ class Watched(metaclass=OpenRecord):
 
     def __post_init__(self) -> None:
         check_fields(self)
-        _finite(self, "onset")
         percepts(self.presses, {}, self.trial_duration)
 
     def share_held(self, keys: Mapping[str, str], percept: str) -> float:
@@ -162,14 +155,13 @@ class Chosen(Response):
         File of the picture that was blurred, as named in the manifest.
     """
 
-    level: float
+    level: Annotated[float, Range("the unit of the design", 0)]
     answer: int
     correct: bool
     stimulus: str | None = None
 
     def __post_init__(self) -> None:
         Response.__post_init__(self)
-        _finite(self, "level")
         if self.answer not in (1, 2):
             raise InputError(f"answer is {self.answer!r}, but must be 1 or 2, the interval that was chosen.")
 
@@ -188,10 +180,3 @@ def answer_event(answer: Answer) -> dict[str, Any]:
 def fields_of(record: Any) -> dict[str, Any]:
     """Return the fields of a trial or an answer, whose values need no copy."""
     return {one.name: getattr(record, one.name) for one in fields(record)}
-
-
-def _finite(answer: Answer, *names: str) -> None:
-    for name in names:
-        value = getattr(answer, name)
-        if value is not None and not (math.isfinite(value) and value >= 0):
-            raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")

@@ -8,15 +8,17 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 
 from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_fields
 from focalgradient.observers.front_end import block_means, blur_of, check_fixation, fixated_blur, seen_by
 from focalgradient.observers.observer import Observer
 from focalgradient.observers.perception import defocus
+from focalgradient.quantities import Range
 
 __all__ = ["DistanceOfFixated", "Magnitude", "RelativeLayout"]
 
@@ -68,17 +70,14 @@ class RelativeLayout:
     """
 
     distance: FloatArray
-    expected_m: float = 1.0
-    log_sd: float = 3.0
+    expected_m: Annotated[float, Range("metres", positive=True)] = 1.0
+    log_sd: Annotated[float, Range("natural logarithms", positive=True)] = 3.0
 
     def __post_init__(self) -> None:
-        distance = np.asarray(self.distance, float)
-        if distance.ndim != 2 or not (distance > 0).all():
+        object.__setattr__(self, "distance", np.asarray(self.distance, float))
+        check_fields(self)
+        if self.distance.ndim != 2 or not (self.distance > 0).all():
             raise InputError("distance of a layout must be an array of positive numbers, H x W: one for each pixel.")
-        for name in ("expected_m", "log_sd"):
-            value = getattr(self, name)
-            if not (value > 0 and math.isfinite(value)):
-                raise InputError(f"{name} of a layout is {value!r}, but must be a positive finite number.")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -106,7 +105,7 @@ class DistanceOfFixated:
         is uninformative.
         """
         (seen,), slope = seen_by([light], display, observer.pupil)
-        distance = np.asarray(self.layout.distance, float)
+        distance = self.layout.distance
         if distance.shape != seen.shape:
             raise InputError(f"the layout has shape {distance.shape}, but must have that of the picture, {seen.shape}.")
         check_fixation(self.fixation, seen.shape)

@@ -71,7 +71,7 @@ class DepthExtent:
             check_fixation(self.fixation, shape)
         distance = None
         if self.layout is not None:
-            ratio = np.asarray(self.layout.distance, float)
+            ratio = self.layout.distance
             if self.fixation is None or ratio.shape != shape:
                 raise InputError(
                     f"the layout has shape {ratio.shape} and the fixation {self.fixation}, but it must have the "

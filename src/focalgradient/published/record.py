@@ -6,12 +6,13 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
-from focalgradient.errors import InputError, check_fields, check_number
+from focalgradient.errors import InputError, check_fields
 from focalgradient.observers import Observer
+from focalgradient.quantities import Range
 
 __all__ = [
     "AGREES",
@@ -40,13 +41,11 @@ STANDARD_ERRORS = 2.0
 class Prediction:
     """Prediction of a simulated observer: value, and standard error over repetitions (0 without repetitions)."""
 
-    value: float
-    standard_error: float = 0.0
+    value: Annotated[float, Range("the units of the finding")]
+    standard_error: Annotated[float, Range("the units of the finding", 0)] = 0.0
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_number("value", self.value, "the units of the finding")
-        check_number("standard_error", self.standard_error, "the units of the finding", least=0)
 
 
 def mean_of(values: Sequence[float]) -> Prediction:

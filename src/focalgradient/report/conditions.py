@@ -18,7 +18,7 @@ from focalgradient.plotting.traces import trace_figure
 from focalgradient.report.analysed import design_in, designs_in
 from focalgradient.report.exclusions import WITHOUT, always_the_same
 from focalgradient.report.export import r_script, table_files
-from focalgradient.report.parts import Asked, Drawing, Part, Plan
+from focalgradient.report.parts import Asked, Drawing, Part, Plan, is_simulated
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.thresholds import threshold_part
 from focalgradient.report.words import times
@@ -77,11 +77,10 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     )
     left_out = len(everyone) - len(rows)
     names = ("Ratings by condition", "ratings_by_condition", "rating")
-    simulated = bool((own.table["kind"] == "simulated").any())
     before = rating_tests(own)
     kept, without = (condition_questions(of).answers(of) for of in (tests, before))
     answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
-    part = condition_part(names, plan, own.exported, rows, tests, answers, left_out, simulated=simulated)
+    part = condition_part(names, plan, own.exported, rows, tests, answers, left_out)
     notices = [*part.notices, *always_the_same(rows)]
     return dataclasses.replace(part, notices=notices, sheets=_means_of_ratings(own, tests))
 
@@ -119,7 +118,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
     shown = names, plan, table, kept, tests, Answers(tuple(answers)), len(rows) - len(kept)
-    part = condition_part(*shown, simulated=data.simulated, units=units, data=data)
+    part = condition_part(*shown, units=units, data=data)
     traces = []
     by = tests[0].factor if tests else next(iter(factors), None)
     ordered = rows
@@ -130,7 +129,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     planned = main_trials(design)[0] if task.adapted_fields else None
     adapted = [name for name in task.adapted_fields if getattr(planned, name) is None]
     for level in adapted:  # others are those of the trials: constant stimuli
-        drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios, simulated=data.simulated)
+        drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
     return dataclasses.replace(
         part,
@@ -175,7 +174,6 @@ def condition_part(
     answers: Answers,
     left_out: int = 0,
     *,
-    simulated: bool,
     units: Mapping[str, str] | None = None,
     data: DataSet | None = None,
 ) -> Part:
@@ -184,6 +182,7 @@ def condition_part(
     table = table.assign(included=table.index.isin(rows.index))
     script = r_script("conditions", answers).replace(b"TRIALS", f"{name}_trials".encode())
     factors = [*dict.fromkeys(test.factor for test in tests)]
+    simulated = is_simulated(table, data)
     who = "simulated observer" if simulated else "subject"
     people = rows["participant_id"].nunique()
     scenes = f" of {many(rows['scene'].nunique(), 'scene')}" if "scene" in rows else ""
@@ -224,7 +223,7 @@ def condition_part(
             if [rows[factor].nunique() for factor in (one, other)] == [len(rows[[one, other]].drop_duplicates())] * 2
         ],
         figures=[
-            _drawing(factor, name if data and not place else "", names, rows, tests, units or {}, simulated=simulated)
+            _drawing(factor, name if data and not place else "", names, rows, tests, units or {})
             for place, factor in enumerate(factors)
         ],
         captions={EFFECTS: f"Tests of the conditions; Holm’s correction is over those of answers{effects}"},
@@ -239,8 +238,6 @@ def _drawing(
     rows: pd.DataFrame,
     tests: Tests,
     units: Mapping[str, str],
-    *,
-    simulated: bool,
 ) -> Drawing:
     """Return the figure of answers by a factor."""
     of = {test.answer: _in_order(test, tests) for test in tests if test.factor == factor and test.points is not None}
@@ -257,7 +254,7 @@ def _drawing(
     for others in sorted(adjusted):
         drawn += f"; these means are not adjusted for {others}, as the tested effects are, which may differ in sign"
     noun = "Ratings" if names[2] == "rating" else "Answers"
-    draw = partial(condition_figure, [*of.values()], units=units, simulated=simulated)
+    draw = partial(condition_figure, [*of.values()], units=units)
     file = file or f"{names[1]}_{factor}".replace(" ", "_").replace("/", "_")
     return Drawing(file, f"{noun} by {factor}: {drawn}.", draw)
 

@@ -63,7 +63,7 @@ def cube_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
 
 def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
     """Return the section on analysed reports; `exported` is their table with further columns."""
-    result, quality, data, simulated = reports.result, reports.quality, reports.data, reports.simulated
+    result, quality, data = reports.result, reports.quality, reports.data
     seen = [] if data is None else screens(data)
     trials = reports.table[~reports.table["catch"]]
     sizes = sorted(trials["strength"][trials["strength"] > 0].unique())
@@ -89,13 +89,13 @@ def cube_part(reports: Reports, exported: pd.DataFrame | None = None) -> Part:
     places = place_effects_of_cube(seen, computed) if computed else NO_ANSWERS
     table = with_place(seen, reports.table if exported is None else exported)
     files = report_files(table, reports.kept, computed, data)
-    figure = Drawing("necker", CAPTION, partial(necker_figure, computed, simulated=simulated)) if computed else None
+    figure = Drawing("necker", CAPTION, partial(necker_figure, computed)) if computed else None
     return Part(
         title="Necker cube",
         name="necker",
         plan=plan,
         answers=Answers((*reports.answers, *places)),
-        simulated=simulated,
+        simulated=reports.simulated,
         sample=[counts(quality)],
         data=data,
         quality=quality,

@@ -12,7 +12,7 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.plotting.detection import detection_figure
 from focalgradient.report.export import r_script, table_files
-from focalgradient.report.parts import Drawing, Part, Plan
+from focalgradient.report.parts import Drawing, Part, Plan, is_simulated
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.statistics import NotComputed
 from focalgradient.statistics.detection import (
@@ -76,7 +76,7 @@ def detection_part(own: OwnDetection) -> Part:
         who = str(person), str(condition)
         counts = [_counts(rows[rows["signal"] == there], own.steps) for there in (True, False)]
         curves[who], areas[who] = rating_roc(*counts), (roc_area(*counts), type2_area(*counts))
-    group, simulated = detection_by_person(kept), bool((own.table["kind"] == "simulated").any())
+    group = detection_by_person(kept)
     questions = detection_questions([*group.d_prime], confidence=bool(own.steps))
     answers = questions.answers(detection_outcomes(group, curves, areas))
     people = len({name for name, _ in group.people})
@@ -91,7 +91,7 @@ def detection_part(own: OwnDetection) -> Part:
         name="detection",
         plan=Plan(questions),
         answers=answers,
-        simulated=simulated,
+        simulated=is_simulated(own.table),
         sample=[f"Answers of yes and no by {many(people, 'person')}{several}: {many(len(own.table), 'trial')}{asked}."],
         notices=[
             *(
@@ -106,7 +106,7 @@ def detection_part(own: OwnDetection) -> Part:
             *[EXTREME.format(", ".join(f"{share:.0%}{f' in {name}' * bool(name)}" for name, share in extreme.items()))]
             * bool(extreme.max() >= MANY_EXTREME),
         ],
-        figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known, simulated=simulated))],
+        figures=[Drawing("detection", CAPTION, partial(detection_figure, group, known))],
         captions={EFFECTS: "Means over people, and differences of d′ between conditions"},
         sheets=[_sheet(group, curves, areas)],
         files=table_files("detection_trials", own.exported) | {"detection.R": r_script("detection", answers)},

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field, replace
 from itertools import chain
 from typing import Any, NamedTuple
 
+import pandas as pd
+
 from focalgradient.dataset import DataSet
 from focalgradient.plotting.figures import as_files
 from focalgradient.progress import Progress
@@ -24,7 +26,7 @@ from focalgradient.statistics.questions import Answer, Answers, Caution
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
 
-__all__ = ["BOUND", "Asked", "Drawing", "Output", "Part", "Plan"]
+__all__ = ["BOUND", "Asked", "Drawing", "Output", "Part", "Plan", "is_simulated"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,12 +80,17 @@ class Asked:
         return BOUND if self.bound is None else self.bound
 
 
+def is_simulated(table: pd.DataFrame, data: DataSet | None = None) -> bool:
+    """Return whether a table's answers, or those of its data set, are of simulated observers."""
+    return bool((table["kind"] == "simulated").any()) if data is None else data.simulated
+
+
 class Drawing(NamedTuple):
-    """Figure of a section: name of its files, caption, function that draws it; True if it is shown folded."""
+    """Figure of a section: name of its files, caption, function of `simulated` that draws it; True if it is folded."""
 
     name: str
     caption: str
-    draw: Callable[[], Any]
+    draw: Callable[..., Any]
     folded: bool = False
 
 
@@ -260,7 +267,10 @@ class Part:
         yield from map(Paragraph, [*self.said, *cautions, *self.sample])
         yield from map(Notice, self.notices)
         yield from with_and_without(self.quality, self.both)
-        figures = [(drawing, output.figure(drawing.name, drawing.draw(), drawing.caption)) for drawing in self.figures]
+        figures = [
+            (drawing, output.figure(drawing.name, drawing.draw(simulated=self.simulated), drawing.caption))
+            for drawing in self.figures
+        ]
         yield from (figure for drawing, figure in figures if not drawing.folded)
         tables = [table for role in self.captions for table in answer_tables(answers, self.captions[role], role)]
         sheets = list(self.sheets)

@@ -167,10 +167,9 @@ def rating_part(ratings: Ratings, asked: Asked, exported: pd.DataFrame | None = 
     answers = Answers(tuple(_answers(ratings, further, variants, posterior)))
     checked = () if isinstance(main, NotComputed) else rating_residuals(main.answers, ratings.kept)
     blur = blur_seen(data, seen, result.participants) if data and result else {}
-    figures = [*_figures(result, ratings, blur)] if result else []
+    figures = [*_figures(result, blur)] if result else []
     if checked:
-        draw = partial(residual_figure, checked, simulated=ratings.simulated)
-        figures.append(Drawing("depth_rating_residuals", RESIDUALS, draw, folded=True))
+        figures.append(Drawing("depth_rating_residuals", RESIDUALS, partial(residual_figure, checked), folded=True))
     within = "within subjects" if analysis.ratios else "by t on the log odds" if analysis.binary else "by t"
     methods = [] if posterior is None else [bayes_methods(posterior)]
     rows = ratings.kept[~ratings.kept["catch"]]
@@ -236,22 +235,19 @@ def _answers(
         yield stated(POSTERIOR, name, outcome, "check", unit)
 
 
-def _figures(result: DepthRatingResult, part: Ratings, blur: Mapping[str, tuple[float, float]]) -> Iterator[Drawing]:
-    simulated = part.simulated
+def _figures(result: DepthRatingResult, blur: Mapping[str, tuple[float, float]]) -> Iterator[Drawing]:
     if isinstance(result.ordinal, OrdinalResult):
-        yield Drawing("depth_rating", ORDINAL_CAPTION, partial(ordinal_figure, result, simulated=simulated))
+        yield Drawing("depth_rating", ORDINAL_CAPTION, partial(ordinal_figure, result))
     else:
         ratio = any(mean.ratio is not None for mean in result.subject_means)
         what = "Increase in the impression of depth over the pinhole" if ratio else "Ratings of depth"
         bold = "" if not result.means else "; geometric mean over subjects and its 95 % interval bold"
         caption = f"{what}, by aperture: each subject thin{bold}."
-        yield Drawing("depth_rating", caption, partial(depth_rating_figure, result, simulated=simulated))
+        yield Drawing("depth_rating", caption, partial(depth_rating_figure, result))
     if blur and result.means:
-        draw = partial(blur_figure, result, blur, simulated=simulated)
-        yield Drawing("depth_rating_blur", BLUR_CAPTION, draw, folded=True)
+        yield Drawing("depth_rating_blur", BLUR_CAPTION, partial(blur_figure, result, blur), folded=True)
     if result.scene_means:
-        draw = partial(scenes_figure, result, simulated=simulated)
-        yield Drawing("depth_rating_scenes", SCENES_CAPTION, draw, folded=True)
+        yield Drawing("depth_rating_scenes", SCENES_CAPTION, partial(scenes_figure, result), folded=True)
 
 
 def _caption(part: Ratings) -> str:

@@ -14,7 +14,7 @@ from focalgradient.plotting.thresholds import person_figure, threshold_figure
 from focalgradient.report.analysed import design_in, designs_in
 from focalgradient.report.exclusions import WITHOUT
 from focalgradient.report.export import r_script, table_files
-from focalgradient.report.parts import Asked, Drawing, Part, Plan
+from focalgradient.report.parts import Asked, Drawing, Part, Plan, is_simulated
 from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.words import setting, times
 from focalgradient.statistics import (
@@ -143,7 +143,7 @@ def threshold_part(
     questions = questions or threshold_questions(unit, results, guess)
     answers = everyone = questions.answers(results)
     file = "blur_thresholds" if data else f"{prefix}thresholds"
-    simulated = bool((table["kind"] == "simulated").any()) if data is None else data.simulated
+    simulated = is_simulated(table, data)
     plan = Plan(questions)
     said: list[str] = []
     levels = float(table["level"].min()), float(table["level"].max())
@@ -163,10 +163,8 @@ def threshold_part(
     if any(isinstance(one.fit, ThresholdFit) for _, one in sessions):
         level = None if data else f"level ({unit})" if unit else "level"
         caption = GROUPS + MISSED * any(not one.kept for _, one in sessions)
-        draw = partial(threshold_figure, results, simulated=simulated, level=level)
-        figures.append(Drawing(file, caption, draw))
-        draw = partial(person_figure, results, simulated=simulated, level=level)
-        figures.append(Drawing(f"{prefix}threshold_people", PEOPLE, draw))
+        figures.append(Drawing(file, caption, partial(threshold_figure, results, level=level)))
+        figures.append(Drawing(f"{prefix}threshold_people", PEOPLE, partial(person_figure, results, level=level)))
     return Part(
         title="Blur thresholds" if data else "Thresholds",
         name=(name := "blur_threshold" if data else "threshold"),

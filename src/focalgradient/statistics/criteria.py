@@ -185,7 +185,7 @@ class Rules:
     """
 
     response_time: tuple[float, float] | None = (0.3, 60.0)
-    dropped_frames: int | None = None
+    dropped_frames: Annotated[int, Range("frames", 0)] | None = None
     catch_factor: float = 2.0
     catch_share: Annotated[float, SHARE] = 0.5
     catch_passed: Annotated[float, SHARE] | None = 0.7
@@ -207,8 +207,6 @@ class Rules:
             value = getattr(self, name)
             if value is not None and not value > 1:
                 raise InputError(f"{name} is {value!r}, but must be a factor above 1.")
-        if self.dropped_frames is not None and self.dropped_frames < 0:
-            raise InputError(f"dropped_frames is {self.dropped_frames!r}, but must be a number of frames, 0 or more.")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -10,14 +10,15 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_installed
+from focalgradient.errors import InputError, check_installed, checked
+from focalgradient.quantities import Range
 from focalgradient.statistics.means import t_interval
 from focalgradient.statistics.records import Interval, NotComputed
 
@@ -235,14 +236,15 @@ class ThresholdResult:
         return found.reason if isinstance(found, NotComputed) else found.summary(f" {self.unit}")
 
 
+@checked
 def fit_threshold(
     levels: ArrayLike,
     right: ArrayLike,
     *,
     least: float,
     most: float,
-    lapse: float = LAPSE,
-    slope: float | None = None,
+    lapse: Annotated[float, Range("mean rates", 0, LARGEST_LAPSE)] = LAPSE,
+    slope: Annotated[float, Range("exponents", *SLOPE_RANGE)] | None = None,
     guess: float = 0.5,
 ) -> ThresholdFit:
     """Fit a psychometric function for two alternatives, or for another guess rate.
@@ -286,10 +288,6 @@ def fit_threshold(
         raise InputError(f"levels has shape {level.shape} and right {answered.shape}, but both must be one list.")
     if not ((level > 0).all() and 0 < least < most):
         raise InputError("levels, least and most must be above 0, and most above least.")
-    if not 0 <= lapse <= LARGEST_LAPSE:
-        raise InputError(f"lapse is {lapse}, but must be a mean rate from 0 to {LARGEST_LAPSE:g}.")
-    if slope is not None and not SLOPE_RANGE[0] <= slope <= SLOPE_RANGE[1]:
-        raise InputError(f"slope is {slope}, but must be from {SLOPE_RANGE[0]:g} to {SLOPE_RANGE[1]:g}.")
     if not 0 <= guess < 1:
         raise InputError(f"guess is {guess}, but must be a rate from 0 to below 1.")
     there, place = np.unique(level, return_inverse=True)

@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from focalgradient.errors import InputError, check_fields
+from focalgradient.quantities import Range
 from focalgradient.tasks.noted import Noted, OpenRecord, plain
 
 __all__ = ["Response", "check_rating"]
 
 ROUNDING = 1e-6
 """Rounding tolerance of a position on a scale."""
+
+
+SECONDS = Range("seconds", 0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -41,8 +44,8 @@ class Response(metaclass=OpenRecord):
         If a value does not match the type of its field, or a time is negative or not finite.
     """
 
-    onset: float
-    response_time: float
+    onset: Annotated[float, SECONDS]
+    response_time: Annotated[float, SECONDS]
     dropped_frames: int = 0
     extra: Mapping[str, Noted] = dataclasses.field(default_factory=dict)
 
@@ -50,10 +53,6 @@ class Response(metaclass=OpenRecord):
         for one in dataclasses.fields(self):
             object.__setattr__(self, one.name, plain(getattr(self, one.name)))
         check_fields(self)
-        for name in ("onset", "response_time"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value >= 0):
-                raise InputError(f"{name} is {value!r}, but must be a finite number of 0 or more.")
 
 
 def check_rating(design: Any, answer: Any) -> None:
