@@ -92,7 +92,7 @@ class Rated(Response):
     """
 
     rating: Annotated[float, Range("the units of the scale")]
-    confidence: Annotated[float, Range("shares", 0)] | None = None
+    confidence: Annotated[float, Range("shares", 0, 1)] | None = None
     stimulus: str | None = None
     start: float | None = None
     gaze_away: Annotated[float, Range("degrees", 0)] | None = None

@@ -19,7 +19,7 @@ from numpy.random import SeedSequence, default_rng
 from scipy import stats
 
 from focalgradient.design import NeckerDesign
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import InputError
 from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics.cube_questions import ODDS, PLAIN, condition_name, own_odds, primary_first
@@ -89,9 +89,6 @@ class CubeModel(People):
     width_label: ClassVar[str] = "95 % interval of the log odds ratio of the nonrigid time: width"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_levels", "between_dominances")
     designs: ClassVar[type[NeckerDesign]] = NeckerDesign
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def seconds(self, design: NeckerDesign) -> float:
         return 0.012

@@ -20,7 +20,7 @@ from numpy.random import default_rng
 from numpy.typing import NDArray
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import InputError
 from focalgradient.power.ratings import Raters, main_questions, shares_found, shown_to
 from focalgradient.power.study import ODDS_RATIOS, SPREAD, Study
 from focalgradient.statistics import Effect, NotComputed
@@ -64,9 +64,6 @@ class LatentModel(Raters):
 
     width_label: ClassVar[str] = "95 % interval of the change with the aperture: width"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def seconds(self, design: DepthRatingDesign) -> float:
         return design.response_scale.analysis.seconds

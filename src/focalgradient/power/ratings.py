@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
-from focalgradient.errors import InputError, check_fields
+from focalgradient.errors import InputError
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics import rating_questions, slope_questions, step_questions
@@ -116,9 +116,6 @@ class Model(Raters):
     bounded: ClassVar[bool] = True
     width_label: ClassVar[str] = "95 % interval of the depth effect: ratio of its ends"
     spreads: ClassVar[tuple[str, ...]] = ("between", "between_scenes", "scenes", "noise")
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def seconds(self, design: DepthRatingDesign) -> float:
         return 0.005

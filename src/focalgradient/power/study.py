@@ -99,6 +99,9 @@ class People(ABC):
     designs: ClassVar[type[Any]] = object
     """Class of the design."""
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
     def analysis(self, design: Any, bound: float) -> Analysis:
         """Return the analysis of the design's task, with exclusions."""
         asked = task_named(design.task).analysis(design, AnalysisOptions(bound=bound))

@@ -17,7 +17,6 @@ import pandas as pd
 from scipy import stats
 
 from focalgradient.design import BlurThresholdDesign
-from focalgradient.errors import check_fields
 from focalgradient.power.study import LAPSES, SPREAD, Claim, People
 from focalgradient.statistics import SubjectThreshold, ThresholdResult, blur_thresholds
 from focalgradient.statistics.questions import Analysis
@@ -56,9 +55,6 @@ class ThresholdModel(People):
     width_label: ClassVar[str] = "95 % interval of the mean threshold: ratio of its ends"
     spreads: ClassVar[tuple[str, ...]] = ("between",)
     designs: ClassVar[type[BlurThresholdDesign]] = BlurThresholdDesign
-
-    def __post_init__(self) -> None:
-        check_fields(self)
 
     def analysis(self, design: BlurThresholdDesign, bound: float) -> Analysis:
         return replace(People.analysis(self, design, bound), exclusions=fitted)

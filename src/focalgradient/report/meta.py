@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
@@ -63,15 +63,15 @@ def combined_report(reports: Mapping[str, Report], notices: Sequence[str] = ()) 
             alone.append(what)
             continue
         common = _common_scenes(experiment, what, [reports[row["data_set"]] for row in found])
-        tested = found if common is None else common.here
+        tested, by_scene = common or (found, None)
         estimates, errors = ([row[name] for row in tested] for name in ("estimate", "standard_error"))
-        result = random_effects(estimates, errors, None if common is None else common.by_scene)
+        result = random_effects(estimates, errors, by_scene)
         # the displayed value may be the exponential of the estimate
         logs = math.isclose(found[0]["value"], math.exp(min(found[0]["estimate"], 700.0)), rel_tol=1e-9)
         shown = _shown(result, logs)
         pooled.append({"experiment": experiment, "what": what, **shown, **asdict(result)})
         title = what[:1].upper() + what[1:]
-        body += [Heading(title), Paragraph(_sentence(result, shown, logs, common))]
+        body += [Heading(title), Paragraph(_sentence(result, shown, logs, common is not None))]
         studies = [(row["data_set"], row["value"], row["value_low"], row["value_high"]) for row in found]
         mean = shown["value"], shown["value_low"], shown["value_high"]
         ends = (shown["value_predicted_low"], shown["value_predicted_high"]) if len(shown) > 3 else None
@@ -108,16 +108,13 @@ def combined_report(reports: Mapping[str, Report], notices: Sequence[str] = ()) 
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _CommonScenes:
-    """Data sets with scenes in common: effects of these scenes alone, and by scene (data sets x scenes)."""
+def _common_scenes(
+    experiment: str, what: str, reports: Sequence[Report]
+) -> tuple[list[Mapping[str, Any]], NDArray[np.float64]] | None:
+    """Return the effects of data sets, for these scenes alone and by scene (data sets x scenes), if two share a scene.
 
-    here: list[dict[str, Any]]
-    by_scene: NDArray[np.float64]
-
-
-def _common_scenes(experiment: str, what: str, reports: Sequence[Report]) -> _CommonScenes | None:
-    """Return the effects of data sets if two of them show the same scene; None if none do, or scenes are unknown."""
+    None if no scene is shared, or scenes are unknown.
+    """
     read = [_scene_effects(report, experiment, what) for report in reports]
     if any(table.empty for table in read):
         return None
@@ -141,11 +138,11 @@ def _common_scenes(experiment: str, what: str, reports: Sequence[Report]) -> _Co
     by_scene = pd.concat(effects, axis=1)
     if by_scene.shape[0] == sum(map(len, effects)):
         return None
-    here = [
+    here: list[Mapping[str, Any]] = [
         {"estimate": row["effect"], "standard_error": row["standard_error"]}
         for row in (table[table["scene"] == ""].iloc[0] for table in read)
     ]
-    return _CommonScenes(here, by_scene.to_numpy(dtype=float).T)
+    return here, by_scene.to_numpy(dtype=float).T
 
 
 def _scene_effects(report: Report, experiment: str, what: str) -> pd.DataFrame:
@@ -184,15 +181,15 @@ def _shown(result: Pooled, logs: bool) -> dict[str, float]:
     return {name: math.exp(end) if logs else end for name, end in ends.items()}
 
 
-def _sentence(result: Pooled, shown: Mapping[str, float], logs: bool, common: _CommonScenes | None) -> str:
+def _sentence(result: Pooled, shown: Mapping[str, float], logs: bool, common: bool) -> str:
     new = ""
     if "value_predicted_low" in shown:
         ends = interval(shown["value_predicted_low"], shown["value_predicted_high"])
-        new = f" In a new data set{'' if common is None else ' with these scenes'} it is expected within {ends}."
+        new = f" In a new data set{' with these scenes' * common} it is expected within {ends}."
     over = ""
     if result.scenes is not None:
         over = f" that share scenes, and over {many(result.scenes, 'scene')},"
-    elif common is not None:
+    elif common:
         over = " that share scenes, and for these scenes only,"
     return (
         f"Over {many(result.studies, 'data set')}{over} it is {number(shown['value'])}, 95{SPACE}% CI "

@@ -169,9 +169,8 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
 def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonMean, ...]:
     interval = share_interval if analysis.binary else t_interval
     found = []
-    for fixation in fixations_of(table):
-        for mm, rows in table[table["fixation"] == fixation].groupby("aperture_mm"):
-            own = rows.groupby("participant_id")["rating"].mean().to_numpy(float)
-            name = str(rows["aperture"].iloc[0])
-            found.append(ComparisonMean(fixation, name, float(mm), len(own), interval(own)))  # type: ignore[arg-type]
-    return tuple(found)
+    for (fixation, mm, aperture), rows in table.groupby(["fixation", "aperture_mm", "aperture"]):
+        own = rows.groupby("participant_id")["rating"].mean().to_numpy(float)
+        found.append(ComparisonMean(str(fixation), str(aperture), float(mm), len(own), interval(own)))
+    order = fixations_of(table)
+    return tuple(sorted(found, key=lambda mean: order.index(mean.fixation)))

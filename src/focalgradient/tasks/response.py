@@ -66,8 +66,6 @@ def check_rating(design: Any, answer: Any) -> None:
         raise InputError(f"start is {answer.start:g}, but the scale of the design goes from {least:g} to {most:g}.")
     if answer.confidence is not None and not getattr(design, "confidence", False):
         raise InputError(f"confidence is {answer.confidence:g}, but the design does not ask for it: leave it out.")
-    if answer.confidence is not None and answer.confidence > 1:
-        raise InputError(f"confidence is {answer.confidence:g}, but goes from 0 to 1.")
     gaze = getattr(design, "gaze", "none")
     if (gaze != "none") is not (answer.gaze_left is not None):
         raise InputError(f"gaze_left is {answer.gaze_left}, but gaze is {gaze!r} in the design: correct it.")
