@@ -54,14 +54,14 @@ ROOMS = {
         "words": "errors files",
         "analyses": "errors",
         "scales": "analyses arrays errors files statistics words",
-        "tasks": "display errors files scales statistics words",
+        "tasks": "display errors files quantities scales statistics words",
         "experiments": "dataset design display errors files scales statistics stimuli tasks",
         "design": "errors files scales tables tasks words",
         "dataset": "design errors files parallel quantities scales tables tasks",
-        "observers": "arrays dataset depth design display errors eye files parallel progress render scales scenes "
-        "statistics stimuli tasks",
-        "published": "arrays dataset design display errors eye files observers progress scales statistics stimuli "
-        "tasks",
+        "observers": "arrays dataset depth design display errors eye files parallel progress quantities render scales "
+        "scenes statistics stimuli tasks",
+        "published": "arrays dataset design display errors eye files observers progress quantities scales statistics "
+        "stimuli tasks",
         "calibration": "arrays depth errors optics psf quantities view",
         "photographs": "arrays calibration depth errors files memory optics plausibility progress psf quantities srgb "
         "tables view",
