@@ -95,7 +95,8 @@ def focus_files(log: Log) -> dict[Path, bytes]:
     changes = _changes(log)
     settings = {key: value for key, value in log.head.items() if key not in ("event", "chain")}
     tracker = _tracker(log)
-    about = about_changes(settings, changes, tracker.get("refresh_hz"), _frame_s(log)) | _presented(tracker)
+    frame_s = float(tracker.get("frame_s", math.nan))
+    about = about_changes(settings, changes, tracker.get("refresh_hz"), frame_s) | _presented(tracker)
     made = {"events.tsv": _table(changes), "events.json": json.dumps(about, indent=2).encode()}
     return {files.beside(end): content for end, content in (made | _samples(log, tracker)).items()}
 
@@ -134,11 +135,6 @@ def _presented(tracker: Mapping[str, Any]) -> dict[str, Any]:
     if "window_px" not in tracker:
         return {}
     return {"StimulusPresentation": screen_of({**tracker, "screen_px": tracker["window_px"]})}
-
-
-def _frame_s(log: Log) -> float:
-    """Return the frame duration in s; NaN if unknown."""
-    return float(_tracker(log).get("frame_s", math.nan))
 
 
 def _table(changes: Sequence[Change]) -> bytes:

@@ -110,7 +110,9 @@ def _rewrite(
         "event": "repaired",
         "time": datetime.now(UTC).isoformat(timespec="milliseconds"),
         "left_out": left_out,
-        "found": [_what(sentence, path) for sentence in (*log.damaged, *log.changed)],
+        "found": [  # without the file's path and the remedy
+            sentence.removeprefix(f"{path}: ").partition(": restore")[0] for sentence in (*log.damaged, *log.changed)
+        ],
         "original": originals[-1].name,
         "sha256": hashlib.sha256(path.read_bytes()).hexdigest(),
     }
@@ -148,11 +150,6 @@ def _kept(log: Log, content: bytes) -> tuple[list[Event], list[str]]:
         elif line in refused:
             left_out.append(refused[line])
     return [event for line, event in whole if line not in refused], left_out
-
-
-def _what(sentence: str, path: Path) -> str:
-    """Return a problem without the file's path and the remedy."""
-    return sentence.removeprefix(f"{path}: ").partition(": restore")[0]
 
 
 def _kept_beside(path: Path, folder: Path) -> Path:

@@ -324,9 +324,9 @@ class DepthRatingDesign(Plan):
             practice=lambda draws: self._with_levels(self._practice(draws), levels, draws),
         )
         if self.has_standard:
+            due = range(1, len(listed) + 1)[:: self.standard_every or len(listed)]
             listed = tuple(
-                replace(trial, standard_before=trial.phase == "main" and (trial.trial == 1 or self._again(trial.trial)))
-                for trial in listed
+                replace(trial, standard_before=trial.phase == "main" and trial.trial in due) for trial in listed
             )
         if self.response_scale.intervals == 1:
             return listed
@@ -362,17 +362,13 @@ class DepthRatingDesign(Plan):
 
     def _seen(self, levels: Mapping[str, str]) -> list[DepthTrial]:
         """Return each condition of a participant once."""
-        two = self.response_scale.intervals > 1
-        apertures = [one for one in self.apertures if not (two and self._is_reference(one))]
+        twice = "pinhole" if self.response_scale.intervals > 1 and self.reference == "same-scene" else None
+        apertures = [one for one in self.apertures if one != twice]  # a picture is not compared with itself
         within = crossed(self.factors, [name for name, factor in self.factors.items() if factor.vary == "within"])
         return [
             replace(self._trial(scene, aperture, fixation), factors=self._ordered({**levels, **own}))
             for scene, aperture, fixation, own in product(self.scenes, apertures, self.fixations, within)
         ]
-
-    def _is_reference(self, aperture: str) -> bool:
-        """Return whether a picture of that aperture would be compared with itself."""
-        return aperture == "pinhole" and self.reference == "same-scene"
 
     def _ordered(self, levels: Mapping[str, str]) -> dict[str, str]:
         return {name: levels[name] for name in self.factors if name in levels}
@@ -396,9 +392,6 @@ class DepthRatingDesign(Plan):
             replace(one, factors=self._ordered({**levels, **{name: of[number] for name, of in within.items()}}))
             for number, one in enumerate(trials)
         ]
-
-    def _again(self, number: int) -> bool:
-        return bool(self.standard_every and (number - 1) % self.standard_every == 0)
 
     def _trial(self, scene: str, aperture: str, fixation: Fixation) -> DepthTrial:
         diameter = aperture_mm(aperture, self.focal_length_mm)

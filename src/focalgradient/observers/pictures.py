@@ -167,10 +167,9 @@ def check_pictures(design: DepthRatingDesign, stimuli: StimulusSet) -> None:
     InputError
         The message names the first missing or differing picture.
     """
-    picture_factors = [name for name, factor in design.factors.items() if factor.pictures]
-    if picture_factors:
+    if design.picture_factors:
         raise InputError(
-            f"factors names {picture_factors[0]!r}, whose levels are pictures, which simulated observers do not "
+            f"factors names {design.picture_factors[0]!r}, whose levels are pictures, which simulated observers do not "
             "look at: leave it out, or set pictures = false."
         )
     stimuli.picture(design.standard_scene, "pinhole", design.fixations[0])

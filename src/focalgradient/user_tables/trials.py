@@ -35,7 +35,8 @@ def numbered(source: Source, table: pd.DataFrame, conditions: Sequence[str]) -> 
             return table
         if same.equals(again):
             raise InputError(f"{place(table, same)}: a row above is the same in every cell: leave one of them out.")
-        if "session" not in table and not same.any() and not _in_files(table, "participant_id", "trial").any():
+        in_files = table.assign(file=table.index.get_level_values(0)).duplicated(["file", "participant_id", "trial"])
+        if "session" not in table and not same.any() and not in_files.any():
             source.notes.append("Trial numbers count within files.")
             return _counted(source, table, by)
         shown = table.duplicated([*by, "trial", *condition])
@@ -87,11 +88,6 @@ def note_order(table: pd.DataFrame, conditions: Sequence[str], notices: list[str
             what = f"All subjects answered at the levels of {printable(name)} in one order ({shown})"
         if what and levels > 1:
             notices.append(f"{what}, so that its effect cannot be separated from practice or fatigue.")
-
-
-def _in_files(table: pd.DataFrame, *roles: str) -> pd.Series[bool]:
-    """Return which rows repeat the values of a row above in the same file."""
-    return table.assign(file=table.index.get_level_values(0)).duplicated(["file", *roles])
 
 
 def _block(source: Source, table: pd.DataFrame, by: Sequence[str]) -> str:
