@@ -205,7 +205,8 @@ class Tracker:
         often = max(often, IMPOSSIBLE)
         expected = (1 - IMPOSSIBLE) * self.motion.expected(GRID) + IMPOSSIBLE / GRID.size
         alone = self._likelihood(views, [ring_transfer(view, GRID, wraps=self.wraps) for view in views])
-        chosen = 0.9 * _normalised(np.exp(alone) * expected) + 0.1 * expected
+        likely = np.exp(alone) * expected
+        chosen = 0.9 * (likely / likely.sum()) + 0.1 * expected
         jumping = self._random.permutation(self.samples)[: round(JUMPING * self.samples)]
         cell = self._random.choice(GRID.size, jumping.size, p=chosen)
         within = (GRID[1] - GRID[0]) * (self._random.random(jumping.size) - 0.5)
@@ -228,10 +229,6 @@ class Tracker:
         self._transfers = [one[drawn] for one in self._transfers]
         self._counted = self._counted[drawn]
         self._log = np.zeros(self.samples)
-
-
-def _normalised(weights: FloatArray) -> FloatArray:
-    return np.asarray(weights / weights.sum())
 
 
 def track(

@@ -96,7 +96,8 @@ def blur_transfer(
     right = check_finite("frequency_x_per_rad", frequency_x_per_rad, _UNIT)
     own = None if is_eye(optics) else own_blur(optics)
     if shape is None and own is not None:
-        _no_light(wavelength_nm, light)
+        if wavelength_nm is not None or light is not None:
+            raise InputError("optics have light of their own, but wavelength_nm or light is given too: leave it out.")
         return own.optical_transfer(down, right, vergence)
 
     def seen(optics: Optics, nm: float) -> Transfer:
@@ -195,9 +196,3 @@ def _pupil(optics: Any, nm: float, vergence: float) -> Pupil:
     if hasattr(optics, "pupil"):
         return cast(Pupil, optics.pupil(vergence))
     return Pupil(optics.aperture_diameter, nm, optics.focus_vergence - vergence)
-
-
-def _no_light(wavelength_nm: float | None, light: Light | None) -> None:
-    """Raise `InputError` if a light is given for optics that have their own."""
-    if wavelength_nm is not None or light is not None:
-        raise InputError("optics have light of their own, but wavelength_nm or light is given too: leave it out.")

@@ -81,7 +81,8 @@ def scene_spectra(
         [np.interp(nm, basis_nm, spectrum, left=0.0, right=0.0) for spectrum in np.asarray(basis.radiance).T]
     )
     energy = np.asarray(picture.amounts) @ spectra * (luminance / of_white)
-    return SpectralImage(energy, nm, _field_deg(picture, pixel_angle), distance)
+    field_deg = math.degrees(2 * math.atan(picture.shape[1] * pixel_angle / 2))
+    return SpectralImage(energy, nm, field_deg, distance)
 
 
 def retinal_spectra(
@@ -146,8 +147,3 @@ def retinal_spectra(
         light = blur_picture(scene.energy[..., number], distance, cones, pixel_angle=pixel_angle)
         seen[..., number] = np.clip(light, 0, None) * passed[number]  # rounding leaves values just below 0
     return SpectralImage(seen, nm, scene.field_deg, is_retinal=True)
-
-
-def _field_deg(picture: SpectralPicture, pixel_angle: float) -> float:
-    """Return the visual angle in degrees of a picture's width, of which a pixel in the middle has `pixel_angle`."""
-    return math.degrees(2 * math.atan(picture.shape[1] * pixel_angle / 2))

@@ -16,17 +16,11 @@ Fixation = str
 """Fixated object, which is in focus: "nearest", "farthest", or another name from the set's table."""
 
 
-def _known(value: Any) -> Any:
-    return math.nan if value is None else value
-
-
-def _pair(values: Any) -> Any:
-    return tuple(values) if isinstance(values, list) else values
-
-
-Known = Annotated[float, BeforeValidator(_known)]
+Known = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
 """A number; null, NaN once read, if unknown, as in imported sets."""
-Pair = Annotated[tuple[Known, Known], BeforeValidator(_pair)]
+Pair = Annotated[
+    tuple[Known, Known], BeforeValidator(lambda values: tuple(values) if isinstance(values, list) else values)
+]
 
 
 class _Entry(Table):
