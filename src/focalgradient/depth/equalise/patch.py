@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.arrays import FloatArray, Mask
-from focalgradient.depth.filters import FINEST, LOW
+from focalgradient.depth.filters import FINEST, LOW, SCENE_SLOPE
 from focalgradient.depth.search import view_blur
 from focalgradient.depth.settings import AUTO, noise_of_each
 from focalgradient.errors import InputError, check_finite
@@ -122,7 +122,7 @@ def likelihood_of_transfers(
     shared = over_noise * np.where(other, gain * correlation, 1.0)[:, None, None]
     own = over_noise * np.where(other, gain * np.sqrt(1 - correlation**2), 0.0)[:, None, None]
     sources = np.stack([shared, own] if other.any() else [shared])
-    natural = rings.passed / radii**2
+    natural = rings.passed / radii**SCENE_SLOPE
     level = float(np.max(_levels(radii, counts, power) * noises**2))
     each = _marginals(*_terms(sources, power, natural * level), counts)
     total: FloatArray = np.logaddexp.reduce(each + np.log(WEIGHTS)[:, None], axis=0)
@@ -177,7 +177,7 @@ def _levels(radii: FloatArray, counts: FloatArray, power: FloatArray) -> FloatAr
             "the patch is too small to show coarse detail, which gives the strength of its texture: give 40 x 40 "
             "pixels or more, or 13 x 13 of a periodic texture (wraps=True)."
         )
-    own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** 2
+    own = np.maximum(np.diagonal(power).T[:, low] - 1, 0) * radii[low] ** SCENE_SLOPE
     return np.asarray(np.maximum((own * counts[low]).sum(axis=1) / counts[low].sum(), 1e-9))
 
 
