@@ -70,10 +70,9 @@ def band_image(cones: NDArray[np.floating], band: str) -> FloatArray:
     >>> band_image(np.array([[[1.0, 0.5, 0.2]]]), "S").tolist()
     [[0.2]]
     """
+    check_one_of("band", band, ["L+M", "S"])
     if band == "S":
         return np.asarray(cones[..., 2], dtype=float)
-    if band != "L+M":
-        raise InputError(f"band is {band!r}, but must be 'L+M' or 'S'.")
     share = _white()[:2] / _white()[:2].sum()
     return np.asarray(cones[..., :2] @ share, dtype=float)
 

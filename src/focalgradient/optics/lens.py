@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_fields, check_tolerance
+from focalgradient.errors import InputError, check_fields, check_number, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
 from focalgradient.quantities import Range
 
@@ -133,8 +133,7 @@ class Lens:
         >>> Lens(0.050, 2, 1.0).refocused(0.5).focus_distance
         2.0
         """
-        if not vergence >= 0:
-            raise InputError(f"vergence is {vergence!r} D, but must be 0 D (infinity) or more: give dioptres.")
+        check_number("vergence", vergence, "dioptres, 0 for infinity", least=0)
         return replace(self, focus_distance=1 / vergence if vergence > 0 else float("inf"))
 
     def defocus(self, distance: ArrayLike) -> FloatArray:

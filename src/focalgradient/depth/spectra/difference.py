@@ -15,7 +15,7 @@ from scipy import fft
 from focalgradient.arrays import FloatArray
 from focalgradient.depth.filters import FINEST, Image
 from focalgradient.depth.spectra.bands import spacing
-from focalgradient.errors import InputError, check_finite
+from focalgradient.errors import InputError, check_finite, check_number
 
 __all__ = ["spectral_difference"]
 
@@ -77,8 +77,7 @@ def spectral_difference(
         check_finite(name, image, "linear radiance")
     if not (np.ndim(window) == 0 and 2 <= window <= 64):
         raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
-    if not (np.ndim(noise) == 0 and 0 <= noise < np.inf):
-        raise InputError(f"noise is {noise!r}, but must be a standard deviation of 0 or more.")
+    check_number("noise", noise, "the images' unit, as a standard deviation", least=0)
     side = 8 * int(np.ceil(window))
     squares, rings = _rings(side)
     count, mean = rings.sum(axis=0, dtype=float), first.mean()
