@@ -41,8 +41,7 @@ def wave_transfer(
 def _in_focus(s: FloatArray) -> FloatArray:
     """Return the transfer of a pupil in focus at the share `s` of its cut-off."""
     s = np.minimum(s, 1)
-    focused: FloatArray = 2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2))
-    return focused
+    return np.asarray(2 / np.pi * (np.arccos(s) - s * np.sqrt(1 - s**2)))
 
 
 @lru_cache(maxsize=4)

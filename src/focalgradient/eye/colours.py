@@ -60,8 +60,7 @@ def cone_images(image: ArrayLike, *, primaries: str = PRIMARIES, wavelength_nm: 
             f"image has shape {image.shape}, but must be H x W x {len(caught)}: one channel for each of {kinds}."
         )
     whole = caught.sum(axis=0)
-    seen: FloatArray = image @ (caught / np.where(whole > 0, whole, 1.0))
-    return seen
+    return np.asarray(image @ (caught / np.where(whole > 0, whole, 1.0)))
 
 
 def band_image(cones: NDArray[np.floating], band: str) -> FloatArray:

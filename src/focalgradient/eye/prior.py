@@ -224,8 +224,7 @@ def _likelihood(
     difference = np.polynomial.Polynomial.fit(places, off, min(2, len(places) - 1))(scales)
     sd = np.hypot(np.interp(scales, places, sds), MODEL_SD)
     # A fixation on which the model fails must not decide: heavy tails (Student's t of 3 degrees of freedom).
-    found: FloatArray = -2 * np.log1p((difference / sd) ** 2 / 3) - np.log(sd)
-    return found
+    return np.asarray(-2 * np.log1p((difference / sd) ** 2 / 3) - np.log(sd))
 
 
 def _by_bands_and_moments(number: int, views: Sequence[View]) -> tuple[list[View], list[View]]:

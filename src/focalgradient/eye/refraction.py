@@ -219,5 +219,4 @@ def focus_of(
 
 def _moved(vergence: FloatArray, distance: float) -> FloatArray:
     """Return the vergence of light after a `distance` (m) along its path: V / (1 - d V)."""
-    found: FloatArray = vergence @ np.linalg.inv(np.eye(2) - distance * vergence)
-    return found
+    return np.asarray(vergence @ np.linalg.inv(np.eye(2) - distance * vergence))

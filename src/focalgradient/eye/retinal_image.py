@@ -84,8 +84,7 @@ def retinal_image(
     """
     lights = basis or SpectralBasis.of_display(primaries)
     cones, caught = caught_by_cones(picture, distance, eye, lights, pixel_angle, wavelengths, progress)
-    back: NDArray[np.float32] = (cones @ np.linalg.inv(caught)).astype(np.float32)
-    return back
+    return np.asarray(cones @ np.linalg.inv(caught), np.float32)
 
 
 @checked

@@ -431,8 +431,7 @@ def _filtered(image: FloatArray, pixel_angle: float, transfer: Callable[[FloatAr
     wide = np.pad(image, around, mode="symmetric")
     radial = np.hypot(np.fft.fftfreq(wide.shape[0])[:, None], np.fft.rfftfreq(wide.shape[1]))
     through = np.fft.irfft2(np.fft.rfft2(wide) * transfer(radial / pixel_angle), wide.shape)
-    inside: FloatArray = through[around:-around, around:-around]
-    return inside
+    return np.asarray(through[around:-around, around:-around])
 
 
 def _noisy(

@@ -226,8 +226,7 @@ class FocusSeries:
         light = np.asarray(picture)
         flat = np.full(light.shape[:2], 1 / place if place > 0 else math.inf)
         made = cls.of(light, flat, optics, pixel_angle=pixel_angle, focus=(place + low, place + high), **others)
-        shifted = tuple(float(value) for value in np.subtract(made.vergences, place))
-        return replace(made, vergences=shifted)
+        return replace(made, vergences=tuple(vergence - place for vergence in made.vergences))
 
     @classmethod
     def read(cls, folder: str | os.PathLike[str]) -> FocusSeries:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Generic, TypeVar
+from typing import Annotated, Generic, TypeVar
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
@@ -85,8 +85,7 @@ class Sensor(Table):
     @property
     def only(self) -> Sensor:
         """The same table, reduced to the keys of `Sensor`."""
-        known: dict[str, Any] = {name: getattr(self, name) for name in Sensor.model_fields}
-        return Sensor.model_validate(known)
+        return Sensor.model_validate({name: getattr(self, name) for name in Sensor.model_fields})
 
 
 class ShotFiles(Table):

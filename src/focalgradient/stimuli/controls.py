@@ -200,8 +200,7 @@ def _shift(seen: NDArray[np.floating], expected: NDArray[np.floating], usable: N
     """Return the shift of a picture from the expected one, right and down, in pixels, by its `usable` pixels."""
     slopes = np.stack(np.gradient(expected)[::-1])[:, usable]
     # A picture displaced by s equals the original minus s times its gradient.
-    shift: FloatArray = -np.linalg.lstsq(slopes.T, (seen - expected)[usable], rcond=None)[0]
-    return shift.tolist()
+    return np.negative(np.linalg.lstsq(slopes.T, (seen - expected)[usable], rcond=None)[0]).tolist()
 
 
 def _by_discs(sharp: NDArray[np.floating], radius: FloatArray) -> FloatArray:

@@ -241,8 +241,7 @@ class _Spread:
         """Blur a part of a picture that is zero within the kernel's extent of its border."""
         if self.kernel is None:
             return light
-        spread: FloatArray = fftconvolve(light, self.kernel, mode="same")
-        return np.maximum(spread, 0)
+        return np.maximum(fftconvolve(light, self.kernel, mode="same"), 0)
 
 
 def _composed(
