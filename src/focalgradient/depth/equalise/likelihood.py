@@ -65,6 +65,10 @@ RANGE_SDS = 2.0
 """Distance of a plane of depth beyond an end of the search range, in standard deviations, above which it is outside: a
 one-sided test at 2.5 %."""
 
+MIN_JUMP = 0.5
+"""Minimum difference of blur radius, in pixels of the widest view, at a large depth discontinuity. Chosen on
+`MADE_WITH` of `benchmarks/depth_at_outlines.py`."""
+
 Filters = tuple[list[NDArray[Any]], NDArray[Any]]
 """Filters (n x L x F) of each comparison, and the amplitude of wavebands' independent textures, m x n x L x F."""
 
@@ -180,6 +184,14 @@ class Equalised:
     def levels_per_pixel(self) -> float:
         """Number of levels per pixel of blur radius in the most blurred view."""
         return float(1 / np.abs(np.diff(self.radii, axis=1)).max())
+
+    def jump_gap(self) -> float:
+        """Return the number of levels by which depth differs at a jump."""
+        return MIN_JUMP * self.levels_per_pixel
+
+    def zone_reach(self) -> int:
+        """Return the distance in pixels from a jump within which depth in a window may be due to it."""
+        return int(2 * self.radii.max() + 3 * self.window)
 
     def blur(self, level: FloatArray) -> FloatArray:
         """Return the blur radius in pixels of the most blurred view at each `level`."""

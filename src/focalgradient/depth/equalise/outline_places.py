@@ -22,17 +22,7 @@ from focalgradient.depth.numerics import NEIGHBOURS
 from focalgradient.depth.planes import Zone, jump_pairs, nearest_surfaces, surface_planes
 from focalgradient.depth.validity import BLUR_ERROR
 
-__all__ = [
-    "CLEAR_REACHES",
-    "Located",
-    "blurs_at",
-    "few_large",
-    "jump_gap",
-    "locate",
-    "moved_to_edges",
-    "squared_residual",
-    "zone_reach",
-]
+__all__ = ["CLEAR_REACHES", "Located", "blurs_at", "few_large", "locate", "moved_to_edges", "squared_residual"]
 
 EDGE_SEARCH = 10
 """Distance in pixels on either side of an occlusion boundary within which image edges are searched: about three
@@ -160,20 +150,6 @@ UNDECIDED = 0.4
 """Standard deviation of a boundary's position, relative to the excess width of the undecided band between the surfaces
 beyond that explained by blur (the band is narrower where both surfaces explain the views). Chosen on `MADE_WITH`."""
 
-MIN_JUMP = 0.5
-"""Minimum difference of blur radius, in pixels of the widest view, at a large depth discontinuity. Chosen on
-`MADE_WITH`."""
-
-
-def jump_gap(equalised: Equalised) -> float:
-    """Return the levels by which depth differs at a jump."""
-    return MIN_JUMP * equalised.levels_per_pixel
-
-
-def zone_reach(equalised: Equalised, window: float) -> int:
-    """Return the distance (pixels) from a jump within which depth in a `window` may be due to it."""
-    return int(2 * equalised.radii.max() + 3 * window)
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Located:
@@ -205,12 +181,12 @@ def locate(
 
     No outline runs through pixels that are settled (H x W): windows give their depth.
     """
-    gap, radii = jump_gap(equalised), equalised.radii
+    gap, radii = equalised.jump_gap(), equalised.radii
     planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
     pairs = jump_pairs(planes, jump_sd, is_reliable, gap)
     if not (pairs >= 0).any():
         return None
-    reach = zone_reach(equalised, equalised.window)
+    reach = equalised.zone_reach()
     zone = nearest_surfaces(pairs, planes, nodes.sd, equalised.step, is_settled.shape, reach)
     near, far = (
         squared_residual(equalised, level, sd) for level, sd in ((zone.near, zone.near_sd), (zone.far, zone.far_sd))

@@ -29,10 +29,8 @@ from focalgradient.depth.equalise.outline_places import (
     OUTLINE_SD,
     Located,
     few_large,
-    jump_gap,
     locate,
     squared_residual,
-    zone_reach,
 )
 from focalgradient.depth.equalise.parts import (
     Likelihood,
@@ -175,7 +173,7 @@ def find_outlines(
     shape = is_consistent.shape
     may_jump = _may_jump(equalised, refined.nodes, is_consistent, model_error)
     may_jump = block_sum(equalised.to_blocks(may_jump, shape).astype(np.float32), narrow.step) > 0
-    reach = zone_reach(equalised, equalised.window)
+    reach = equalised.zone_reach()
     for tile in tiles_about(may_jump, narrow.step, shape, reach, _overlap(narrow)):
         finer, here = narrow.part(*tile.outer), views.part(*tile.outer)
         is_used = usable_at_first(here, finer) & refined.likelihood.is_summed[tile.outer]
@@ -201,12 +199,12 @@ def _outlines_of_tile(
     is_explained = few_large(squared_residual(equalised, level, sd)) & is_consistent
     is_reliable = is_informative & blur_is_known(nodes.sd / equalised.levels_per_pixel, 0.0)
     is_reliable &= block_mean(is_explained, step) >= MIN_EXPLAINED
-    jump_sd, gap = _jump_sd(equalised, nodes, model_error), jump_gap(equalised)
+    jump_sd, gap = _jump_sd(equalised, nodes, model_error), equalised.jump_gap()
     is_valid = is_consistent & equalised.to_blocks(is_informative, shape)
     small = _small(equalised, nodes, jump_sd, is_reliable, is_valid, images)
     planes = surface_planes(nodes.level, nodes.sd, is_reliable, gap)
     found, is_jump = None, jump_pairs(planes, jump_sd, is_reliable, gap)[..., 0] >= 0
-    for tile in tiles_about(is_jump, step, shape, zone_reach(equalised, equalised.window), _overlap(equalised)):
+    for tile in tiles_about(is_jump, step, shape, equalised.zone_reach(), _overlap(equalised)):
         within = tile.outer_nodes(step)
         here = equalised.part(*tile.outer)
         large = _find_large(
@@ -241,8 +239,8 @@ def _may_jump(equalised: Equalised, nodes: Nodes, is_consistent: Mask, model_err
     `is_consistent` (H x W): pixels whose views agree.
     """
     sd, is_informative = _jump_sd(equalised, nodes, model_error), informative_nodes(nodes)
-    planes = surface_planes(nodes.level, nodes.sd, is_informative, jump_gap(equalised))
-    is_jump = jump_pairs(planes, sd, is_informative, jump_gap(equalised))[..., 0] >= 0
+    planes = surface_planes(nodes.level, nodes.sd, is_informative, equalised.jump_gap())
+    is_jump = jump_pairs(planes, sd, is_informative, equalised.jump_gap())[..., 0] >= 0
     is_between, _ = between_surfaces(equalised, replace(nodes, sd=sd), is_informative)
     contradicts = block_mean(is_consistent, equalised.step) < HALF
     return is_jump | is_between | ndimage.binary_opening(contradicts, np.ones((MIN_CONTRADICTION,) * 2, np.bool_))
@@ -307,7 +305,7 @@ def _find_large(
 def _continued(equalised: Equalised, nodes: Nodes, node_sd: FloatArray, is_clear: Mask, located: Located) -> Outlines:
     """Depth on either side of outlines: from windows clear of them (h x w), and continued from there."""
     zone, is_near, distance = located.zone, located.is_near, located.distance
-    shape, gap = is_near.shape, jump_gap(equalised)
+    shape, gap = is_near.shape, equalised.jump_gap()
     own, own_sd = continue_surfaces(zone, is_near, located.planes, nodes.level, node_sd, is_clear, equalised.step, gap)
     # What a window clear of outlines gives is better than any continuation.
     level, sd = (equalised.to_pixels(values, nodes.sd, shape) for values in (nodes.level, node_sd))
