@@ -135,9 +135,8 @@ class Targets(Photographs[TargetCamera, TargetShot]):
 
     def map_pair(self, pair: tuple[TargetShot, TargetShot], camera: Calibration) -> tuple[list[View], DepthMap] | None:
         """Return views and depth map of a pair by the default method with a calibrated `camera`; None if it fails."""
-        views = []
-        for shot in reversed(pair):  # sharper view first
-            views.append(self._view(shot, camera.lens(shot.f_number, shot.focus_distance_m)))
+        # The sharper view first.
+        views = [self._view(shot, camera.lens(shot.f_number, shot.focus_distance_m)) for shot in reversed(pair)]
         depth = depth_on_side(views, pair[0].distance_m + camera.offset, camera.psf or Disc())
         return None if depth is None else (views, depth)
 

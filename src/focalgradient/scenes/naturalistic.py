@@ -70,7 +70,7 @@ def naturalistic(seed: Seed = 0, *, field: Field = 0.35) -> Scene:
         tops.append(middle)
     sun, tint, warmth = sunlight(random)
     sky = clouded_sky(int(random.integers(2**20)), cover=random.uniform(0.1, 0.8), brightness=0.42, warmth=warmth)
-    objects = (*bodies, *_stones(land, random, field, distances, across, sizes), land.mesh(field))
+    objects = (*bodies, *_stones(land, random, field, across, sizes), land.mesh(field))
     marks = (Mark("nearest", _front(bodies[0], tops[0])), Mark("farthest", _front(bodies[-1], tops[-1])))
     return Scene(objects, sun=sun, ambient=0.35, sky=sky, tint=tint, marks=marks)
 
@@ -144,9 +144,7 @@ def _front(body: Mesh, middle: tuple[float, float, float]) -> tuple[float, float
     return x, y, z
 
 
-def _stones(
-    land: Land, random: np.random.Generator, field: float, distances: np.ndarray, across: np.ndarray, sizes: np.ndarray
-) -> list[Mesh]:
+def _stones(land: Land, random: np.random.Generator, field: float, across: np.ndarray, sizes: np.ndarray) -> list[Mesh]:
     """Return scattered pebbles and rocks, small relative to the bodies and clear of them."""
     made = []
     for kind in range(2):
