@@ -110,65 +110,49 @@ def test_a_slip_of_unit_is_refused_in_python(slip: str) -> None:
     assert " --" not in str(caught.value)  # options are the command line's
 
 
-DEPTH = {
-    ("--focal-length", "0.025"): r"--focal-length is 0\.025 mm, .* 25 for 0\.025 m\.",
-    ("--pixel-pitch", "0.008"): r"--pixel-pitch is 0\.008 um, .* 8 for 0\.008 mm\.",
-    ("--focus-distance", "85"): r"--focus-distance is 85 m, .* 0\.85 for 85 cm",
-    ("--sensor-to-pupil", "0.03"): r"--sensor-to-pupil is 0\.03, but must be a number of millimetres from 1",
+COMMANDS = {
+    "depth": ["a.png", "b.png", *LENS, "--focus-distance", "0.85"],
+    "blur": [
+        *("a.png", "metres.npy", "--focal-length", "25", "--f-number", "2.8", "--focus", "0.8", "--field", "6"),
+        *("--encoding", "linear"),
+    ],
+}
+SLIPS = {
+    ("depth", "--focal-length", "0.025"): r"--focal-length is 0\.025 mm, .* 25 for 0\.025 m\.",
+    ("depth", "--pixel-pitch", "0.008"): r"--pixel-pitch is 0\.008 um, .* 8 for 0\.008 mm\.",
+    ("depth", "--focus-distance", "85"): r"--focus-distance is 85 m, .* 0\.85 for 85 cm",
+    ("depth", "--sensor-to-pupil", "0.03"): r"--sensor-to-pupil is 0\.03, but must be a number of millimetres from 1",
+    ("blur", "--focus", "80"): r"do not reach the focus at 80 m: most likely, --focus 80 is 0\.8 m in cm",
+    ("blur", "--focal-length", "0.025"): r"--focal-length is 0\.025 mm, .* 25 for 0\.025 m\.",
+    ("blur", "--f-number", "0.0089"): r"--f-number is 0\.0089, .* give focal length / diameter",
 }
 
 
-@pytest.mark.parametrize("slip", DEPTH)
-def test_options_of_depth_name_themselves_and_their_unit(folder: Path, slip: tuple[str, str]) -> None:
-    option, value = slip
-    words = [*LENS, "--focus-distance", "0.85"]
-    if option in words:
-        words[words.index(option) + 1] = value
-    else:
-        words += slip
-    assert re.search(DEPTH[slip], sentence(run("depth", "a.png", "b.png", "--out", "out", *words)))
+@pytest.mark.parametrize("slip", SLIPS)
+def test_options_name_themselves_and_their_unit(folder: Path, slip: tuple[str, str, str]) -> None:
+    command, option, value = slip
+    words = [*COMMANDS[command], option, "none"][: None if option not in COMMANDS[command] else -2]
+    words[words.index(option) + 1] = value
+    assert re.search(SLIPS[slip], sentence(run(command, *words, "--out", "out")))
     assert not Path("out").exists()
 
 
+VIEWS, TARGETS = "depth views.toml --out out", "calibrate targets.toml --out camera.toml"
 KEYS = {
     ("focal_length_mm = 25.0", "focal_length_mm = 0.025"): r"focal_length_mm is 0\.025 mm, .* 25 for 0\.025 m\.",
     ("focus_distance_m = 0.85", "focus_distance_m = 850"): r"focus_distance_m is 850 m, .* 0\.85 for 850 mm",
+    ("distance_m = 0.5", "distance_m = 500"): r"distance_m is 500 m, .* 0\.5 for 500 mm",
+    ("[[view]]", "offset_sd_m = 20.0\n[[view]]"): r"offset_sd_m is 20 m, .* 0\.02 for 20 mm",
 }
 
 
-@pytest.mark.parametrize("command", ["depth views.toml --out out", "calibrate targets.toml --out camera.toml"])
-@pytest.mark.parametrize("slip", KEYS)
+@pytest.mark.parametrize(
+    ("command", "slip"), [*((VIEWS, slip) for slip in [*KEYS][:2]), *((TARGETS, slip) for slip in KEYS)]
+)
 def test_keys_of_settings_files_name_themselves(folder: Path, slip: tuple[str, str], command: str) -> None:
     for name in ("views.toml", "targets.toml"):
-        Path(name).write_text(Path(name).read_text().replace(*slip))
+        Path(name).write_text(Path(name).read_text().replace(*slip, 1 if slip[0] == "[[view]]" else -1))
     assert re.search(KEYS[slip], sentence(run(*command.split())))
-
-
-def test_distances_of_targets_and_their_offset(folder: Path) -> None:
-    text = Path("targets.toml").read_text()
-    Path("targets.toml").write_text(text.replace("distance_m = 0.5", "distance_m = 500"))
-    assert re.search(
-        r"distance_m is 500 m, .* 0\.5 for 500 mm", sentence(run("calibrate", "targets.toml", "--out", "c.toml"))
-    )
-    Path("targets.toml").write_text(text.replace("[[view]]", "offset_sd_m = 20.0\n[[view]]", 1))
-    assert re.search(
-        r"offset_sd_m is 20 m, .* 0\.02 for 20 mm", sentence(run("calibrate", "targets.toml", "--out", "c.toml"))
-    )
-
-
-BLUR = {
-    ("--focus", "80"): r"do not reach the focus at 80 m: most likely, --focus 80 is 0\.8 m in cm",
-    ("--focal-length", "0.025"): r"--focal-length is 0\.025 mm, .* 25 for 0\.025 m\.",
-    ("--f-number", "0.0089"): r"--f-number is 0\.0089, .* give focal length / diameter",
-}
-
-
-@pytest.mark.parametrize("slip", BLUR)
-def test_slips_of_blur(folder: Path, slip: tuple[str, str]) -> None:
-    words = ["--focal-length", "25", "--f-number", "2.8", "--focus", "0.8", "--field", "6"]
-    words += ["--encoding", "linear"]
-    words[words.index(slip[0]) + 1] = slip[1]
-    assert re.search(BLUR[slip], sentence(run("blur", "a.png", "metres.npy", "--out", "out", *words)))
 
 
 @pytest.mark.parametrize(("factor", "unit"), [(1e3, "mm"), (1e2, "cm")])

@@ -224,24 +224,16 @@ def compared() -> pd.DataFrame:
 
 
 @pytest.mark.parametrize("fixation", NUMBER)
-def test_steps_between_two_pictures(compared: pd.DataFrame, fixation: str) -> None:
-    found = compare_pictures(compared.assign(rating=compared["steps"]), "bipolar")
-    slope = found.slopes[NUMBER[fixation]]
+@pytest.mark.parametrize(("kind", "answers"), [("bipolar", "steps"), ("choice", "choice")])
+def test_two_pictures_compared_by_steps_or_choices(
+    compared: pd.DataFrame, kind: str, answers: str, fixation: str
+) -> None:
+    found = compare_pictures(compared.assign(rating=compared[answers]), kind)
+    slope, both = found.slopes[NUMBER[fixation]], found.interaction
     assert (slope.estimate, slope.low, slope.high, slope.p) == pytest.approx(
-        COMPARED[f"bipolar_slope_{fixation}"], rel=1e-8
+        COMPARED[f"{kind}_slope_{fixation}"], rel=1e-8
     )
     largest = found.against_reference[NUMBER[fixation]]
-    assert (largest.estimate, largest.p) == pytest.approx(COMPARED[f"steps_largest_{fixation}"], rel=1e-8)
-    both = found.interaction
-    assert (both.estimate, both.low, both.high, both.p) == pytest.approx(COMPARED["bipolar_interaction"], rel=1e-8)
-
-
-@pytest.mark.parametrize("fixation", NUMBER)
-def test_choices_between_two_pictures(compared: pd.DataFrame, fixation: str) -> None:
-    found = compare_pictures(compared.assign(rating=compared["choice"]), "choice")
-    slope = found.slopes[NUMBER[fixation]]
-    assert (slope.estimate, slope.low, slope.high, slope.p) == pytest.approx(
-        COMPARED[f"choice_slope_{fixation}"], rel=1e-8
-    )
-    largest = found.against_reference[NUMBER[fixation]]
-    assert (largest.estimate, largest.p) == pytest.approx(COMPARED[f"choice_largest_{fixation}"], rel=1e-8)
+    assert (largest.estimate, largest.p) == pytest.approx(COMPARED[f"{answers}_largest_{fixation}"], rel=1e-8)
+    if kind == "bipolar":
+        assert (both.estimate, both.low, both.high, both.p) == pytest.approx(COMPARED["bipolar_interaction"], rel=1e-8)

@@ -230,13 +230,6 @@ BAD_REPORTS = {
 }
 
 
-@pytest.mark.parametrize("name", BAD_REPORTS)
-def test_what_cannot_be_understood_of_reports_is_named(tmp_path: Path, name: str) -> None:
-    text, said = BAD_REPORTS[name]
-    with pytest.raises(InputError, match=said):
-        read_reports(write(tmp_path, text), NAMES, MEANT)
-
-
 BAD = {
     "nothing": ("", "own.csv is empty"),
     "percent": ("subject,aperture,focus,rating\n1,0,near,30%\n", r"'30%', but .*below the heading 'rating \(%\)'"),
@@ -259,8 +252,10 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("name", BAD)
+@pytest.mark.parametrize("name", [*BAD, *BAD_REPORTS])
 def test_what_is_wrong_is_named(tmp_path: Path, name: str) -> None:
-    text, sentence = BAD[name]
+    text, sentence = (BAD | BAD_REPORTS)[name]
     with pytest.raises(InputError, match=sentence):
-        read_ratings(write(tmp_path, text))
+        read_reports(write(tmp_path, text), NAMES, MEANT) if name in BAD_REPORTS else read_ratings(
+            write(tmp_path, text)
+        )

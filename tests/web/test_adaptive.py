@@ -9,6 +9,7 @@ from typing import Any
 import pandas as pd
 import pytest
 from participant import Participant, client_of, make_set, study
+from test_revealed import THRESHOLD
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "experiments"))
 from headless import PROGRAMS
@@ -104,30 +105,19 @@ def test_an_answer_that_the_page_does_not_offer_is_refused(
     assert {name: event["extra"][name]["value"] for name in ("seen", "seen_start")} == {"seen": 3, "seen_start": 2}
 
 
-THRESHOLD = """
-task = "blurthreshold"
-scenes = ["spheres-01"]
-repetitions = 2
-catch_trials = 1
-practice_trials = 1
-level_steps = 15
-mark_s = 0.1
-picture_s = 0.1
-blank_s = 0.1
-pause_s = 0.1
-"""
-
-
 def test_blur_thresholds_follow_their_answers_in_the_browser_as_in_the_laboratory(tmp_path: Path) -> None:
     make_set(tmp_path / "set", ["spheres-01"], size=(120, 90))
-    made = study(tmp_path, THRESHOLD, stimuli=tmp_path / "set")
+    made = study(tmp_path, THRESHOLD.replace("level_steps = 9", "level_steps = 15"), stimuli=tmp_path / "set")
     shown = [{"event": name, "stamps": [100.0 * n, 100.0 * n + 16]} for n, name in enumerate(STEPS_SHOWN)]
     with client_of(made) as client:
         someone = Participant(client)
         someone.begin()
         for number, trial in enumerate(made.design.trials("001")):
             parts = someone.entry(number)["intervals"]
-            assert [(one["event"], one["mark_seconds"]) for one in parts] == [("picture", 0.1), ("picture", 0.0)]
+            assert [(one["event"], one["mark_seconds"]) for one in parts] == [
+                ("picture", made.design.mark_s),
+                ("picture", 0.0),
+            ]
             files = {someone.picture(one["url"]) for one in parts}
             assert len(files) == 2
             assert len({*map(len, files)}) == 1, "files of one size tell nothing about their interval"

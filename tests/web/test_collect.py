@@ -222,26 +222,12 @@ def test_who_has_withdrawn_stays_out(tmp_path: Path) -> None:
     assert not list((tmp_path / "data").rglob("sub-002*"))
 
 
-def changed(number: int, **content: Any) -> Callable[[list[Line]], bytes]:
+def changed(number: int, part: str | None = None, **content: Any) -> Callable[[list[Line]], bytes]:
+    """Change a line, or a part of it."""
+
     def change(lines: list[Line]) -> bytes:
-        lines[number] = {**lines[number], **content}
-        return text(lines).encode()
-
-    return change
-
-
-def answered(**content: Any) -> Callable[[list[Line]], bytes]:
-    def change(lines: list[Line]) -> bytes:
-        given = lines[2]["given"]
-        lines[2] = {**lines[2], "given": {**given, "answer": {**given["answer"], **content}}}
-        return text(lines).encode()
-
-    return change
-
-
-def design(**content: Any) -> Callable[[list[Line]], bytes]:
-    def change(lines: list[Line]) -> bytes:
-        lines[0] = {**lines[0], "design": {**lines[0]["design"], **content}}
+        line = lines[number]
+        lines[number] = {**line, **content} if part is None else {**line, part: {**line[part], **content}}
         return text(lines).encode()
 
     return change
@@ -258,8 +244,8 @@ WRONG: dict[str, Callable[[list[Line]], bytes]] = {
     "a path for a session": changed(3, session="../../x"),
     "another label": changed(0, participant="009"),
     "no design": changed(0, design={}),
-    "another seed": design(seed=7),
-    "a million trials": design(repetitions=1_000_000),
+    "another seed": changed(0, "design", seed=7),
+    "a million trials": changed(0, "design", repetitions=1_000_000),
     "an answer for a beginning": lambda lines: text([{**lines[1], "line": 0}, *lines[1:]]).encode(),
     "a trial that is not the next": lambda lines: text([lines[0], {**lines[3], "line": 1}]).encode(),
     "an endless onset": lambda lines: text(lines).replace('"onset": 10.0', '"onset": 1e999').encode(),
