@@ -47,6 +47,24 @@ def test_a_name_with_twice_the_trials_of_the_others_is_noted(tmp_path: Path) -> 
     assert "B has 12 trials, each other participant 6: give people of one name different names." in own.notices
 
 
+def test_staircases_of_psychopy_are_levels_and_answers(tmp_path: Path) -> None:
+    """Columns of a `MultiStairHandler` carry the name of their loop."""
+    rows = "1,fovea,0.8,1\n1,fovea,0.5,0\n1,side,0.8,1\n"
+    own = read_thresholds(write(tmp_path, f"participant,stairs.label,stairs.intensity,stairs.response\n{rows}"))
+    assert own.table[["condition", "level", "correct"]].to_numpy().tolist() == [
+        ["fovea", 0.8, 1],
+        ["fovea", 0.5, 0],
+        ["side", 0.8, 1],
+    ]
+
+
+def test_a_word_for_a_missing_answer_is_no_step(tmp_path: Path) -> None:
+    path = write(tmp_path, "subject,fstop,focus,resp\nA,0,near,flat\nA,f5.6,near,deep\nA,f8,near,k.A.\n")
+    with pytest.raises(InputError, match=r'where it is missing, or state so with conditions=\{"k.A.": "NA"\}'):
+        read_ratings(path, order=["flat", "deep"])
+    assert len(read_ratings(path, order=["flat", "deep"], conditions={"k.A.": "NA"}).table) == 2
+
+
 @pytest.mark.parametrize("answers", ["0,1,2,1", "-9,-8,8,9"])
 def test_steps_may_be_0_or_negative(tmp_path: Path, answers: str) -> None:
     rows = [f"A,{aperture},near,{answer}" for aperture, answer in zip("0808", answers.split(","), strict=True)]

@@ -275,6 +275,11 @@ def test_names_of_pictures_are_no_scenes(tmp_path: Path) -> None:
     by = read_conditions(tmp_path / "own.csv", by=["aperture", "fixation"])
     assert "scene" not in by.table
     assert not any("means over" in say for say in by.notices)
+    groups = [[*row, "phone" if row[0] < "P03" else "laptop"] for row in pictures]
+    read(tmp_path, groups, [*head, "device"])
+    assert "scene" not in read_conditions(tmp_path / "own.csv", by=["aperture", "fixation", "device"]).table
+    lines = list(explained_table(tmp_path / "own.csv", by=["aperture", "fixation", "device"]))
+    assert any(line.startswith("  stimulus -> not used") for line in lines)
     named = read(tmp_path, pictures, head, columns={"scene": "stimulus"})
     assert named.table["scene"].nunique() == 8
     assert read(tmp_path, rows(), head).table["scene"].nunique() == 2

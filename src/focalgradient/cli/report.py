@@ -320,9 +320,11 @@ def report(
     for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
         for sentence in sentences:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
-    if made.results and all("reason" in result for result in made.results):
-        remedy = "" if by or not folder.is_file() else " Test another column of the table with --by."
-        click.echo(f"Note: No effect was tested. {made.results[0]['reason']}{remedy}", err=True)
+    if made.results and "reason" in (first := made.results[0]):
+        is_all = all("reason" in result for result in made.results)
+        remedy = " Test another column of the table with --by." if is_all and not by and folder.is_file() else ""
+        untested = "No effect was tested" if is_all else f"Not tested: {first['name']}"
+        click.echo(f"Note: {untested}. {first['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
     show(summary | {"written": written}, f"Done: open {printable(out / 'report.html')}")

@@ -178,6 +178,8 @@ def explained_table(
             yield f"  (no column) -> {role}: {columns_like(role)}{also}"
         raise
     varied = [*own.conditions] if kind.what == BY else []
+    if "rating" in source.columns:
+        source = source.without_pictures(varied)
     yield f"{rows} {len(own.table):,} {kind.what}{' by ' * bool(varied)}{' and '.join(varied)}"
     yield from _columns(source, own.table if is_wide and "rating" not in source.columns else None, varied)
     yield from (*own.problems, *own.notices, *own.notes)

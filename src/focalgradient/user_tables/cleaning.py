@@ -15,7 +15,16 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, codes_of, is_date
-from focalgradient.user_tables.names import clean, few, heading, invalid, is_summary, maybe_summary, rows_named
+from focalgradient.user_tables.names import (
+    clean,
+    few,
+    heading,
+    invalid,
+    is_summary,
+    maybe_summary,
+    missing_as,
+    rows_named,
+)
 from focalgradient.user_tables.schema import ABSENT
 
 __all__ = [
@@ -207,12 +216,9 @@ def in_steps(table: pd.DataFrame, role: str, order: Sequence[str], notes: list[s
     answers = table[role].map(lambda cell: clean(cell).casefold())
     wrong = ~answers.isin([*steps, *ABSENT])
     if wrong.any():
-        raise invalid(
-            table,
-            role,
-            wrong,
-            f"which is not among the steps in order ({few([*order])}): name all steps, from the least",
-        )
+        missing = missing_as(str(table[role][wrong].iloc[0]))
+        expected = f"which is not among the steps in order ({few([*order])}): name all steps, from the least; {missing}"
+        raise invalid(table, role, wrong, expected)
     notes.append(f"Steps of {role}s: {few([f'{word} = {step}' for step, word in enumerate(order, start=1)])}.")
     return table.assign(**{role: answers.map(steps).fillna("")})
 

@@ -14,7 +14,7 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable, read_bytes
 from focalgradient.files.cells import as_number
 from focalgradient.files.containers import with_parts
-from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, parse_table, unique_names
+from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, TextTable, parse_table, unique_names
 from focalgradient.user_tables.names import clean, few
 from focalgradient.user_tables.schema import ABSENT
 
@@ -29,6 +29,7 @@ __all__ = [
     "person_of",
     "read_table",
     "text_table",
+    "with_points",
 ]
 
 SUBJECT = re.compile(r"sub-[^_]+_")
@@ -222,3 +223,18 @@ def person_of(file: str) -> str:
         return path.stem.partition("_")[0]
     rest = SESSION.sub("", path.stem)
     return (path.with_name(rest) if rest else path.parent if path.parent.name else path.with_suffix("")).as_posix()
+
+
+def with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
+    """Return the table with decimal points in the columns of numbers; the mark is decided for all of a file."""
+    if not roles or table.empty:
+        return table
+    files, places = (table.index.get_level_values(level) for level in (0, 1))
+    texts = table[[*roles]].to_numpy(object, copy=True)
+    changed = False
+    for file, rows in table.groupby(files, sort=False).indices.items():
+        cells = tuple(tuple(map(clean, row)) for row in texts[rows])
+        whole = TextTable(str(file), tuple(roles), cells, tuple(places[rows]), delimiters[str(file)])
+        if (pointed := whole.with_points()) is not whole:
+            texts[rows], changed = pointed.rows, True
+    return table.assign(**dict(zip(roles, texts.T, strict=True))) if changed else table

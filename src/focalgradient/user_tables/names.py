@@ -27,6 +27,7 @@ __all__ = [
     "invalid",
     "is_summary",
     "maybe_summary",
+    "missing_as",
     "place",
     "rows_named",
     "same_name",
@@ -245,3 +246,8 @@ def in_several(people: Iterable[Collection[str]]) -> list[str]:
     spelt = {name.casefold(): name for names in people for name in names}
     counts = Counter(folded for names in people for folded in {name.casefold() for name in names})
     return sorted(spelt[folded] for folded, count in counts.items() if count > 1)
+
+
+def missing_as(text: str) -> str:
+    """Return the remedy for a cell that may mean that there is no answer."""
+    return f'leave it empty, or NA, where it is missing, or state so with conditions={{"{printable(text)}": "NA"}}'

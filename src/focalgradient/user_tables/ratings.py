@@ -113,8 +113,7 @@ def read_ratings(
     words = given_words(conditions or {})
     if "rating" in source.columns:
         _require(source)
-        shown = [source.columns[role] for role in ("aperture", "aperture_mm", "fixation") if role in source.columns]
-        source = source.without_pictures(shown)
+        source = source.without_pictures()
         table = source.rows()
     else:
         measure = (columns or {}).get("rating")

@@ -251,6 +251,9 @@ THRESHOLDS = Schema(
     },
 )
 
+STAIRCASE = {"level": "intensity", "correct": "response", "condition": "label"}
+"""Names of PsychoPy's columns of a staircase, after that of its loop."""
+
 GRADIENTS = ("none", "rigid", "nonrigid")
 """Reading of the cube that the focal gradient favours."""
 
@@ -324,6 +327,9 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     free = [column for column in reversed(header) if column not in found.values()]
     lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
     lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
+    loop = next((column.removesuffix(".intensity") for column in free if column.endswith(".intensity")), "")
+    of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
+    lower = of_loop | lower if "level" in schema.columns else lower
     for role, definition in schema.columns.items():
         if role not in found:
             words = [spelt for word in (role, *definition.names) for spelt in (word, heading(word))]

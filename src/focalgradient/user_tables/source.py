@@ -12,7 +12,6 @@ import pandas as pd
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
-from focalgradient.files.tables import TextTable
 from focalgradient.user_tables.cleaning import (
     in_steps,
     note_shared_names,
@@ -22,8 +21,8 @@ from focalgradient.user_tables.cleaning import (
     without_pasted,
     without_summaries,
 )
-from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table
-from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, place, united
+from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table, with_points
+from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, missing_as, place, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, RATINGS, TIMES, Schema, found_columns
 
@@ -62,6 +61,9 @@ ANSWERS = ("rating", "correct", "response")
 
 NAMED = {"participant_id": "participant", "session": "session", "scene": "scene"}
 """Roles whose spellings are merged, with the noun used in messages."""
+
+PICTURED = ("aperture", "aperture_mm", "fixation")
+"""Roles of the conditions that differ between pictures."""
 
 DEFAULTS = {"session": "", "condition": "", "kind": "human"}
 """Values of optional columns of a table without them."""
@@ -195,17 +197,22 @@ class Source:
         self.notices.append(f"{_rows_were(practice)} left out, of a loop of practice.")
         return replace(self, cells=self.cells[~practice].copy())
 
-    def without_pictures(self, conditions: Sequence[str]) -> Source:
+    def without_pictures(self, conditions: Sequence[str] = ()) -> Source:
         """Leave out a column taken for the scene that names one picture a condition, as jsPsych's column `stimulus`.
 
-        `conditions` are the columns of the conditions. A column that the caller named, or that is named "scene", stays.
+        `conditions` are the columns of the conditions, by default those of apertures and fixation; a condition that
+        varies for one picture, as that of groups, is none of the picture's. A column that the caller named, or that is
+        named "scene", stays.
         """
         name = self.columns.get("scene", "scene")
+        conditions = conditions or [self.columns[role] for role in PICTURED if role in self.columns]
         if "scene" in self.given or heading(name) == "scene" or not conditions:
             return self
         cells = self.cells[[name, *conditions]]
-        pairs = cells[~cells.apply(lambda column: _is_empty(column, ABSENT)).any(axis=1)].drop_duplicates()
-        if not 1 < len(pairs) == pairs[name].nunique() == len(pairs[[*conditions]].drop_duplicates()):
+        cells = cells[~cells.apply(lambda column: _is_empty(column, ABSENT)).any(axis=1)]
+        of_pictures = [column for column in conditions if (cells.groupby(name)[column].nunique() == 1).all()]
+        pictures = cells[name].nunique()
+        if pictures < 2 or not of_pictures or pictures != len(cells[of_pictures].drop_duplicates()):
             return self
         self.notices.append(
             f"{printable(name)} names one picture for each condition, and was not used as the scene: name it with "
@@ -290,7 +297,7 @@ class Source:
             if role in table and column.answer and absent:
                 table[role] = table[role].mask(table[role].map(lambda cell: clean(cell).casefold()).isin(absent), "")
         numeric = [role for role, column in self.schema.columns.items() if column.number and role in table]
-        table = _with_points(table, numeric, self.cells.attrs["delimiter"])
+        table = with_points(table, numeric, self.cells.attrs["delimiter"])
         shown = [role for role in shown if role in table]
         if shown and not table.empty:
             nothing = pd.concat([_is_empty(table[role], ABSENT - {"none"}) for role in shown], axis=1).all(axis=1)
@@ -395,8 +402,7 @@ class Source:
             if role in ("rating", "confidence") and texts[~absent].map(is_in_words).all():
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             elif self.schema.columns[role].answer and not re.search(r"\d", text):
-                missing = f'conditions={{"{printable(text)}": "NA"}}'
-                damaged += f": leave it empty, or NA, where it is missing, or state so with {missing}"
+                damaged += f": {missing_as(text)}"
             damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
             raise invalid(table, role, wrong, f"but must be a number, like 1.4{damaged}")
         header = self.columns.get(role, "")
@@ -464,21 +470,6 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
     found = found_columns(table.name, table.cells, schema, theirs)
     return any(roles <= set(found) for roles in schema.signs)
-
-
-def _with_points(table: pd.DataFrame, roles: Sequence[str], delimiters: Mapping[str, str]) -> pd.DataFrame:
-    """Return the table with decimal points in the columns of numbers; the mark is decided for all of a file."""
-    if not roles or table.empty:
-        return table
-    files, places = (table.index.get_level_values(level) for level in (0, 1))
-    texts = table[[*roles]].to_numpy(object, copy=True)
-    changed = False
-    for file, rows in table.groupby(files, sort=False).indices.items():
-        cells = tuple(tuple(map(clean, row)) for row in texts[rows])
-        whole = TextTable(str(file), tuple(roles), cells, tuple(places[rows]), delimiters[str(file)])
-        if (pointed := whole.with_points()) is not whole:
-            texts[rows], changed = pointed.rows, True
-    return table.assign(**dict(zip(roles, texts.T, strict=True))) if changed else table
 
 
 def _is_empty(cells: pd.Series[str], absent: Collection[str]) -> pd.Series[bool]:
