@@ -41,6 +41,21 @@ def test_a_table_of_ones_own(tmp_path):
     assert "must be pairs such as participant=subject" in result.stderr
 
 
+def test_an_effect_that_the_table_cannot_show_is_named(tmp_path):
+    """Each picture shows one pupil, and is called a scene: no scene was rated at two pupils."""
+    people = [(f"P{n}", "phone" if n < 3 else "laptop") for n in range(6)]
+    rows = [
+        f"{who},p{pupil}.png,{pupil},{device},{n + int(pupil)}"
+        for n, (who, device) in enumerate(people)
+        for pupil in "246"
+    ]
+    (tmp_path / "own.csv").write_text("\n".join(["participant,scene,pupil,device,rating", *rows]))
+    result = run(tmp_path / "own.csv", "--by", "pupil", "--by", "device", "--out", tmp_path / "report")
+    assert result.exit_code == 0, result.output
+    said = "Note: Not tested: slope of log rating on pupil. Nobody rated a scene at two levels of pupil."
+    assert said in result.stderr
+
+
 def test_rules_and_a_preregistration(tmp_path):
     (tmp_path / "design.toml").write_text('task = "depthrating"\n')
     result = run(tmp_path / "design.toml", "--preregister", "--out", tmp_path / "plan")

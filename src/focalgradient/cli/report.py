@@ -323,7 +323,7 @@ def report(
     if made.results and "reason" in (first := made.results[0]):
         is_all = all("reason" in result for result in made.results)
         remedy = " Test another column of the table with --by." if is_all and not by and folder.is_file() else ""
-        untested = "No effect was tested" if is_all else f"Not tested: {first['name']}"
+        untested = "No effect was tested" if is_all else f"Not tested: {first['what']}"
         click.echo(f"Note: {untested}. {first['reason']}{remedy}", err=True)
     written = [printable(out / name) for name in made.files]
     summary = {"problems": list(made.problems), "notices": list(made.notices), "results": list(made.results)}
