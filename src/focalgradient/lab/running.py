@@ -33,6 +33,7 @@ from focalgradient.lab.preparation import WINDOW, Prepared, prepare
 from focalgradient.lab.questions import ask, explain
 from focalgradient.tasks import task_named
 from focalgradient.tasks.noted import SHOWN, SHOWN_ABOUT, with_noted
+from focalgradient.tasks.steps import judged_round
 from focalgradient.termination import exit_code, terminable
 
 if TYPE_CHECKING:
@@ -381,13 +382,11 @@ class _Walk:
         experiment, sitting, session = self._experiment, self._sitting, self._session
         design, practised = sitting.design, self._practised
         for number in range(1, design.practice_rounds + 1):
-            right = [experiment.right(sitting, trial, answer) for trial, answer in practised]
-            known = [one for one in right if one is not None]
-            passed = not known or sum(known) >= design.practice_right * len(known)
-            session.note("practice", round=number, right=sum(known), of=len(known), passed=passed)
-            if not passed and number == design.practice_rounds and design.practice_required:
-                raise Unpractised(f"{sum(known)} of {len(known)} trials right in round {number}")
-            if passed or number == design.practice_rounds:
+            judged = judged_round(design, [experiment.right(sitting, *one) for one in practised])
+            session.note("practice", round=number, **judged)
+            if not judged["passed"] and number == design.practice_rounds and design.practice_required:
+                raise Unpractised(f"{judged['right']} of {judged['of']} trials right in round {number}")
+            if judged["passed"] or number == design.practice_rounds:
                 return
             uninterrupted(partial(self._page, repeat.again))
             repeated = []

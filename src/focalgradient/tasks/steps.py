@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +26,7 @@ __all__ = [
     "files_of",
     "intervals_of",
     "judged",
+    "judged_round",
     "pauses",
     "steps_of",
     "stimulus_of",
@@ -157,6 +158,17 @@ def judged(task: Task, design: Any, trial: Any, answer: Any, participant: str) -
         return None, None
     right = _passing(task.right, design, trial, answer, participant=participant)
     return (right, None) if right is None or isinstance(right, bool) else (right >= LEAST_RIGHT, right)
+
+
+def judged_round(design: Any, right: Sequence[bool | None]) -> dict[str, Any]:
+    """Return the result of a round of practice: how many of those that have a correct answer are "right", and "passed".
+
+    >>> judged_round(None, [True, None, False])
+    {'right': 1, 'of': 2, 'passed': True}
+    """
+    known = [one for one in right if one is not None]
+    passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
+    return {"right": sum(known), "of": len(known), "passed": passed}
 
 
 def _passing(method: Callable[..., Any], *given: Any, **known: Any) -> Any:

@@ -28,12 +28,12 @@ from focalgradient.web.possible import check_frames, check_possible, check_press
 from focalgradient.web.screen import gamma_of, measure
 
 __all__ = [
+    "Read",
     "about_sitting",
     "apparatus_of",
     "expose",
     "first_problem",
-    "practice_trial",
-    "read_answer",
+    "read_practice",
     "record",
     "round_notes",
 ]
@@ -230,7 +230,10 @@ def record(
     answer, frames, seconds = read_answer(session, pictures, trial, given.answer)
     session.check_answer(trial, answer)
     check_possible(seconds, elapsed_s)
-    notes = [note for one in practice for note in round_notes(session, pictures, one, elapsed_s)]
+    notes = []
+    for one in practice:
+        again = read_practice(session, pictures, one.again)
+        notes += round_notes(one.round, one.model_dump(), again, elapsed_s)
     about = {"phase": given.phase, "trial": given.trial, "condition": trial_row(trial)}
     notes.append(("frames", about | frames))
     came = {} if received is None else {"received": received.isoformat(timespec="milliseconds")}
@@ -238,26 +241,26 @@ def record(
     return frames
 
 
-def practice_trial(session: Session, number: int) -> Any:
-    """Return the practice trial of that number; raise `InputError` if it does not exist."""
-    for trial in session.trials:
-        if (trial.phase, trial.trial) == ("practice", number):
-            return trial
-    raise InputError(f"there is no practice trial {number}: send the number of a practice trial.")
+def read_practice(
+    session: Session, pictures: StimulusSet | None, given: Sequence[messages.Again]
+) -> list[tuple[Trial, Read]]:
+    """Parse responses to practice trials, as `read_answer`; `InputError` also for a trial that does not exist."""
+    known = {trial.trial: trial for trial in session.trials if trial.phase == "practice"}
+    if missing := [one.trial for one in given if one.trial not in known]:
+        raise InputError(f"there is no practice trial {missing[0]}: send the number of a practice trial.")
+    return [(known[one.trial], read_answer(session, pictures, known[one.trial], one.answer)) for one in given]
 
 
 def round_notes(
-    session: Session, pictures: StimulusSet | None, given: messages.Round, elapsed_s: float | None
+    number: int, result: Mapping[str, Any], again: Sequence[tuple[Trial, Read]], elapsed_s: float | None
 ) -> list[tuple[str, dict[str, Any]]]:
     """Return the notes of a round of practice: its responses, unless they are the first to their trials; its result."""
     notes: list[tuple[str, dict[str, Any]]] = []
-    for one in given.again:
-        shown = practice_trial(session, one.trial)
-        repeated = read_answer(session, pictures, shown, one.answer)
+    for trial, repeated in again:
         check_possible(repeated.seconds, elapsed_s)
-        content = {"round": given.round, "trial": asdict(shown), "answer": answer_event(repeated.answer)}
+        content = {"round": number, "trial": asdict(trial), "answer": answer_event(repeated.answer)}
         notes.append(("practice again", content))
-    return [*notes, ("practice", given.model_dump(exclude={"again"}))]
+    return [*notes, ("practice", {"round": number, **{name: result[name] for name in ("right", "of", "passed")}})]
 
 
 def expose(session: Session, given: Exposure) -> None:

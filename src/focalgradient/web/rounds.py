@@ -9,10 +9,8 @@ from focalgradient.dataset import Session
 from focalgradient.dataset.events import Event
 from focalgradient.design import Trial
 from focalgradient.errors import InputError
-from focalgradient.stimuli import StimulusSet
-from focalgradient.tasks.steps import judged
-from focalgradient.web.answers import practice_trial, read_answer, round_notes
-from focalgradient.web.messages import Judge, Round
+from focalgradient.tasks.steps import judged, judged_round
+from focalgradient.web.answers import Read, round_notes
 
 __all__ = ["PASSED", "judge", "note_round", "practice_numbers", "start_of"]
 
@@ -20,7 +18,7 @@ PASSED = ("practice", 0)
 """Phase and number whose token is that of passed practice; no trial has the number 0."""
 
 
-def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[str, Any]:
+def judge(session: Session, practised: Sequence[tuple[Trial, Read]], number: int) -> dict[str, Any]:
     """Judge the responses of a round of practice so far, as the laboratory does.
 
     Returns
@@ -28,30 +26,18 @@ def judge(session: Session, pictures: StimulusSet | None, given: Judge) -> dict[
     dict
         "right" of the responses, "of" those that have a correct one; whether the round is "passed", and to be
         repeated ("again"); "share" of the last trial's time, in %, for which the correct key was held.
-
-    Raises
-    ------
-    ValidationError, InputError
-        As for `read_answer`.
     """
-    design = session.design
-    known: list[bool] = []
-    share = None
-    for one in given.answers:
-        trial = practice_trial(session, one.trial)
-        answer = read_answer(session, pictures, trial, one.answer).answer
-        right, held = judged(session.task, design, trial, answer, session.files.participant)
-        share = None if held is None else round(100 * held)
-        known += [] if right is None else [right]
-    passed = sum(known) >= getattr(design, "practice_right", 0.0) * len(known)
-    again = not passed and given.round < getattr(design, "practice_rounds", 1)
-    return {"right": sum(known), "of": len(known), "passed": passed, "again": again, "share": share}
+    design, who = session.design, session.files.participant
+    each = [judged(session.task, design, trial, read.answer, who) for trial, read in practised]
+    found, share = judged_round(design, [right for right, _ in each]), each[-1][1]
+    again = not found["passed"] and number < getattr(design, "practice_rounds", 1)
+    return found | {"again": again, "share": None if share is None else round(100 * share)}
 
 
 def note_round(
     session: Session,
-    pictures: StimulusSet | None,
-    given: Judge,
+    practised: Sequence[tuple[Trial, Read]],
+    number: int,
     found: Mapping[str, Any],
     events: Sequence[Event],
     elapsed_s: float | None,
@@ -64,14 +50,11 @@ def note_round(
         If an earlier round was not judged.
     """
     last, _ = _last_round(events)
-    if given.round > last + 1:
-        raise InputError(f"round {given.round} of practice is not the next: send round {last + 1}.")
-    if given.round <= last:
-        return
-    result = {name: found[name] for name in ("right", "of", "passed")}
-    again = given.answers if given.round > 1 else []  # the first responses are recorded as such
-    whole = Round(round=given.round, again=again, **result)
-    session.note_all(round_notes(session, pictures, whole, elapsed_s))
+    if number > last + 1:
+        raise InputError(f"round {number} of practice is not the next: send round {last + 1}.")
+    if number == last + 1:
+        again = practised if number > 1 else []  # the first responses are recorded as such
+        session.note_all(round_notes(number, found, again, elapsed_s))
 
 
 def start_of(session: Session, events: Sequence[Event]) -> tuple[int, int]:

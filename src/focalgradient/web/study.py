@@ -24,7 +24,7 @@ from focalgradient.design import Design, check_design
 from focalgradient.design.consent import Consent
 from focalgradient.design.form import check_about
 from focalgradient.errors import InputError
-from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
+from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, read_practice, record
 from focalgradient.web.guard import Rate, too_many
 from focalgradient.web.lists import Lists, check_completion
 from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, Who
@@ -282,12 +282,12 @@ class Study:
         """
         with self._held(given) as place, _refusing():
             session = self._resumed(place, "practice is judged")
-            found = judge(session, self.lists.pictures, given)
-            if not practice_numbers(session.trials[place.began :]) <= {one.trial for one in given.answers}:
+            practised = read_practice(session, self.lists.pictures, given.answers)
+            found = judge(session, practised, given.round)
+            if not practice_numbers(session.trials[place.began :]) <= {trial.trial for trial, _ in practised}:
                 return found
-            note_round(
-                session, self.lists.pictures, given, found, read_journal(place.journal).events, self._elapsed(place)
-            )
+            events = read_journal(place.journal).events
+            note_round(session, practised, given.round, found, events, self._elapsed(place))
             if found["again"]:
                 return found | {"page": self.lists.again(place.participant)}
             return found | {"practice_token": place.trial_token(*PASSED)}
