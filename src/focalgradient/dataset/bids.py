@@ -20,7 +20,7 @@ from focalgradient.dataset.columns import NOTED
 from focalgradient.dataset.conduct import failed_practice
 from focalgradient.dataset.events import Event
 from focalgradient.dataset.gaze import gaze_files
-from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, rewrite, writing
+from focalgradient.dataset.journal import Journal, Log, create_whole, read_journal, rewrite, writing
 from focalgradient.dataset.lock import locked
 from focalgradient.dataset.markers import HED_VERSION
 from focalgradient.dataset.percepts import Press, percepts
@@ -134,6 +134,15 @@ class Files:
         """Return the path of the copy of the stimuli's manifest."""
         return self.root / "stimuli" / f"manifest-{sha256[:12]}.json"
 
+    def keep_manifest(self, sha256: str, content: bytes) -> None:
+        """Write the manifest of a session's pictures, unless another session has."""
+        _create_missing(self.manifest(sha256), content)
+
+
+def _create_missing(path: Path, content: bytes) -> None:
+    with suppress(FileExistsError):  # another session may begin at the same time
+        create_whole(path, content)
+
 
 def journals(root: Path) -> Iterator[Path]:
     """Yield all journals of a data set, in order of name.
@@ -204,7 +213,6 @@ def begin_dataset(root: Path, kind: Kind, name: str = DEFAULT_NAME) -> None:
     """
     check_folder(root, kind)
     description = root / "dataset_description.json"
-    make_folder(root)
     ours = version("focalgradient")
     note = "SIMULATED OBSERVERS, not people: every answer was computed by a model.\n\n" if kind == "simulated" else ""
     about = {
@@ -223,8 +231,7 @@ def begin_dataset(root: Path, kind: Kind, name: str = DEFAULT_NAME) -> None:
         (root / "participants.json", json_text(ABOUT)),
         (root / "participants.tsv", "\t".join(("participant_id", *ABOUT)) + "\n"),
     ):
-        with suppress(FileExistsError):  # another session may begin at the same time
-            create_whole(path, content.encode())
+        _create_missing(path, content.encode())
 
 
 def check_folder(root: Path, kind: Kind) -> None:
@@ -378,7 +385,6 @@ def make_table(journal: Path) -> Files:
     if files.table.exists() and not _begins(made[files.table].decode(), read_bytes(files.table, "a table")):
         raise InputError(f"{files.table} differs from its journal {journal}: move it away, and it is written again.")
     with writing(files.table):
-        make_folder(files.table.parent)
         for path, content in made.items():
             create_whole(path, content, replace=True)
         if failed_practice(log) and (files.root / "participants.tsv").exists():

@@ -16,7 +16,7 @@ import numpy as np
 from focalgradient.dataset.alike import differences
 from focalgradient.dataset.bids import Files, add_participant, json_text, screen_of, source_files
 from focalgradient.dataset.gaze import Recording, Sample, recording_files
-from focalgradient.dataset.journal import Log, create_whole, make_folder, read_journal, scan_journal, writing
+from focalgradient.dataset.journal import Log, create_whole, read_journal, scan_journal, writing
 from focalgradient.errors import InputError
 
 __all__ = ["ABOUT", "Change", "about_changes", "export_focus", "focus_files", "focus_journals", "wrong_focus"]
@@ -114,7 +114,6 @@ def export_focus(path: Path) -> list[Path]:
     with writing(root):
         add_participant(root, log.head["participant"], {"kind": "human"})
         for place, content in made.items():
-            make_folder(place.parent)
             create_whole(place, content, replace=True)
     return list(made)
 

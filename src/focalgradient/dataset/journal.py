@@ -36,7 +36,6 @@ __all__ = [
     "Journal",
     "Log",
     "create_whole",
-    "make_folder",
     "parsed_line",
     "read_journal",
     "rewrite",
@@ -141,7 +140,6 @@ class Journal:
         """
         line, last = _line(head, "")
         with writing(path):
-            make_folder(path.parent)
             create_whole(path, line)
         journal = cls.take(path)
         journal._durable, journal._last = durable, last
@@ -264,6 +262,8 @@ def make_folder(folder: Path) -> None:
 def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
     """Write a file atomically, accessible only to its owner: to a hidden file, flushed to disk, then moved.
 
+    Its missing folders are created.
+
     Raises
     ------
     FileExistsError
@@ -271,6 +271,7 @@ def create_whole(path: Path, content: bytes, *, replace: bool = False) -> None:
     """
     if not replace and os.path.lexists(path):
         raise FileExistsError(f"{path} already exists.")
+    make_folder(path.parent)
     with staged(path.parent) as folder:
         hidden = folder / path.name
         make_file(hidden, content, 0o600)

@@ -6,7 +6,6 @@ import os
 import platform
 import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import asdict, replace
 from datetime import UTC, datetime
 from importlib.metadata import version
@@ -25,7 +24,7 @@ from focalgradient.dataset.bids import (
 )
 from focalgradient.dataset.conduct import EXPOSURE, exposures
 from focalgradient.dataset.events import Event, cell_tests
-from focalgradient.dataset.journal import Journal, Log, create_whole, make_folder, read_journal, writing
+from focalgradient.dataset.journal import Journal, Log, read_journal, writing
 from focalgradient.dataset.stimuli import Manifest, check_stimuli
 from focalgradient.design import Design, Trial, check_design
 from focalgradient.errors import InputError
@@ -183,9 +182,7 @@ class Session:
             begin_dataset(root, kind)
             check_participant(root, participant, kind)
             if manifest is not None:
-                make_folder(files.manifest(manifest.sha256).parent)
-                with suppress(FileExistsError):
-                    create_whole(files.manifest(manifest.sha256), manifest.content)
+                files.keep_manifest(manifest.sha256, manifest.content)
         head = _event(
             "begun",
             apparatus,

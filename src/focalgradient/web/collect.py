@@ -9,25 +9,22 @@ from __future__ import annotations
 import json
 import tempfile
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from pydantic import ValidationError
 
-from focalgradient.dataset import Apparatus, Files, Journal, Manifest, Session, check_stimuli, export, read_journal
+from focalgradient.dataset import Apparatus, Files, Journal, Session, export, read_journal
 from focalgradient.dataset.bids import add_participant, begin_dataset, check_folder, check_participant
-from focalgradient.dataset.journal import create_whole, make_folder, whole_lines, writing
+from focalgradient.dataset.journal import create_whole, whole_lines, writing
 from focalgradient.dataset.withdrawal import has_withdrawn, record_of
 from focalgradient.design import Design, Trial, check_design
 from focalgradient.design.form import check_about
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, located
 from focalgradient.files import printable
-from focalgradient.stimuli import StimulusSet, read_set
-from focalgradient.tasks import task_named
 from focalgradient.web.answers import about_sitting, apparatus_of, expose, first_problem, record
-from focalgradient.web.lists import digest_of
+from focalgradient.web.lists import Lists, digest_of
 from focalgradient.web.messages import Answered, Begun, Exposed, Record, Resumed
 from focalgradient.web.results import read_results
 
@@ -91,19 +88,9 @@ class _Study:
                     "one study at a time."
                 )
         self.design: Design = check_design(f"session {first.session}", first.design)
-        if not task_named(self.design.task).described:
-            raise InputError(
-                f"session {first.session} is of {self.design.task}, which cannot run in a browser: leave it out."
-            )
-        self.manifest: Manifest | None = None
-        self.pictures: StimulusSet | None = None
-        if task_named(self.design.task).needed(self.design):
-            if stimuli is None:
-                raise InputError(
-                    "stimuli is missing, but depth rating shows pictures: give the folder of the study's pictures."
-                )
-            self.manifest = check_stimuli(stimuli)
-            self.pictures = read_set(stimuli)
+        with located(f"session {first.session}"):
+            lists = Lists(self.design, stimuli)
+        self.manifest, self.pictures = lists.manifest, lists.pictures
         if first.stimuli != (self.manifest and self.manifest.sha256):
             raise InputError(
                 f"session {first.session} showed pictures other than those of {stimuli}: give the folder "
@@ -296,10 +283,7 @@ def _written(study: _Study, given: _Given, files: Files, made: Path, there: int)
         if not there:
             begin_dataset(files.root, "human")
             if study.manifest is not None:
-                make_folder(files.manifest(study.manifest.sha256).parent)
-                with suppress(FileExistsError):
-                    create_whole(files.manifest(study.manifest.sha256), study.manifest.content)
-            make_folder(files.journal.parent)
+                files.keep_manifest(study.manifest.sha256, study.manifest.content)
             create_whole(files.journal, made.read_bytes())
         elif there < len(new):
             with Journal.take(files.journal):

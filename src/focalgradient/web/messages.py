@@ -33,19 +33,18 @@ __all__ = [
 
 Count = Annotated[int, Field(ge=0, le=1_000_000)]
 Label = Annotated[str, Field(min_length=1, max_length=64, pattern=r"^[\w-]+$")]
-Milliseconds = Annotated[float, Field(ge=0, le=1e12, allow_inf_nan=False)]
-Number = Annotated[float, Field(allow_inf_nan=False)]
+Milliseconds = Annotated[float, Field(ge=0, le=1e12)]
 RoundNumber = Annotated[int, Field(ge=1, le=20)]
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$")]
 TrialNumber = Annotated[int, Field(ge=1, le=100_000)]
 About = Annotated[str, Field(min_length=1, max_length=LONGEST_ABOUT, pattern=ABOUT)]
-Seconds = Annotated[float, Field(ge=0, le=1e6, allow_inf_nan=False)]
+Seconds = Annotated[float, Field(ge=0, le=1e6)]
 
 
 class Message(BaseModel):
-    """Base of all messages: unknown fields are rejected."""
+    """Base of all messages: unknown fields and numbers that are not finite are rejected."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True)
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
 
 class Join(Message):
@@ -79,20 +78,15 @@ class Sitting(Message):
 
     consent: Sha256 | None = None
     screen_px: Annotated[list[Annotated[int, Field(gt=0, le=100_000)]], Field(min_length=2, max_length=2)]
-    screen_m: (
-        Annotated[list[Annotated[float, Field(gt=0, le=10, allow_inf_nan=False)]], Field(min_length=2, max_length=2)]
-        | None
-    ) = None
-    viewing_distance_m: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)] | None = None
-    card_px: Annotated[float, Field(gt=1, le=20_000, allow_inf_nan=False)] | None = None
-    blind_spot_px: Annotated[
-        list[Annotated[float, Field(ge=-20_000, le=20_000, allow_inf_nan=False)]], Field(max_length=100)
-    ] = []
+    screen_m: Annotated[list[Annotated[float, Field(gt=0, le=10)]], Field(min_length=2, max_length=2)] | None = None
+    viewing_distance_m: Annotated[float, Field(gt=0, le=20)] | None = None
+    card_px: Annotated[float, Field(gt=1, le=20_000)] | None = None
+    blind_spot_px: Annotated[list[Annotated[float, Field(ge=-20_000, le=20_000)]], Field(max_length=100)] = []
     gamma_matches: Annotated[
         list[tuple[Annotated[float, Field(gt=0, lt=1)], Annotated[int, Field(ge=1, le=254)]]], Field(max_length=100)
     ] = []
-    pixel_ratio: Annotated[float, Field(gt=0, le=20, allow_inf_nan=False)]
-    refresh_hz: Annotated[float, Field(gt=0, le=2000, allow_inf_nan=False)] | None = None
+    pixel_ratio: Annotated[float, Field(gt=0, le=20)]
+    refresh_hz: Annotated[float, Field(gt=0, le=2000)] | None = None
     browser: Annotated[str, Field(max_length=500)]
     now_ms: Milliseconds
     waited_ms: Milliseconds = 0.0
@@ -119,7 +113,7 @@ class Frames(Message):
     zoomed: Count = 0
 
 
-Also = Annotated[dict[Label, Number], Field(max_length=50)]
+Also = Annotated[dict[Label, float], Field(max_length=50)]
 """Responses to additional questions by column; for a choice, 1 or 2."""
 
 
@@ -135,10 +129,10 @@ class Response(Message):
 class Rating(Response):
     """Response to a question; of a choice, which alternative was `chosen`."""
 
-    rating: Number | None = None
+    rating: float | None = None
     chosen: Literal[1, 2] | None = None
     response_time: Seconds
-    start: Number | None = None
+    start: float | None = None
 
 
 class Held(Response):
@@ -148,7 +142,7 @@ class Held(Response):
         list[tuple[Annotated[float, Field(ge=-10, le=1e6)], Annotated[str, Field(max_length=20)], bool]],
         Field(max_length=100_000),
     ]
-    trial_duration: Annotated[float, Field(gt=0, le=1e6, allow_inf_nan=False)]
+    trial_duration: Annotated[float, Field(gt=0, le=1e6)]
 
 
 class Again(Message):

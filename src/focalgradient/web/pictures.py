@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import zlib
+from collections import deque
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -154,9 +155,22 @@ class _Film:
         return self
 
 
+_DIGESTS: dict[_Film, str] = {}
+"""SHA-256 of the pixels of films whose files were made, until their trials are answered."""
+
+
 @lru_cache(maxsize=16)
 def _film_of(film: _Film) -> bytes:
-    return _film(_made(film.shown)[film.number].picture)
+    digest = hashlib.sha256()
+    file = _film(_hashed(_made(film.shown)[film.number].picture, digest))
+    _DIGESTS[film] = digest.hexdigest()
+    return file
+
+
+def _hashed(frames: Iterable[Any], digest: Any) -> Iterator[Any]:
+    for pixels in frames:
+        digest.update(pixels.tobytes())
+        yield pixels
 
 
 def _film(frames: Iterable[Any]) -> bytes:
@@ -217,16 +231,18 @@ def drawn(shown: Described) -> Drawn:
 @lru_cache(maxsize=20_000)
 def shown_sha256(shown: Described) -> str:
     """Return the SHA-256 of each picture and film of a described trial that no file holds, separated by spaces."""
-    pictures = [step.picture for step in _made(shown)]
-    frames = [one if isinstance(one, Iterator) else [one] for one in pictures if isinstance(one, Iterator | np.ndarray)]
-    return " ".join(dict.fromkeys(map(_sha256, frames)))
+    digests = dict[str, None]()
+    for number, picture in enumerate(step.picture for step in _made(shown)):
+        if isinstance(picture, Iterator | np.ndarray):
+            frames = picture if isinstance(picture, Iterator) else [picture]
+            digests[_DIGESTS.pop(_Film(shown, number), None) or _sha256(frames)] = None
+    return " ".join(digests)
 
 
 def _sha256(frames: Iterable[Any]) -> str:
-    found = hashlib.sha256()
-    for pixels in frames:
-        found.update(pixels.tobytes())
-    return found.hexdigest()
+    digest = hashlib.sha256()
+    deque(_hashed(frames, digest), maxlen=0)
+    return digest.hexdigest()
 
 
 def own_trial(shown: Described) -> dict[str, Any]:

@@ -22,7 +22,7 @@ import psycopg
 from focalgradient.dataset import Files, Manifest, begin_dataset, export, read_journal
 from focalgradient.dataset import journals as list_journals
 from focalgradient.dataset.bids import add_participant
-from focalgradient.dataset.journal import create_whole, make_folder, scan_journal, writing
+from focalgradient.dataset.journal import create_whole, scan_journal, writing
 from focalgradient.dataset.links import number_of
 from focalgradient.dataset.withdrawal import digest_of_record, has_withdrawn, record_of, remove_participant
 from focalgradient.design import Design
@@ -218,7 +218,6 @@ class Postgres:
         content = "".join(f"{line}\n" for (line,) in lines).encode()
         if content:
             with writing(place.journal):
-                make_folder(place.journal.parent)
                 create_whole(place.journal, content, replace=True)
         else:
             place.journal.unlink(missing_ok=True)
@@ -343,13 +342,11 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
             raise InputError(f"{files.journal} differs from the store: give another folder.")
         if added_lines := max(len(new) - len(old), 0):
             with writing(root):
-                make_folder(files.journal.parent)
                 create_whole(files.journal, "".join(f"{line}\n" for line in new).encode(), replace=True)
         head = read_journal(files.journal).head
-        if content is not None and not (place := files.manifest(head["stimuli"])).exists():
+        if content is not None:
             with writing(root):
-                make_folder(place.parent)
-                create_whole(place, content.encode())
+                files.keep_manifest(head["stimuli"], content.encode())
         add_participant(root, participant, {"kind": head["kind"], **head.get("about", {})})
         export(files.journal)
         added[participant] = added_lines
