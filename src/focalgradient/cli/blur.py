@@ -27,7 +27,7 @@ from focalgradient.cli.program import (
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
 from focalgradient.depth.settings import AUTO
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_json, refuse_overwriting
+from focalgradient.files import printable, read_json
 from focalgradient.options.shapes import ShapeAsked
 from focalgradient.plausibility import given_as
 from focalgradient.progress import part_of
@@ -179,8 +179,8 @@ def blur(
     names = [f"{stem}-{name}{end}" for stem in stems for name in foci for end in (".png", ".npy")]
     names.append(SETTINGS if several else "distance.npy")
     tables = [file for file in (optics.eye_file, display_file) if file is not None]
-    writable(out, [*names, "summary.json"], [picture, depth, *tables])
-    refuse_overwriting([path for pair in pairs for path in pair[:2]], [out / name for name in names])
+    inputs = [path for pair in pairs for path in pair[:2]]
+    writable(out, [*names, "summary.json"], [picture, depth, *tables, *inputs])
     left = "finished pictures are kept; the same command continues." if several else "nothing was written."
     settings: dict[str, Any] = {"picture": printable(picture), "depth": printable(depth), "focus_m": list(focus)}
     settings |= settings_given("focus", "psf") | states

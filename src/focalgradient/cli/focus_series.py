@@ -15,7 +15,7 @@ from focalgradient.cli.generate import Folder, command
 from focalgradient.cli.program import announce, resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth
 from focalgradient.errors import InputError
-from focalgradient.files import printable, refuse_overwriting, write_whole
+from focalgradient.files import printable, write_whole
 from focalgradient.optics import refocused
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import METRES, POSITIVE
@@ -80,7 +80,6 @@ def focus_series(
 
     names = ["series.json", "distance.npy", "inputs.json", *(["focus.json"] if web else [])]
     writable(out, names, [picture, depth])
-    refuse_overwriting([picture, depth], [out / "distance.npy"])
     click.get_current_context().with_resource(given_as(NAMED))
     if wavelengths is not None and optics.pupil is None and optics.eye_file is None:
         raise InputError("--wavelengths requires an eye: give --pupil or --eye, or leave it out.")

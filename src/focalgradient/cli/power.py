@@ -12,7 +12,7 @@ import click
 
 import focalgradient as fg
 from focalgradient.cli.design_options import simulated_task
-from focalgradient.cli.generate import File, Folder, Made, command, options_named
+from focalgradient.cli.generate import File, Folder, Made, command, options_named, sentences
 from focalgradient.cli.groups import Workers
 from focalgradient.cli.program import announce, resumable, show, writable, write_set
 from focalgradient.errors import InputError
@@ -216,6 +216,5 @@ def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> 
     """Return the power study of a task, given its design and options."""
     task = task_named(name)
     shown = fg.design.design_of(task.name, design)
-    options = {name: f"--{name.replace('_', '-')}" for name in given}
-    with options_named({f"{name} {verb}": f"{options[name]} {verb}" for name in given for verb in ("cannot", "is")}):
+    with options_named(sentences({name: f"--{name.replace('_', '-')}" for name in given})):
         return fg.power.study_of(task, shown, given, seed)

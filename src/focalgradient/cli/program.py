@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 
 import click
 import numpy as np
+from click.core import ParameterSource
 
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import (
@@ -42,6 +43,7 @@ __all__ = [
     "Program",
     "announce",
     "fail",
+    "given_option",
     "nothing_valid",
     "placing",
     "progress",
@@ -196,6 +198,15 @@ FORCE_OPTION = click.Option(
     help="Also replace files that this command did not write, but never its inputs.",
 )
 """Option with which `writable` allows foreign files to be replaced."""
+
+
+def given_option(*names: str) -> str | None:
+    """Return the first of these options that is given on the command line, as written there."""
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
+            return f"--{name.replace('_', '-')}"
+    return None
 
 
 def show(result: Mapping[str, Any] | None, *lines: str) -> None:

@@ -10,9 +10,9 @@ import click
 
 import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE
-from focalgradient.cli.generate import File, Folder, command, options_named
+from focalgradient.cli.generate import File, Folder, command, options_named, sentences
 from focalgradient.cli.groups import SESSION_S, Workers
-from focalgradient.cli.program import resumable, show, writable, write_set
+from focalgradient.cli.program import given_option, resumable, show, writable, write_set
 from focalgradient.errors import InputError, entries_as_options
 from focalgradient.files import printable
 from focalgradient.quantities import MILLIMETRES, POSITIVE
@@ -215,8 +215,8 @@ def report(
     chosen = _where(where)
     steps = order[0].split(",") if len(order) == 1 else order
     inputs = [path for path in (*folders, rules) if path is not None and path.is_file()]
-    sds = {"between": between, "between_scenes": between_scenes, "noise": noise}
-    assumed: dict[str, Any] = {"effect": effect, "far_effect": far_effect, **sds}
+    assumed: dict[str, Any] = {"effect": effect, "far_effect": far_effect}
+    assumed |= {"between": between, "between_scenes": between_scenes, "noise": noise}
     stated = fg.report.Stated(fg.statistics.Rules()) if rules is None else fg.report.load_rules(rules)
     if preregister and len(folders) > 1:
         raise InputError("--preregister takes one design: give one file.")
@@ -229,35 +229,17 @@ def report(
     if preregister:
         from focalgradient.report.preregister import preregistration
 
-        analysing = {"bayes": bayes, "observers": observers, "columns": pairs, "conditions": meanings, "where": where}
-        analysing |= {
-            "separate": separate,
-            "by": by,
-            "order": order,
-            "focal-length": focal_length,
-            "guess-rate": guess_rate is not None,
-        }
-        if wrong := [option for option, value in analysing.items() if value]:
+        if wrong := given_option(
+            *("bayes", "observers", "columns", "conditions", "where"),
+            *("separate", "by", "order", "focal_length", "guess_rate"),
+        ):
             raise InputError(
-                f"--{wrong[0]} belongs to an analysis, but --preregister writes a text without data: leave it out."
+                f"{wrong} belongs to an analysis, but --preregister writes a text without data: leave it out."
             )
         writable(out, ["preregistration.html", "preregistration.md", "rules.toml"], inputs)
         with (
             resumable("nothing was written.") as say,
-            options_named(
-                {
-                    "far_effect": "--far-effect",
-                    "effect is": "--effect is",
-                    "between_scenes": "--between-scenes",
-                    **{
-                        f"{name} {verb}": f"--{name} {verb}"
-                        for name in ("between", "noise")
-                        for verb in ("is", "does not apply", "cannot go")
-                    },
-                    "ordinal is": "--ordinal is",
-                    "bound is": "--bound is",
-                }
-            ),
+            options_named(sentences({name: f"--{name.replace('_', '-')}" for name in (*assumed, "ordinal", "bound")})),
         ):
             texts = preregistration(
                 folder,
@@ -279,8 +261,8 @@ def report(
                 for line in explained_table(group, pairs, meanings, chosen, by, steps, guess_rate, steps=ordinal):
                     click.echo(entries_as_options(line))
         return
-    if wrong := [name.replace("_", "-") for name, value in assumed.items() if value is not None]:
-        raise InputError(f"--{wrong[0]} belongs to a preregistration: give --preregister too.")
+    if wrong := given_option(*assumed):
+        raise InputError(f"{wrong} belongs to a preregistration: give --preregister too.")
     writable(out, ["report.html", "report.md", "rules.toml"], inputs)
     sets, notices = _data_sets(folders, pairs, separate)
     seconds = SESSION_S * sum(1 for one in folders if not one.is_file() for _ in one.glob("sub-*"))
@@ -317,8 +299,8 @@ def report(
         made = combined_report(dict(zip(file_names(places), reports, strict=True)), notices)
     writable(out, list(made.files), inputs)
     write_set(out, made.files, "report.html")
-    for kind, sentences in (("Problem", made.problems), ("Note", made.notices)):
-        for sentence in sentences:
+    for kind, said in (("Problem", made.problems), ("Note", made.notices)):
+        for sentence in said:
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
     if made.results and "reason" in (first := made.results[0]):
         is_all = all("reason" in result for result in made.results)

@@ -14,6 +14,7 @@ import focalgradient as fg
 from focalgradient.cli.design_options import TASK_FILE, with_trials
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import SERVER
+from focalgradient.cli.program import given_option
 from focalgradient.errors import InputError, check_installed
 from focalgradient.files import refuse_overwriting
 
@@ -126,10 +127,8 @@ def serve(
     fg.web.check_page()
     agreed = None if consent is None else read_consent(consent)
     if export is not None:
-        server = {"data": data, "links": links, "store": store, "invite": invite, "public": public}
-        for name, value in {**server, "no-open-link": no_open_link or None}.items():
-            if value is not None:
-                raise InputError(f"--{name} requires a server, but --export runs none: leave one of them out.")
+        if server := given_option("data", "links", "store", "invite", "public", "no_open_link"):
+            raise InputError(f"{server} requires a server, but --export runs none: leave one of them out.")
         lists = fg.web.Lists(with_trials(fg.web.browser_design(design), trials), stimuli, agreed, gamma=gamma)
         with options_named(OPTIONS):
             labels = fg.web.labels_of(participants)

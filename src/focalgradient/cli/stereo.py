@@ -13,7 +13,7 @@ from focalgradient.cli.groups import gamma_of, screen_size
 from focalgradient.cli.program import resumable, show, summary_json, warnings_given, writable, write_set
 from focalgradient.cli.through_optics import DISTANCE, NAMED, LensOrEye, Read, read_picture_and_depth, settings_given
 from focalgradient.errors import InputError
-from focalgradient.files import printable, refuse_overwriting
+from focalgradient.files import printable
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import MILLIMETRES, POSITIVE
 
@@ -96,7 +96,6 @@ def stereo(
     pictures = [f"{name}.png" for way in show_as for name in fg.binocular.PRESENTATIONS[way]]
     names = ["left.png", "right.png", *pictures, "left.npz", "right.npz"]
     writable(out, [*names, "summary.json"], [picture, depth])
-    refuse_overwriting([picture, depth], [out / name for name in names])
     click.get_current_context().with_resource(given_as(NAMED))
     if no_blur and blur_at is not None:
         raise InputError("--no-blur and --blur-at both set the blur: give one of them.")

@@ -9,14 +9,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import click
-from click.core import ParameterSource
 
 import focalgradient as fg
 from focalgradient.cli.drawn import DRAWN
 from focalgradient.cli.generate import File, Folder, command, options_named
 from focalgradient.cli.groups import Screen, Workers
 from focalgradient.cli.necker import necker, side
-from focalgradient.cli.program import KEPT, announce, resumable, show, warnings_given, writable
+from focalgradient.cli.program import KEPT, announce, given_option, resumable, show, warnings_given, writable
 from focalgradient.cli.through_optics import NAMED, Stored, read_picture_and_depth
 from focalgradient.errors import InputError
 from focalgradient.files import printable
@@ -129,7 +128,7 @@ def depth_rating(
     if picture or depth:
         if len(picture) != len(depth) or field is None:
             raise InputError("photographs need one --depth for each --picture, and --field: add the missing options.")
-        if given := _given("seed", "scenes", "size", "engine", "samples", "chromatic"):
+        if given := given_option("seed", "scenes", "size", "engine", "samples", "chromatic"):
             raise InputError(f"{given} applies to rendered scenes: leave it out with --picture.")
         with given_as(NAMED), warnings_given(), resumable(KEPT) as say, workers.shared() as executor:
             photographs = {}
@@ -143,7 +142,7 @@ def depth_rating(
             how |= {"pixel_angle": shown.pixel_angle, "executor": executor, "progress": say}
             _tell(fg.stimuli.make_from_photographs(out, photographs, **how), out)
         return
-    if given := _given("field", "encoding", "depth_unit", "depth_scale", "baseline", "disparity_offset"):
+    if given := given_option("field", "encoding", "depth_unit", "depth_scale", "baseline", "disparity_offset"):
         raise InputError(f"{given} applies to photographs: give --picture and --depth too, or leave it out.")
     if seed is None:
         raise InputError("--seed is missing: give a whole number, or photographs with --picture and --depth.")
@@ -159,15 +158,6 @@ def depth_rating(
     ):
         made = fg.stimuli.make_depth_rating(out, **how, executor=executor, progress=say)
     _tell(made, out)
-
-
-def _given(*names: str) -> str | None:
-    """Return the first of these options that is given on the command line, as written there."""
-    context = click.get_current_context()
-    for name in names:
-        if context.get_parameter_source(name) is ParameterSource.COMMANDLINE:
-            return f"--{name.replace('_', '-')}"
-    return None
 
 
 @command("Import your own pictures as a set.", name="import", force=False)

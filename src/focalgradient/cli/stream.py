@@ -26,7 +26,7 @@ from focalgradient.cli.program import (
     writable,
 )
 from focalgradient.errors import InputError
-from focalgradient.files import printable, refuse_overwriting
+from focalgradient.files import printable
 from focalgradient.optics import Lens
 from focalgradient.plausibility import given_as
 from focalgradient.quantities import APERTURE_RATIO, FOCUS, MICROMETRES, MILLIMETRES
@@ -170,7 +170,6 @@ def _places(video: Path, out: Path, values: Path | None) -> list[Path]:
         raise InputError(
             f"--values and --out name the same file (--out also writes {note.name}): give them different names."
         )
-    refuse_overwriting([video], places)
     if values is not None and values.suffix.lower() != ".npy":
         raise InputError(
             f"--values is {printable(values)}, but values are written as .npy: give a name that ends in .npy."

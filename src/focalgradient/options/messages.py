@@ -55,7 +55,8 @@ def options_named(names: Mapping[str, str]) -> Iterator[None]:
 def sentences(options: Mapping[str, str]) -> dict[str, str]:
     """Return words for `options_named`: a one-word parameter stands for its option only where a sentence begins."""
     words = {name: option for name, option in options.items() if "_" in name}
-    return words | {f"{name} {verb}": f"{option} {verb}" for name, option in options.items() for verb in ("is", "has")}
+    verbs = ("is", "has", "cannot", "does not apply")
+    return words | {f"{name} {verb}": f"{option} {verb}" for name, option in options.items() for verb in verbs}
 
 
 def with_options(sentence: str) -> str:

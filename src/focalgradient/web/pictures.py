@@ -235,7 +235,7 @@ def shown_sha256(shown: Described) -> str:
     for number, picture in enumerate(step.picture for step in _made(shown)):
         if isinstance(picture, Iterator | np.ndarray):
             frames = picture if isinstance(picture, Iterator) else [picture]
-            digests[_DIGESTS.pop(_Film(shown, number), None) or _sha256(frames)] = None
+            digests[_DIGESTS.pop(_Film(shown, number), "") or _sha256(frames)] = None
     return " ".join(digests)
 
 
