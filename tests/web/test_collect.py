@@ -156,7 +156,7 @@ def test_depth_ratings_are_those_that_were_given(tmp_path: Path) -> None:
     words = ("collect", tmp_path / "results.txt", "--data", tmp_path / "data")
     code, said = run(*words)
     assert code == 2
-    assert "give the folder of the study's pictures" in said
+    assert "give the folder of a set" in said
     assert not (tmp_path / "data").exists()
     assert run(*words, "--stimuli", tmp_path / "set")[0] == 0
     assert validate(tmp_path / "data", tmp_path / "set").problems == ()

@@ -14,19 +14,18 @@ export function missing({ refocuses, ...study }) {
 // Smallest screen that the design allows, in CSS pixels, longer side first.
 export const smallest = ({ smallest_screen }) => (smallest_screen?.length ? smallest_screen : [WIDE, HIGH]);
 
-// Settings of a plugin that waits for a window of that size. A phone must be held in landscape format: upright it is
-// narrower than a bank card, and than the distance from the fovea's to the blind spot's image.
-export function smallestWindow(study, words) {
-  const [minimum_width, minimum_height] = smallest(study);
-  return { minimum_width, minimum_height, window_resize_message: () => words(onlyTouch() ? "web.across" : "web.enlarge") };
-}
+let waiting = null;
 
-// Wait until the window has that size again, for example after a phone was turned upright; `words` gives the text.
-export async function largeEnough(study, words) {
-  const { minimum_width, minimum_height, window_resize_message } = smallestWindow(study, words);
-  const fits = () => innerWidth >= minimum_width && innerHeight >= minimum_height;
+// Wait until the window has that size; `words` gives the text. A phone must be held in landscape format: upright it is
+// narrower than a bank card, and than the distance from the fovea's to the blind spot's image.
+export const largeEnough = (study, words) => (waiting ??= enlarged(study, words).finally(() => (waiting = null)));
+
+async function enlarged(study, words) {
+  const [width, height] = smallest(study);
+  const fits = () => innerWidth >= width && innerHeight >= height;
   if (fits()) return;
-  const said = Object.assign(document.createElement("dialog"), { className: "page", textContent: window_resize_message() });
+  const textContent = words(onlyTouch() ? "web.across" : "web.enlarge");
+  const said = Object.assign(document.createElement("dialog"), { className: "page", textContent });
   document.documentElement.append(said);
   said.showModal();
   while (!fits()) await new Promise((resolve) => addEventListener("resize", resolve, { once: true }));

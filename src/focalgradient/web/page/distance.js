@@ -16,8 +16,9 @@ function resizeByKeys(event) {
   Object.assign(item.style, { width: `${width}px`, height: `${(width * 53.98) / CARD_MM}px` });
 }
 
-// Screen size by a card, distance by the blind spot; both are repeated if the participant rejects the distance.
-export function measurement(about, words, html) {
+// Screen size by a card, distance by the blind spot; both are repeated if the participant rejects the distance. `large`
+// waits for a window that shows them.
+export function measurement(about, words, html, large) {
   const pressed = (about.pressed = []);
   // The plugin returns only the mean, so each press is recorded here; the plugin itself counts them down.
   const press = ({ key }) => {
@@ -43,10 +44,12 @@ export function measurement(about, words, html) {
       pressed.length = 0; // if the measurement is repeated
       addEventListener("keydown", resizeByKeys);
       addEventListener("keydown", press, true);
+      addEventListener("resize", large);
     },
     on_finish: (data) => {
       removeEventListener("keydown", resizeByKeys);
       removeEventListener("keydown", press, true);
+      removeEventListener("resize", large);
       about.card_px = data.item_width_px;
       about.distance_mm = data.view_dist_mm;
       about.distance = `${Math.round(data.view_dist_mm / 10)} cm`;

@@ -1,12 +1,11 @@
 // A participant's session in the browser: shows the trials that the server lists, and sends the responses.
 
 import { initJsPsych } from "jspsych";
-import BrowserCheck from "@jspsych/plugin-browser-check";
 import Call from "@jspsych/plugin-call-function";
 import Fullscreen from "@jspsych/plugin-fullscreen";
 import Buttons from "@jspsych/plugin-html-button-response";
 import AdjustedPlugin, { adjustedNode, loadSeries } from "./adjusted.js";
-import { largeEnough, mayLackKeys, missing, onlyTouch, smallestWindow, spacePressed } from "./device.js";
+import { largeEnough, mayLackKeys, missing, onlyTouch, spacePressed } from "./device.js";
 import { measurement } from "./distance.js";
 import { exampleScale } from "./example.js";
 import { Exported } from "./exported.js";
@@ -256,13 +255,9 @@ class Page {
   // Form, screen and distance; then the session is begun or resumed on the server.
   async prepared() {
     const about = {};
-    const timeline = [
-      {
-        type: BrowserCheck,
-        ...smallestWindow(this.state, (name) => `<p>${escaped(this.words(name))}</p>`),
-      },
-    ];
     const words = (name, values) => this.words(name, values);
+    const large = () => largeEnough(this.state, words);
+    const timeline = [{ type: Call, async: true, func: (done) => large().then(done) }];
     if (this.state.status === "new" && this.state.ask.length) {
       const on_load = () => this.shown.push(["form", this.words("web.about")]);
       timeline.push({ type: FormPlugin, ask: this.state.ask, words, on_load, on_finish: (data) => (about.form = data.about) });
@@ -278,7 +273,7 @@ class Page {
     const matches = [];
     const { measured } = this.remembered();
     const isSame = measured?.pixel_ratio === devicePixelRatio && String(measured?.screen_px) === String(pixels);
-    if (!isSame) timeline.push(measurement(about, words, html));
+    if (!isSame) timeline.push(measurement(about, words, html, large));
     if (!isSame && this.state.gamma) timeline.push(gammaMatches(matches, words, html));
     timeline.push({ type: Call, async: true, func: (done) => measureFrame().then((frame) => done((this.frame = frame))) });
     await this.jsPsych.run(timeline);
