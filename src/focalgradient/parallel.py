@@ -20,7 +20,7 @@ from concurrent.futures import (
     as_completed,
 )
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import ExitStack, contextmanager, nullcontext
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from functools import cache
 from itertools import pairwise
 from multiprocessing.connection import wait
@@ -137,8 +137,7 @@ def workers_for(seconds: float) -> int:
     return cores() if seconds > MIN_PARALLEL_S else 1
 
 
-@contextmanager
-def shared(workers: int = 1, address: str | None = None) -> Iterator[Executor | None]:
+def shared(workers: int = 1, address: str | None = None) -> AbstractContextManager[Executor | None]:
     """Provide an executor: `workers` processes of this machine, or a scheduler at `address`; None for this process.
 
     Raises
@@ -146,8 +145,7 @@ def shared(workers: int = 1, address: str | None = None) -> Iterator[Executor | 
     InputError
         As for `scheduler`.
     """
-    with processes(workers) if address is None else scheduler(address) as executor:
-        yield executor
+    return processes(workers) if address is None else scheduler(address)
 
 
 @contextmanager

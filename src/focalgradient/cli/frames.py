@@ -98,15 +98,7 @@ def folders(inputs: Sequence[Path]) -> list[str]:
 
 def by_worker(recover: Recover, frame: Frame) -> Recovered:
     """Recover a frame in any process; return all that another process needs."""
-    given: list[str] = []
-
-    def keep(message: Warning | str, category: type[Warning], *place: Any, **more: Any) -> None:
-        if issubclass(category, FocalGradientWarning):
-            given.append(str(message))
-
-    with warnings.catch_warnings(), tempfile.TemporaryDirectory() as folder:
-        warnings.simplefilter("always", FocalGradientWarning)
-        warnings.showwarning = keep
+    with warnings_given(told=False) as given, tempfile.TemporaryDirectory() as folder:
         try:
             found = recover(frame, given, lambda share, words: None)
         except InputError as error:

@@ -247,8 +247,8 @@ def announce(seconds: float, work: str) -> None:
 
 
 @contextmanager
-def warnings_given() -> Iterator[list[str]]:
-    """Print each different focalgradient warning once, above the progress bar, and collect them; pass on all others."""
+def warnings_given(told: bool = True) -> Iterator[list[str]]:
+    """Collect each different focalgradient warning once, and print it above the progress bar; pass on all others."""
     from tqdm import tqdm
 
     given: list[str] = []
@@ -258,7 +258,8 @@ def warnings_given() -> Iterator[list[str]]:
             otherwise(message, category, *place, **more)
         elif str(message) not in given:
             given.append(str(message))
-            tqdm.write(f"Warning: {with_options(str(message))}", file=sys.stderr)
+            if told:
+                tqdm.write(f"Warning: {with_options(str(message))}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("always", FocalGradientWarning)

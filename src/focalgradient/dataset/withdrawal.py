@@ -6,13 +6,15 @@ import hashlib
 import re
 import shutil
 import sys
+from collections.abc import Iterable
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from focalgradient.dataset.append import UNDONE, writing
 from focalgradient.dataset.bids import Files, journals, json_text, read_description
-from focalgradient.dataset.journal import Journal, Log, create_whole, rewrite, scan_journal
+from focalgradient.dataset.events import Event
+from focalgradient.dataset.journal import Journal, create_whole, rewrite, scan_journal
 from focalgradient.dataset.links import forget_links, links_beside
 from focalgradient.dataset.mend import sweep_all
 from focalgradient.errors import InputError
@@ -100,7 +102,7 @@ def remove_participant(root: Path, participant: str) -> list[Path]:
         own = [path for path in journals(root) if path.name.startswith(f"{name}_")]
         for path in own:
             owned.enter_context(Journal.take(path))  # locked against recording
-        records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path)))]
+        records = [digest_of_record(record) for path in own if (record := record_of(scan_journal(path).events))]
         with writing(root, UNDONE):
             entries = withdrawals(root)
             begun = next((one for one in entries if isinstance(one, dict) and one.get("participant") == name), None)
@@ -139,9 +141,9 @@ def withdrawals(root: Path) -> list[Any]:
     return entries if isinstance(entries, list) else []
 
 
-def record_of(log: Log) -> str | None:
+def record_of(events: Iterable[Event]) -> str | None:
     """Return the record of a browser session; None for any other session."""
-    found = [note["record"] for note in log.of("note") if note.get("kind") == "sitting" and "record" in note]
+    found = [event["record"] for event in events if event.get("kind") == "sitting" and "record" in event]
     return found[0] if found and isinstance(found[0], str) else None
 
 

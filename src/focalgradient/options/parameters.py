@@ -274,9 +274,7 @@ def _wrapped(text: str) -> str:
     )
 
 
-def parsed(
-    kind: type[Record], given: Sequence[str], *, program: str, about: str, without: Sequence[str] = ()
-) -> Record:
+def parsed(kind: type[Record], given: Sequence[str], *, program: str, about: str) -> Record:
     """Parse a command line into the fields of a class; ``--help`` prints them and exits.
 
     Parameters
@@ -287,16 +285,13 @@ def parsed(
         Words of the command line.
     program, about
         Name and description of the program, for its help.
-    without
-        Parameters that have no option.
 
     Raises
     ------
     InputError
         If an option is unknown, missing or invalid.
     """
-    names = [name for name in inspect.signature(kind).parameters if name not in without]
-    options = Given(kind, only=names).parameters()
+    options = Given(kind, only=[*inspect.signature(kind).parameters]).parameters()
     command = click.Command(
         program,
         params=[option for group in options.values() for option in group],

@@ -243,7 +243,7 @@ def _chosen(sessions: Sequence[_Given], study: _Study, data: Path, left: list[Le
         best: str | None = min(several, key=lambda one: (-one.answered, one.begun.time)).begun.session
         journal = Files(data, study.design.task, label, None).journal
         if journal.exists():
-            best = record_of(read_journal(journal))
+            best = record_of(read_journal(journal).events)
         for given in several:
             if given.begun.session == best:
                 chosen.append(given)

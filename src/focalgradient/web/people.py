@@ -207,16 +207,8 @@ class People(Roster):
     def _open(self, path: Path) -> None:
         if path.exists():
             read_bytes(path, "the links of a server")  # raises for anything but a regular file
+        self._file = _locked(path, str(path), "path")
         try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0), 0o600)
-        except OSError as error:
-            raise InputError(f"{path} cannot be written ({error.strerror}): give another path.") from error
-        try:
-            if not try_lock(self._file, path):
-                raise InputError(
-                    f"another server uses {path}: stop that server, or give this study another file of links."
-                )
             self._read(read_links(path))
         except BaseException:
             os.close(self._file)
@@ -274,20 +266,26 @@ class _Owned:
     def __init__(self, data: Path):
         real = Path(os.path.realpath(data))
         self._path = real.with_name(f".{real.name}-server")
-        try:
-            real.parent.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(self._path, os.O_RDWR | os.O_CREAT, 0o600)
-        except OSError as error:
-            raise InputError(f"{self._path} cannot be written ({error.strerror}): give another folder.") from error
-        if not try_lock(self._file, self._path):
-            os.close(self._file)
-            raise InputError(f"another server uses the data folder {data}: stop that server, or give another folder.")
+        self._file = _locked(self._path, f"the data folder {data}", "folder")
 
     def close(self) -> None:
         """Release the lock."""
         with suppress(OSError):
             self._path.unlink(missing_ok=True)
         os.close(self._file)
+
+
+def _locked(path: Path, what: str, place: str) -> int:
+    """Open a file for appending, created if missing, and lock it; raise `InputError` if another server uses it."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0), 0o600)
+    except OSError as error:
+        raise InputError(f"{path} cannot be written ({error.strerror}): give another {place}.") from error
+    if not try_lock(file, path):
+        os.close(file)
+        raise InputError(f"another server uses {what}: stop that server, or give this study another {place}.")
+    return file
 
 
 def _secret() -> str:

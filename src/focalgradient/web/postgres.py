@@ -288,14 +288,6 @@ def collect_store(address: str, root: Path) -> dict[str, int]:
         return _exported(connection, root)
 
 
-def _record(lines: list[str]) -> str | None:
-    """Return the record identifier of a browser session: a random number in the note of its first sitting."""
-    for event in map(json.loads, filter(None, lines)):
-        if event.get("kind") == "sitting":
-            return event.get("record")
-    return None
-
-
 def withdraw_from_store(address: str, participant: str) -> bool:
     """Remove a participant from a store; return whether the participant existed.
 
@@ -329,13 +321,13 @@ def _exported(connection: psycopg.Connection, root: Path) -> dict[str, int]:
     begin_dataset(root, "human")
     gone = {record for (record,) in connection.execute("select record from withdrawn")}
     for files in [Files(root, task, path.name.split("_")[0].removeprefix("sub-")) for path in list_journals(root)]:
-        record = record_of(scan_journal(files.journal)) if files.journal.exists() else None
+        record = record_of(scan_journal(files.journal).events) if files.journal.exists() else None
         if record is not None and digest_of_record(record) in gone:
             remove_participant(root, files.participant)
     added = {}
     for participant, new in journals.items():
         files = Files(root, task, participant)
-        if has_withdrawn(root, _record(new)):
+        if has_withdrawn(root, record_of(map(json.loads, filter(None, new)))):
             continue
         old = _lines(_read(files.journal))
         if old[: len(new)] != new[: len(old)]:
@@ -389,7 +381,7 @@ class SharedPeople(Roster):
         execute, who = self._connection.execute, [participant]
         execute("select 1 from sessions where participant = %s for update", who)  # wait for a response being recorded
         lines = execute("select content from journals where participant = %s order by line", who).fetchall()
-        if record := _record([line for (line,) in lines]):
+        if record := record_of(json.loads(line) for (line,) in lines if line):
             execute("insert into withdrawn values (%s) on conflict do nothing", [digest_of_record(record)])
         for table in ("people", "sessions", "journals"):
             execute(f"delete from {table} where participant = %s", who)

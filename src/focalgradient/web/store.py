@@ -99,7 +99,7 @@ class Place:
     def trial_token(self, phase: str, trial: int) -> str:
         """Return the token of a trial, the same from every server and after every restart."""
         if self.key is None:
-            self.key = record_of(read_journal(self.journal))
+            self.key = record_of(read_journal(self.journal).events)
         if self.key is None:  # a server was killed before it had recorded the sitting
             raise Refused(425, "The session must be resumed before a trial is requested.")
         return hmac.digest(self.key.encode(), f"{phase} {trial}".encode(), "sha256").hex()[:TOKEN_DIGITS]

@@ -209,7 +209,7 @@ class Study:
             self._handed[place.participant] = self.clock.since() - given.waited_ms / 1000
             agreed = self.lists.consent and self.lists.consent.stated(self.clock.now().isoformat(timespec="seconds"))
             # A random number that makes the tokens of trials, and identifies copies of the session after its removal.
-            known = status != "new" and record_of(read_journal(place.journal)) is not None
+            known = status != "new" and record_of(read_journal(place.journal).events) is not None
             record = {} if known else {"record": secrets.token_hex(16)}
             session.note("sitting", **about_sitting(given), consent=agreed, **record)
             if status == "new" and place.participant in self.people.sharing_identifiers():
