@@ -20,7 +20,7 @@ from scipy import stats
 
 from focalgradient.design import NeckerDesign
 from focalgradient.errors import InputError
-from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, main_trials
+from focalgradient.power.study import LAPSES, ODDS_RATIOS, SPREAD, Claim, People, Study, planned_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics.cube_questions import ODDS, PLAIN, condition_name, own_odds, primary_first
 from focalgradient.statistics.means import holm
@@ -154,7 +154,7 @@ def simulated_reports(design: NeckerDesign, subjects: int, model: CubeModel, rng
         shift = rng.normal(math.log(model.effect), model.between)
         dominance = model.dominance * math.exp(rng.normal(0, model.between_dominances))
         rows: list[tuple[object, ...]] = []
-        for trial in main_trials(type(design), text, f"{number:02}"):
+        for trial in planned_trials(type(design), text, f"{number:02}"):
             odds = level + signs[trial.gradient] * shift * trial.strength / max(design.strengths_mm)
             if trial.catch:
                 odds = CATCH_LOG_ODDS

@@ -21,7 +21,7 @@ from scipy import stats
 
 from focalgradient.design import DepthRatingDesign
 from focalgradient.errors import InputError
-from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, main_trials
+from focalgradient.power.study import LAPSES, SPREAD, Claim, People, Study, planned_trials
 from focalgradient.quantities import Range
 from focalgradient.statistics import rating_questions, slope_questions, step_questions
 from focalgradient.statistics.crossed import mean_tests
@@ -165,7 +165,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
         for fixation in ("nearest", "farthest")
     }
     for number in range(1, subjects + 1):
-        trials = main_trials(type(design), text, f"{number:02}")
+        trials = planned_trials(type(design), text, f"{number:02}")
         own = {
             fixation: rng.normal(math.log(mean), model.between)
             for fixation, mean in (("nearest", model.effect), ("farthest", model.far_effect))
@@ -194,7 +194,7 @@ def simulated_ratings(design: DepthRatingDesign, subjects: int, model: Model, rn
 def shown_to(kind: type[DepthRatingDesign], design_json: str, participant: str) -> pd.DataFrame:
     """Return the main trials of a participant with the columns of a data set, but for the answers."""
     names = ("trial", "scene", "aperture", "aperture_mm", "fixation", "repetition", "catch")
-    rows = [tuple(getattr(trial, name) for name in names) for trial in main_trials(kind, design_json, participant)]
+    rows = [tuple(getattr(trial, name) for name in names) for trial in planned_trials(kind, design_json, participant)]
     return pd.DataFrame(rows, columns=list(names)).assign(
         participant_id=f"sub-{participant}", session="", kind="simulated", dropped_frames=0
     )

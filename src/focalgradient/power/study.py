@@ -21,7 +21,7 @@ from focalgradient.statistics.hypotheses import check_bound
 from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.tasks import task_named
 
-__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "main_trials"]
+__all__ = ["LAPSES", "ODDS_RATIOS", "SPREAD", "AnyStudy", "Claim", "People", "Study", "planned_trials"]
 
 SPREAD = Range("standard deviations of a natural logarithm", 0, 3)
 """Range of a standard deviation: 3 is a factor of 20 between people, far above any published variation of ratings or
@@ -32,8 +32,8 @@ ODDS_RATIOS = Range("odds ratios, where 1 means none,", 0.01, 100)
 
 
 @cache
-def main_trials(kind: type[Any], design_json: str, participant: str) -> tuple[Any, ...]:
-    """Return the main trials of a design; cached, because making the list takes longer than simulating it."""
+def planned_trials(kind: type[Any], design_json: str, participant: str) -> tuple[Any, ...]:
+    """Return the trials of a design after practice; cached, because making the list takes longer than simulating it."""
     trials = kind.model_validate_json(design_json).trials(participant)
     return tuple(trial for trial in trials if trial.phase == "main")
 
