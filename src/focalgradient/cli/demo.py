@@ -7,7 +7,7 @@ import click
 import focalgradient as fg
 from focalgradient.cli.depth import depth
 from focalgradient.cli.generate import Folder, command
-from focalgradient.cli.program import progress, show, writable, write_set
+from focalgradient.cli.program import resumable, show, writable, write_set
 
 __all__ = ["demo"]
 
@@ -38,10 +38,10 @@ def demo(*, out: Folder) -> None:
         Folder for the examples.
     """  # noqa: D301  click's mark against rewrapping is a real backspace
     writable(out, fg.examples.EXAMPLE_FILES)
-    with fg.examples.depth_compiling(), progress(7) as say:
-        files = fg.examples.example_files(lambda _, stage: say(stage))
+    with fg.examples.depth_compiling(), resumable("") as say:
+        files = fg.examples.example_files(say)
         write_set(out, files, "views.toml")
-        say("compiling, the first time")
+        say(1.0, "compiling, the first time")
     show(
         None,  # the result is that of depth
         f"Written: {len(files)} files in {out}; README.txt describes each.",

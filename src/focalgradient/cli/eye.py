@@ -21,7 +21,6 @@ from focalgradient.cli.person import Person, eye_notes, eye_of, eye_state
 from focalgradient.cli.program import (
     announce,
     nothing_valid,
-    progress,
     resumable,
     show,
     software_versions,
@@ -55,7 +54,6 @@ SAMPLES = 64
 NAMES = ("spheres", "slant", "step", "plane")
 """Names of `focalgradient.scenes.SCENES_IN_DEPTH`, without importing them."""
 
-STAGES = 8
 SECONDS_PER_SECOND = 0.5
 """Computing time per second of a course, on two cores."""
 
@@ -248,8 +246,8 @@ def eye(
 def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, Any], workers: Work) -> _Result:
     """Recover the depth of a scene from the views of an eye."""
     seed, cue = settings["seed"], CUES[settings["views"]]
-    with progress(STAGES) as say, workers.shared() as executor:
-        say("forming the views")
+    with resumable("") as say, workers.shared() as executor:
+        say(0.0, "forming the views")
         from focalgradient.eye.cones import S_FINEST_CPD
         from focalgradient.plotting.eye import eye_depth_figure, focus_figure
 
@@ -259,11 +257,11 @@ def _depth(seeing: Eye, conditions: ViewingConditions, settings: Mapping[str, An
         assumed: dict[str, Any] = {"correlation": CORRELATION, "noise": NOISE, "samples": SAMPLES}
         seen = fg.eye.compared_views(scene, seeing, cue, conditions=conditions, course=course, **assumed, **frame)
         named = {name: one.view for name, one in seen.items()}
-        result = fg.recover_depth([*named.values()], progress=lambda share, words: say(words))
-        say("filming")
+        result = fg.recover_depth([*named.values()], progress=lambda share, words: say(0.2 + 0.6 * share, words))
+        say(0.8, "filming")
         moments = (np.arange(FRAMES) / FRAMES / 2).tolist()
         film = fg.eye.accommodation_views(scene, seeing, moments, course, wavelengths=1, samples=32, **frame)
-        say("drawing")
+        say(0.9, "drawing")
         truth = next(iter(seen.values())).distance
         figure = eye_depth_figure(named, result, truth)
         times = np.linspace(0, 1, 201)

@@ -46,7 +46,6 @@ __all__ = [
     "given_option",
     "nothing_valid",
     "placing",
-    "progress",
     "resumable",
     "show",
     "software_versions",
@@ -268,22 +267,6 @@ def warnings_given(told: bool = True) -> Iterator[list[str]]:
 
 
 @contextmanager
-def progress(stages: int) -> Iterator[Callable[[str], None]]:
-    """Show a progress bar over a number of `stages` on standard error, if that is a terminal."""
-    from tqdm import tqdm
-
-    layout = "{desc:<24}|{bar:30}| {elapsed}"
-    with tqdm(total=stages, bar_format=layout, leave=False, disable=not sys.stderr.isatty()) as bar:
-
-        def say(stage: str) -> None:
-            bar.set_description_str(stage, refresh=False)
-            bar.update()
-            bar.refresh()
-
-        yield say
-
-
-@contextmanager
 def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator[Progress]:
     """Show a progress bar with the remaining time, or off a terminal a line every 30 s; Ctrl-C prints `left`.
 
@@ -309,7 +292,7 @@ def resumable(left: str, begun: Callable[[], object] = lambda: None) -> Iterator
 
             yield say
     except KeyboardInterrupt as stop:
-        raise type(stop)(left) from None
+        raise type(stop)(left or str(stop)) from None
 
 
 def strict(value: Any) -> Any:

@@ -19,7 +19,7 @@ from focalgradient.cli.program import (
     announce,
     nothing_valid,
     placing,
-    progress,
+    resumable,
     show,
     summary_json,
     warnings_given,
@@ -116,10 +116,10 @@ def stream(
             pixel_angle = optics["pixel_pitch_um"] * 1e-6 / lenses[0].sensor_distance if lenses else None
             found = fg.video.DepthStream(source.frames(), lenses or None, pixel_angle, **settings)
         announce(SECONDS * source.declared * math.prod(found.shape), f"{source.declared} frames")
-        with placing(places, note) as staged, fg.video.Source(video, grey) as source, progress(source.declared) as say:
+        with placing(places, note) as staged, fg.video.Source(video, grey) as source, resumable("") as say:
             numbers = None if values is None else staged[values]
             counts = fg.video.write_depth(
-                *(found, source.frames(), staged[out], numbers), fps=source.fps, progress=lambda _, frame: say(frame)
+                *(found, source.frames(), staged[out], numbers), fps=source.fps, count=source.declared, progress=say
             )
             if not counts.depth_frames:
                 causes = "; ".join(map(str, counts.skipped[:3])) or "it has fewer than two frames"
