@@ -103,27 +103,18 @@ class ShapedCommand(click.Command):
         return super().invoke(ctx)
 
 
-class _ShapeName(click.ParamType[str]):
+class _ShapeName(click.Choice[str]):
     """Name of a shape, or "auto"; shapes of other packages are looked up only when needed."""
 
-    name = "shape"
+    case_sensitive = True
 
     def __init__(self, auto: bool) -> None:
         self.auto = auto
 
-    def get_metavar(self, param: click.Parameter, ctx: click.Context | None = None) -> str:
-        """Return the list of names."""
-        return f"[{'|'.join(self._names())}]"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name of a shape; raise `click.BadParameter` for any other text."""
-        if isinstance(value, str) and value in self._names():
-            return value
-        known = ", ".join(repr(name) for name in self._names())
-        raise click.BadParameter(f"{value!r} is not one of {known}.", ctx, param)
-
-    def _names(self) -> list[str]:
-        return [AUTO] * self.auto + names()
+    @property
+    def choices(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Names known at present."""
+        return (*[AUTO] * self.auto, *names())
 
 
 def shape_parameters(help: str, default: str = AUTO) -> list[click.Parameter]:
