@@ -9,6 +9,7 @@ from __future__ import annotations
 import secrets
 import threading
 import time
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -458,13 +459,10 @@ class Study:
     def summary(self) -> dict[str, Any]:
         """Return every participant's progress, and current counts of responses by condition."""
         rows = self.overview()
-        counts: dict[str, int] = {}
-        for row in rows:
-            trials = self._trials(row["participant"])
-            for trial in trials[: row["done"]]:
-                if trial.phase == "main" and not trial.catch:
-                    name = ", ".join(map(str, trial.condition))
-                    counts[name] = counts.get(name, 0) + 1
+        done = [trial for row in rows for trial in self._trials(row["participant"])[: row["done"]]]
+        counts = Counter(
+            ", ".join(map(str, trial.condition)) for trial in done if trial.phase == "main" and not trial.catch
+        )
         return {"task": self.design.task, "participants": rows, "answers_by_condition": dict(sorted(counts.items()))}
 
     def close(self) -> None:

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import atexit
-import math
 import shutil
-import struct
 import subprocess
 import sys
 import tempfile
-import wave
 from functools import cache
 from pathlib import Path
+
+import numpy as np
+from scipy.io import wavfile
 
 __all__ = ["PLAYERS", "player", "tone"]
 
@@ -61,14 +61,7 @@ def _file() -> Path:
     folder = tempfile.mkdtemp(prefix="focalgradient-")
     atexit.register(shutil.rmtree, folder, ignore_errors=True)
     path = Path(folder, "tone.wav")
-    samples = []
-    for number in range(round(RATE * SECONDS)):
-        time = number / RATE
-        loud = min(1.0, time / RAMP, (SECONDS - time) / RAMP)
-        samples.append(round(16000 * loud * math.sin(2 * math.pi * HERTZ * time)))
-    with wave.open(str(path), "wb") as file:
-        file.setnchannels(1)
-        file.setsampwidth(2)
-        file.setframerate(RATE)
-        file.writeframes(struct.pack(f"<{len(samples)}h", *samples))
+    time = np.arange(round(RATE * SECONDS)) / RATE
+    loud = np.clip(np.minimum(time, SECONDS - time) / RAMP, 0.0, 1.0)
+    wavfile.write(path, RATE, np.rint(16000 * loud * np.sin(2 * np.pi * HERTZ * time)).astype("<i2"))
     return path
