@@ -205,7 +205,7 @@ def _run(experiment: Experiment, ready: Prepared, sitting: Sitting) -> None:
             ports = [port.name for port in ready.triggers.ports]
             session.note("triggers", ports=ports, **ready.triggers.codes.entry())
         texts = pages_of(ready.design, ready.words, sitting.participant)
-        done = len(session.trials) - len(session.remaining())
+        done = len(session.recorded)
         steps = sequence(ready.design, ready.words, texts, session.trials, done)
         walk = _Walk(experiment, sitting, session)
         try:

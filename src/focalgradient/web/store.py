@@ -14,12 +14,12 @@ from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Literal, Protocol
 
 from focalgradient.dataset import Session, read_journal
 from focalgradient.dataset.withdrawal import record_of
 
-__all__ = ["UNKNOWN", "Clock", "Local", "Place", "Refused", "Store"]
+__all__ = ["UNKNOWN", "Clock", "Local", "Place", "Refused", "Status", "Store", "lost"]
 
 SILENT_S = 20.0
 """Time in s without a heartbeat after which a tab no longer owns its session; pages send one every 5 s."""
@@ -49,6 +49,14 @@ class Clock:
     def since(self) -> float:
         """Return the time in s since an arbitrary moment."""
         return time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.time()
+
+
+def lost(frames: Mapping[str, Any]) -> int:
+    """Return how often the page was hidden, left full screen or zoomed during a trial."""
+    return sum(frames.get(name, 0) for name in ("hidden", "left_full_screen", "zoomed"))
+
+
+Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
 
 @dataclass
@@ -111,6 +119,20 @@ class Place:
     def held_by_another(self, tab: str) -> bool:
         """Return whether another tab has sent a heartbeat within `SILENT_S`."""
         return self.tab not in (None, tab) and time.monotonic() - self.alive < SILENT_S
+
+    def progress(self, trials: int) -> tuple[Status, int]:
+        """Return the status of a session of `trials` trials and its number of responses, from disk if it is not open."""
+        if self.stopped:
+            return "stopped", self.done
+        if self.session is not None:
+            trials, self.done = len(self.session.trials), len(self.session.recorded)
+        elif not self.journal.exists():
+            return "new", 0
+        else:
+            log = read_journal(self.journal)
+            self.done = len(log.of("trial"))
+            self.lost = sum(lost(note) for note in log.of("note") if note["kind"] == "frames")
+        return ("complete" if self.done == trials else "begun"), self.done
 
     def close(self) -> None:
         """Close the session, and write its table."""

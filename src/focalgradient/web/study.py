@@ -10,12 +10,12 @@ import secrets
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -32,7 +32,7 @@ from focalgradient.web.messages import Begin, Expose, Given, Join, Judge, Next, 
 from focalgradient.web.people import Roster
 from focalgradient.web.pictures import padded
 from focalgradient.web.rounds import PASSED, judge, note_round, practice_numbers, start_of
-from focalgradient.web.store import UNKNOWN, Clock, Local, Place, Refused, Store
+from focalgradient.web.store import UNKNOWN, Clock, Local, Place, Refused, Status, Store, lost
 
 __all__ = ["Refused", "Study"]
 
@@ -51,8 +51,6 @@ MESSAGES = 1200
 
 AHEAD = 4
 """Maximum number of trials that a page may be ahead of the recorded responses, and whose stimuli it receives."""
-
-Status = Literal["new", "begun", "complete", "stopped", "busy"]
 
 
 class Study:
@@ -149,18 +147,7 @@ class Study:
                 raise Refused(503, "The server cannot write at the moment.") from error
 
     def _progress(self, place: Place) -> tuple[Status, int]:
-        """Return a session's status and number of responses, from disk if this server has not opened it."""
-        if place.stopped:
-            return "stopped", place.done
-        if place.session is not None:
-            place.done = len(place.session.trials) - len(place.session.remaining())
-            return ("begun" if place.session.remaining() else "complete"), place.done
-        if not place.journal.exists():
-            return "new", 0
-        log = read_journal(place.journal)
-        place.done = len(log.of("trial"))
-        place.lost = sum(_lost(note) for note in log.of("note") if note["kind"] == "frames")
-        return ("complete" if place.done == len(self._trials(place.participant)) else "begun"), place.done
+        return place.progress(len(self._trials(place.participant)))
 
     def join(self, given: Join) -> dict[str, Any]:
         """Return a secret for a participant on the open link, or confirm the one that the browser generated."""
@@ -301,7 +288,7 @@ class Study:
                 return self._unbegun(place, given)
             key = (given.phase, given.trial)
             numbers = {(trial.phase, trial.trial): number for number, trial in enumerate(session.trials)}
-            done = len(session.trials) - len(session.remaining())
+            done = len(session.recorded)
             if key not in numbers:
                 raise Refused(400, f"There is no {given.phase} trial {given.trial}.")
             if numbers[key] < done:
@@ -315,7 +302,7 @@ class Study:
                 raise Refused(403, f"{name} was not shown: report its exposure before the response.", done=done)
             with _refusing():
                 frames = record(session, self.lists.pictures, given, self.clock.now(), self._elapsed(place))
-            place.lost += _lost(frames)
+            place.lost += lost(frames)
             place.done = done + 1
             return {"recorded": True, "done": done + 1}
 
@@ -488,8 +475,3 @@ def _refusing(status: int = 400) -> Iterator[None]:
 
 def _ahead(session: Session) -> int:
     return 1 if session.task.adapts else AHEAD
-
-
-def _lost(frames: Mapping[str, Any]) -> int:
-    """Return the number of times that the page was hidden, left full screen or zoomed during a trial."""
-    return sum(frames.get(name, 0) for name in ("hidden", "left_full_screen", "zoomed"))
