@@ -121,7 +121,7 @@ class Place:
         return self.tab not in (None, tab) and time.monotonic() - self.alive < SILENT_S
 
     def progress(self, trials: int) -> tuple[Status, int]:
-        """Return the status of a session of `trials` trials and its number of responses, from disk if it is not open."""
+        """Return the status of a session of `trials` trials and its number of answers, from disk if it is not open."""
         if self.stopped:
             return "stopped", self.done
         if self.session is not None:
