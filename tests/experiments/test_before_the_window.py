@@ -82,6 +82,7 @@ def test_a_display_that_does_not_answer(place):
 MONITORS = {
     "lab": (0.531, 0.57, (1920, 1080), 2.2, None, None),
     "bare": (None, None, None, None, None, None),
+    None: (None,) * 6,
     "old": (0.4, 0.57, (1280, 1024), None, None, None),
     "far": (0.531, 0.80, (1920, 1080), 1.0, None, None),
     "measured": (0.531, 0.57, (1920, 1080), 2.2, (2.1, 2.2, 2.4), 87.5),

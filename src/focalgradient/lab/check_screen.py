@@ -30,7 +30,7 @@ from focalgradient.luminance import UNEQUAL, read_luminance
 from focalgradient.options import parsed
 
 if TYPE_CHECKING:
-    from focalgradient.lab.screen import Calibration, Screen
+    from focalgradient.lab.screen import Screen
 
 SOFTWARE = ("llvmpipe", "softpipe", "swrast", "software")
 STEPS = {"left": -1.0, "right": 1.0, "down": -10.0, "up": 10.0}
@@ -59,9 +59,8 @@ def main() -> int:
         module = import_screen()
         if options.luminance is not None and options.monitor is not None:
             module.store_luminance(options.monitor, read_luminance(options.luminance))
-        calibration = None if options.monitor is None else module.calibration_of(options.monitor)
         with closing(open_triggers(options)) as triggers:
-            checks = [*_geometry(options, module, calibration), *_window(options, module, triggers)]
+            checks = [*_geometry(options, module), *_window(options, module, triggers)]
             print(json.dumps([asdict(check) for check in checks]))
     except InputError as error:
         print(error, file=sys.stderr)
@@ -69,10 +68,10 @@ def main() -> int:
     return 0
 
 
-def _geometry(options: CheckOptions, module: ModuleType, found: Calibration | None) -> Iterator[Check]:
-    size = module.screen_size(options.screen)
+def _geometry(options: CheckOptions, module: ModuleType) -> Iterator[Check]:
+    size, found = module.screen_size(options.screen), module.calibration_of(options.monitor)
     yield Check("screen", f"{size[0]} x {size[1]} px", True)
-    if found is None or not (found.width and found.distance):
+    if not (found.width and found.distance):
         yield Check("pixels per degree", "size or viewing distance unknown", False, f"enter them {IN_MONITOR_CENTER}")
     elif found.size_px and found.size_px != size:
         measured = f"calibrated at {found.size_px[0]} x {found.size_px[1]} px"
@@ -81,16 +80,16 @@ def _geometry(options: CheckOptions, module: ModuleType, found: Calibration | No
         display = Display(size, found.width / size[0], found.distance)
         text = f"{display.pixels_per_degree:.2f} ({found.width:.3f} m wide, viewed from {found.distance:.3f} m)"
         yield Check("pixels per degree", text, True)
-    gamma = None if found is None else found.gamma
+    gamma = found.gamma
     remedy = f"measure it with a photometer, enter it {IN_MONITOR_CENTER}"
     yield Check("gamma", "not measured" if gamma is None else f"{gamma:.2f}", gamma is not None, remedy, "measured")
-    if found is not None and found.channels is not None:
+    if found.channels is not None:
         red, green, blue = found.channels
         apart = max(found.channels) - min(found.channels)
         text = f"red {red:.2f}, green {green:.2f}, blue {blue:.2f}"
         remedy = "greys are not neutral: reset the screen's colours to their defaults, and measure again"
         yield Check("gamma of the guns", text, apart <= UNEQUAL, remedy, f"differ by {UNEQUAL:g} at most")
-    if found is not None and found.white is not None:
+    if found.white is not None:
         yield Check("white", f"{found.white:.1f} cd/m2", True)
 
 
@@ -226,7 +225,7 @@ def _card(screen: Screen, options: CheckOptions, module: ModuleType) -> Check:
         )
     pixels = module.screen_size(options.screen)[0]
     width = CARD[0] * pixels / wide
-    known = None if options.monitor is None else module.calibration_of(options.monitor).width
+    known = module.calibration_of(options.monitor).width
     text = f"card of 85.6 mm is {wide:.0f} px: screen {width:.3f} m wide"
     if known is None:
         return Check("size by a card", text, False, f"enter that width {IN_MONITOR_CENTER}", "known width to 1 %")

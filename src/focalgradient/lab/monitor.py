@@ -16,10 +16,10 @@ __all__ = ["Calibration", "calibration_of", "store_luminance"]
 class Calibration(NamedTuple):
     """Calibration of a monitor in PsychoPy's Monitor Center: lengths in m, None where unknown."""
 
-    width: float | None
-    distance: float | None
-    size_px: tuple[int, int] | None
-    gamma: float | None
+    width: float | None = None
+    distance: float | None = None
+    size_px: tuple[int, int] | None = None
+    gamma: float | None = None
     """Gamma of grey, or the mean of the channels' gammas."""
     channels: tuple[float, float, float] | None = None
     """Gammas of red, green and blue, if they were measured separately."""
@@ -27,14 +27,16 @@ class Calibration(NamedTuple):
     """Luminance of white in cd/m2, if photometer measurements were stored."""
 
 
-def calibration_of(name: str) -> Calibration:
-    """Read a monitor's calibration.
+def calibration_of(name: str | None) -> Calibration:
+    """Read a monitor's calibration; None: nothing is known.
 
     Raises
     ------
     InputError
         If PsychoPy has no monitor of that name.
     """
+    if name is None:
+        return Calibration()
     known = monitors.getAllMonitors()
     if name not in known:
         listed = ", ".join(sorted(known))

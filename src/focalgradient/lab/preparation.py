@@ -376,38 +376,28 @@ def _display(
     options: SessionOptions, screen: Any, stimuli: StimulusSet | None, setup: Stereoscope | None = None
 ) -> tuple[Display, bool, list[str]]:
     """Return geometry and encoding of the screen, whether they are calibrated, and warnings."""
-    size, gamma, warnings = screen.screen_size(options.screen), None, []
-    pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
-    calibrated, white, found = False, None, None
+    size, found, warnings = screen.screen_size(options.screen), screen.calibration_of(options.monitor), []
     remedy = "or give --uncalibrated to run with wrong visual angles"
-    if options.monitor is not None:
-        found = screen.calibration_of(options.monitor)
-        gamma, white = found.gamma, found.white
-        if found.channels is not None and not _made_for(found.channels, stimuli):
-            warnings.append(_unequal(found.channels))
-        calibrated = bool(found.width and found.distance)
-        if calibrated and found.size_px and found.size_px != size and not options.uncalibrated:
+    if found.channels is not None and not _made_for(found.channels, stimuli):
+        warnings.append(_unequal(found.channels))
+    pitch, distance = ASSUMED_PITCH, ASSUMED_DISTANCE
+    if calibrated := bool(found.width and found.distance):
+        if found.size_px and found.size_px != size and not options.uncalibrated:
             raise InputError(
                 f"the monitor {options.monitor!r} was calibrated at {found.size_px[0]} x {found.size_px[1]} pixels, "
                 f"but the screen has {size[0]} x {size[1]}: set its resolution, calibrate it again, {remedy}."
             )
-        if calibrated:
-            pitch, distance = found.width / size[0], found.distance
-        elif not options.uncalibrated:
-            raise InputError(
-                f"the monitor {options.monitor!r} has no width or no viewing distance: enter them in PsychoPy's "
-                f"Monitor Center, {remedy}."
-            )
+        pitch, distance = found.width / size[0], found.distance
     elif not options.uncalibrated:
-        raise InputError(
-            "the screen's size and viewing distance are unknown: enter them in PsychoPy's Monitor Center and give "
-            f"--monitor NAME, {remedy}."
-        )
-    if gamma is None:
+        lacks, name = f"the monitor {options.monitor!r} has no width or no viewing distance", ""
+        if options.monitor is None:
+            lacks, name = "the screen's size and viewing distance are unknown", " and give --monitor NAME"
+        raise InputError(f"{lacks}: enter them in PsychoPy's Monitor Center{name}, {remedy}.")
+    if found.gamma is None:
         warnings.append("the screen's gamma has not been measured: light is encoded for the sRGB curve.")
-    shown_by = None if found is None else gamma_shown(found)
     seen = size if setup is None else setup.part(size, windowed=False)
-    display = Display(seen, pitch, distance, shown_by or "sRGB", **({} if white is None else {"white": white}))
+    white = {} if found.white is None else {"white": found.white}
+    display = Display(seen, pitch, distance, gamma_shown(found) or "sRGB", **white)
     if stimuli is not None:
         made = stimuli.display
         ratio = made.pixels_per_degree / display.pixels_per_degree
@@ -418,8 +408,10 @@ def _display(
                 f"Monitor Center too), make the pictures again, {remedy}."
             )
         meant = 2.2 if made.gamma == "sRGB" else float(np.mean(made.gamma))
-        if gamma is not None and abs(gamma - meant) > GAMMA_NEAR:
-            warnings.append(f"the pictures were made for a gamma of {made.gamma}, but the screen's is {gamma:.2f}.")
+        if found.gamma is not None and abs(found.gamma - meant) > GAMMA_NEAR:
+            warnings.append(
+                f"the pictures were made for a gamma of {made.gamma}, but the screen's is {found.gamma:.2f}."
+            )
         height, width = stimuli.pixels(stimuli.pictures[0]).shape[:2]
         room = _room(options, size, setup)
         if (width > room[0] or height > room[1]) and not options.pilot:

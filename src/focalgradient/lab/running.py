@@ -465,8 +465,7 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
     clock = "seconds since the window opened, on a monotonic clock that cannot be set"
     if window.refresh_hz is None:
         clock += f"; the display does not report its frames, which are paced at {ready.screen.PACE:g} Hz"
-    monitor = ready.options.monitor
-    measured = None if monitor is None else ready.screen.calibration_of(monitor)
+    measured = ready.screen.calibration_of(ready.options.monitor)
     width, height = (side * display.pixel_pitch for side in display.size_px)
     return Apparatus(
         clock=clock,
@@ -475,8 +474,8 @@ def _apparatus(ready: Prepared, window: Screen) -> Apparatus:
         viewing_distance_m=display.distance if ready.calibrated else None,
         refresh_hz=window.refresh_hz,
         gamma=None if display.gamma == "sRGB" else float(np.mean(display.gamma)),
-        gamma_channels=None if measured is None else measured.channels,
-        white_cd_m2=None if measured is None else measured.white,
+        gamma_channels=measured.channels,
+        white_cd_m2=measured.white,
         versions=ready.screen.versions(),
         stereoscope=None if window.eyes is None else window.eyes.setup.stated(window.eyes.displays),
     )
