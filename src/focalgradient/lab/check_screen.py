@@ -24,7 +24,7 @@ from focalgradient.lab.computer import Check
 from focalgradient.lab.devices.triggers import Port, Triggers, open_triggers
 from focalgradient.lab.forms import ENTER, draw_all
 from focalgradient.lab.options import CheckOptions
-from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
+from focalgradient.lab.preparation import ASSUMED_PITCH, import_screen, plain_screen
 from focalgradient.lab.running import PART
 from focalgradient.luminance import UNEQUAL, read_luminance
 from focalgradient.options import parsed
@@ -94,9 +94,7 @@ def _geometry(options: CheckOptions, module: ModuleType) -> Iterator[Check]:
 
 
 def _window(options: CheckOptions, module: ModuleType, triggers: Triggers) -> Iterator[Check]:
-    display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
-    screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
-    try:
+    with closing(plain_screen(options, module)) as screen:
         yield from _timing(screen, options.seconds)
         yield _device_pixels(screen)
         for port in triggers.ports:
@@ -119,8 +117,6 @@ def _window(options: CheckOptions, module: ModuleType, triggers: Triggers) -> It
             "connect a keyboard",
             "1",
         )
-    finally:
-        screen.close()
 
 
 def _timing(screen: Screen, seconds: float) -> Iterator[Check]:

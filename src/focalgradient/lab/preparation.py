@@ -33,7 +33,7 @@ from focalgradient.lab.devices.stereoscope import Stereoscope, eye_displays, ope
 from focalgradient.lab.devices.trackers import tracker_settings
 from focalgradient.lab.devices.triggers import Triggers, open_triggers
 from focalgradient.lab.experiment import Experiment
-from focalgradient.lab.options import SessionOptions
+from focalgradient.lab.options import MonitorOptions, SessionOptions
 from focalgradient.luminance import UNEQUAL
 from focalgradient.options import parsed
 from focalgradient.stimuli import StimulusSet, read_set
@@ -46,6 +46,7 @@ __all__ = [
     "Prepared",
     "check_session",
     "import_screen",
+    "plain_screen",
     "prepare",
 ]
 
@@ -323,6 +324,12 @@ def import_screen() -> ModuleType:
             f"no window can be opened ({error or type(error).__name__}): check that a display is connected."
         ) from error
     return screen
+
+
+def plain_screen(options: MonitorOptions, module: ModuleType) -> Any:
+    """Open a window of assumed size and viewing distance; `module` is that of the screens."""
+    display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
+    return module.Screen(options.screen, WINDOW if options.windowed else None, display)
 
 
 LIBRARIES = {"libjack": "libjack-jackd2-0", "libasound": "libasound2"}

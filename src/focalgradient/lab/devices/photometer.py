@@ -10,16 +10,16 @@ import importlib.util
 import math
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import closing
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.display import Display
 from focalgradient.errors import InputError
 from focalgradient.lab.forms import ENTER, draw_all
 from focalgradient.lab.options import MeterOptions
-from focalgradient.lab.preparation import ASSUMED_DISTANCE, ASSUMED_PITCH, WINDOW, import_screen
+from focalgradient.lab.preparation import import_screen, plain_screen
 from focalgradient.luminance import GUNS, fit_luminance
 from focalgradient.options import parsed
 
@@ -160,12 +160,8 @@ def main() -> int:
         options = parsed(MeterOptions, sys.argv[1:], program="photometer", about=__doc__)
         module = import_screen()
         photometer = open_photometer(options.device)
-        display = Display(module.screen_size(options.screen), ASSUMED_PITCH, ASSUMED_DISTANCE)
-        screen = module.Screen(options.screen, WINDOW if options.windowed else None, display)
-        try:
+        with closing(plain_screen(options, module)) as screen:
             measured = _measure_on(screen, photometer)
-        finally:
-            screen.close()
         try:
             fit_luminance(LEVELS, measured)
         except InputError as error:
