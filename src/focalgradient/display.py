@@ -96,9 +96,7 @@ class Display:
         >>> round(Display.of_width(0.531).pixel_pitch * 1e3, 4)
         0.2766
         """
-        if not (size_px[0] > 0):
-            raise InputError(f"size_px is {size_px!r}, but must be a display's positive width and height in pixels.")
-        display = cls(size_px, width / size_px[0], **others)
+        display = cls(size_px, width / max(size_px[0], 1), **others)  # the size is checked there
         check_screen_width(width, display.distance)
         return display
 
