@@ -27,7 +27,7 @@ from focalgradient.depth.validity import NEARLY_NOTHING
 from focalgradient.errors import FocalGradientWarning, check_one_of
 from focalgradient.optics import capabilities
 from focalgradient.plausibility import too_near
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Psf
 from focalgradient.quantities import FOCUS, LIMIT
 from focalgradient.view import View
@@ -177,7 +177,7 @@ def recover_depth(
     check_one_of("method", method, METHODS)
     if method == "equalise" and halves_of(views) is not None:
         method = "dual-pixels"
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     source = blur_source(psf, k)
     settings = RecoverySettings(method, near, far, source, window, noise, align, false_alarm, say, outlines)
     problem = problem_of(views, settings)

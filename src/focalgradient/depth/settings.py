@@ -15,6 +15,7 @@ from focalgradient.errors import InputError, is_number
 from focalgradient.optics import DualPixel, Optics, capabilities, own_blur
 from focalgradient.progress import Progress
 from focalgradient.psf import Capability, Disc, Psf, check_transfer, psf_of, shape_class
+from focalgradient.quantities import Range
 from focalgradient.view import View
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "METHODS",
     "OPTICS",
     "SOURCES",
+    "WINDOW",
     "WINDOWS",
     "BlurSource",
     "Method",
@@ -41,6 +43,9 @@ __all__ = [
 SATURATED = 0.5
 """Maximum proportion of a view's pixels that are saturated or masked; beyond it the view is rejected."""
 
+
+WINDOW = Range("pixels", 2, 64)
+"""Bounds of a window."""
 
 LEAST_SIDE, WINDOWS = 32, 4
 """Minimum side of a view in pixels, and in windows. Chosen by hand."""
@@ -206,8 +211,7 @@ class RecoverySettings:
             raise InputError(f"near {near:g} m lies beyond far {far:g} m, but must be less: exchange them.")
         if near is not None and math.isinf(near):
             raise InputError("near is infinite, but must be a finite distance in metres: leave it out to search all.")
-        if not (is_number(self.window) and 2 <= self.window <= 64):
-            raise InputError(f"window is {self.window!r}, but must be between 2 and 64 pixels.")
+        WINDOW.check("window", self.window)
         self.given_noise(count)
         if not (is_number(self.false_alarm) and 0 < self.false_alarm < 1):
             raise InputError(f"false_alarm is {self.false_alarm!r}, but must be a probability between 0 and 1.")

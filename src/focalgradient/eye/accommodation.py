@@ -30,7 +30,7 @@ from focalgradient.eye.pulse import Pulse, PulsedPlant
 from focalgradient.eye.ranges import Pupil
 from focalgradient.eye.target import Target
 from focalgradient.eye.track import NEAREST, Motion, Tracker
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import disc_transfer
 from focalgradient.quantities import Range, Seed
 from focalgradient.view import View
@@ -282,8 +282,7 @@ def accommodate(
         rows[number] = focus, estimate, sd
         waiting = [*waiting[1:], min(max(predictor.update(estimate), 0.0), eye.plant.nearest)]
         lens.advance(waiting[0], step)
-        if progress is not None:
-            progress((number + 1) / times.size, "accommodating")
+        (progress or silent)((number + 1) / times.size, "accommodating")
     kept = slice(before, None)
     return Course(times[kept], wanted[kept], rows[kept, 0], rows[kept, 1], rows[kept, 2])
 

@@ -16,7 +16,7 @@ from focalgradient.eye.model_eye import Eye
 from focalgradient.eye.parts import fewest
 from focalgradient.eye.protocol import AnyEye, EyeModel, chromatic_scale
 from focalgradient.eye.spectral import CLASSES, SpectralBasis, SpectralPicture, band_picture
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.quantities import Whole
 
 __all__ = ["caught_by_cones", "parts_needed", "retinal_image"]
@@ -104,8 +104,7 @@ def caught_by_cones(
     shown = SpectralPicture(image, lights)
     cones = np.zeros(image.shape)
     for number, band in enumerate(CLASSES):
-        if progress is not None:
-            progress(number / len(CLASSES), f"blurring what {band} cones catch")
+        (progress or silent)(number / len(CLASSES), f"blurring what {band} cones catch")
         cones[..., number] = band_picture(shown, distance, eye, band, pixel_angle=pixel_angle, wavelengths=wavelengths)
     return cones, shown.basis.class_catches.T
 

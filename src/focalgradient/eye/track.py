@@ -21,7 +21,7 @@ from scipy.special import ndtri
 from focalgradient.arrays import FloatArray
 from focalgradient.depth.equalise.patch import likelihood_of_transfers, ring_transfer
 from focalgradient.errors import InputError, check_fields, check_finite, check_list, check_number
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.quantities import Range
 from focalgradient.view import View
 
@@ -301,6 +301,5 @@ def track(
     for number, time in enumerate(distinct):
         now = [view for view, at in zip(views, moments, strict=True) if at == time]
         found[number] = tracker.update(float(time), now, int((time - distinct[0]) / fixation + 1e-9))
-        if progress is not None:
-            progress((number + 1) / distinct.size, "tracking depth")
+        (progress or silent)((number + 1) / distinct.size, "tracking depth")
     return Track(distinct, found[:, 0], found[:, 1])

@@ -26,7 +26,7 @@ from focalgradient.eye.protocol import EyeModel, check_eye
 from focalgradient.eye.ranges import ordered_times
 from focalgradient.eye.spectral import CLASSES, SpectralBasis, SpectralPicture, band_picture
 from focalgradient.parallel import in_order
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import pixel_transfer
 from focalgradient.quantities import Range
 from focalgradient.render import Rendered, blur_picture, blur_scene, cast
@@ -221,8 +221,7 @@ def eye_views(
     seen = []
     for rendered in in_order(executor, _formed, views):
         seen.append(rendered)
-        if progress is not None:
-            progress(len(seen) / len(cones), "forming the views")
+        (progress or silent)(len(seen) / len(cones), "forming the views")
     if isinstance(scene, tuple) and (isinstance(scene[0], SpectralPicture) or np.ndim(scene[0]) == 3):
         if colours is None:
             colours = _colours(SpectralPicture.of(scene[0]), scene[1], cones[0].eye, pixel_angle, noise, seed)

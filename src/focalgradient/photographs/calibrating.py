@@ -40,7 +40,7 @@ from focalgradient.photographs.known_scenes import (
     names_depth,
 )
 from focalgradient.photographs.targets import Targets, TargetShot, load_targets
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Disc, Psf, psf_of
 
 __all__ = ["TargetCalibration", "calibrate_camera"]
@@ -208,7 +208,7 @@ def calibrate_camera(
     if not isinstance(targets, Targets | KnownScenes):
         targets = load_known_scenes(targets) if names_depth(targets) else load_targets(targets)
     shape = None if psf is None else psf_of(psf)
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     if isinstance(targets, KnownScenes):
         return calibrate_scenes(targets, shape or Disc(), say)
     check_one_of("method", method, ("edges", "equalise"))

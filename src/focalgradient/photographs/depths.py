@@ -29,7 +29,7 @@ from focalgradient.photographs.other_encoding import encoding_difference
 from focalgradient.photographs.photograph import Photograph
 from focalgradient.photographs.settings import GIVEN, Settings, load_settings, make_views
 from focalgradient.plausibility import given_as
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Disc, Gaussian, Psf, psf_from, psf_of
 from focalgradient.view import View
 
@@ -274,7 +274,7 @@ def depth_from_photographs(
     >>> abs(found.medians["distance_m"] - 1.25) < 0.03
     True
     """
-    say = progress or (lambda share, words: None)
+    say = progress or silent
     points = checked_points(known_points, near, far)
     files = [Path(inputs)] if isinstance(inputs, str | os.PathLike) else [Path(path) for path in inputs]
     tables = [path for path in files if path.suffix.lower() == ".toml"]

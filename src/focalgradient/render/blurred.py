@@ -21,7 +21,7 @@ from focalgradient.arrays import FloatArray
 from focalgradient.errors import InputError, check_number
 from focalgradient.optics import Optics, OwnBlur, check_optics, own_blur
 from focalgradient.parallel import cores
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.render.hidden import NOTHING, nearest_behind, surfaces
 from focalgradient.render.kernels import Kernels, few_blurs, kernels_of, lens_radius
@@ -163,8 +163,7 @@ def blur_picture(
     layers = [layer_of(*points, focus, kernels, by_radius) for points in surfaces(wide, vergence)]
 
     def tell(share: float) -> None:
-        if progress is not None:
-            progress(share, "blurring")
+        (progress or silent)(share, "blurring")
 
     return spread(layers, focus, kernels, pad, cores(), tell).reshape(image.shape)
 

@@ -23,7 +23,7 @@ from focalgradient.errors import InputError, check_number, check_seed
 from focalgradient.loops import compiled, inlined
 from focalgradient.optics import Optics, check_optics
 from focalgradient.parallel import cores
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.psf import Disc, Psf, psf_of
 from focalgradient.quantities import Whole
 from focalgradient.render.rendered import Rendered
@@ -144,8 +144,7 @@ def cast_without(
     with ThreadPoolExecutor(cores()) as pool:
         for done, future in enumerate(as_completed([pool.submit(rows, start) for start in starts]), 1):
             future.result()
-            if progress is not None:
-                progress(done / len(starts), "rendering")
+            (progress or silent)(done / len(starts), "rendering")
     return image, distance
 
 

@@ -16,7 +16,7 @@ from focalgradient.eye.protocol import EyeModel, check_eye
 from focalgradient.eye.ranges import check_kind
 from focalgradient.eye.ranges import wavelengths as visible
 from focalgradient.eye.spectral import SpectralPicture
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 from focalgradient.render import blur_picture
 from focalgradient.retina.isetbio import FOCAL_LENGTH, SpectralImage
 
@@ -141,8 +141,7 @@ def retinal_spectra(
     passed = math.pi * (eye.aperture_diameter / 2) ** 2 / FOCAL_LENGTH**2 * 10 ** -lens_density(nm, age)
     seen = np.empty_like(scene.energy)
     for number, wavelength in enumerate(nm.tolist()):
-        if progress is not None:
-            progress(number / nm.size, f"blurring light of {wavelength:g} nm")
+        (progress or silent)(number / nm.size, f"blurring light of {wavelength:g} nm")
         cones = Cones(eye, f"{wavelength:g} nm", (wavelength,))
         light = blur_picture(scene.energy[..., number], distance, cones, pixel_angle=pixel_angle)
         seen[..., number] = np.clip(light, 0, None) * passed[number]  # rounding leaves values just below 0

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from focalgradient.arrays import FloatArray
 from focalgradient.design.depth_rating import EXAMPLES
-from focalgradient.errors import InputError
+from focalgradient.errors import check_one_of
 
 __all__ = ["DRAWINGS", "example_picture", "noise_mask"]
 
@@ -42,8 +42,7 @@ def example_picture(name: str, shape: tuple[int, int]) -> NDArray[np.uint8]:
     >>> example_picture("example-deep", (60, 80)).shape
     (60, 80)
     """
-    if name not in DRAWINGS:
-        raise InputError(f"there is no drawing {name!r}: give one of {', '.join(DRAWINGS)}.")
+    check_one_of("drawing", name, DRAWINGS)
     height, width = shape
     half = height / 2
     y, x = np.meshgrid(

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
+from focalgradient.errors import check_one_of
 from focalgradient.stimuli.stimulus import Stimulus
 
 __all__ = ["frames"]
@@ -51,6 +51,5 @@ def frames(
     """
     known = signature(draw).parameters
     for name in (parameter, *others):
-        if name not in known:
-            raise InputError(f"{draw.__name__} has no parameter {name!r}: give one of {', '.join(known)}.")
+        check_one_of(f"a parameter of {draw.__name__}", name, known)
     return (draw(**{**others, parameter: value}).picture.astype(np.float32) for value in values)

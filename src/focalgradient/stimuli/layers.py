@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from scipy import fft
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_list
+from focalgradient.errors import InputError, check_list, check_one_of
 from focalgradient.optics import Side
 from focalgradient.psf import Psf
 from focalgradient.render.wireframe import EXTENT_SD
@@ -115,8 +115,7 @@ def check_equalise(equalise: Any) -> tuple[str, ...]:
     """Return the validated names of the properties to equalise."""
     names = check_list("equalise", equalise, "names")
     for name in names:
-        if name not in Equal:
-            raise InputError(f"equalise has {name!r}, but must be some of {', '.join(Equal)}.")
+        check_one_of("equalise", name, Equal)
     return tuple(name for name in Equal if name in names)
 
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from focalgradient.display import Display
-from focalgradient.errors import InputError
+from focalgradient.errors import InputError, check_one_of
 from focalgradient.files import inner_name, read_array, read_bytes, read_json
 from focalgradient.photographs.pictures import png_of
 from focalgradient.stimuli.blurred_scene import blurred_scene
@@ -72,11 +72,7 @@ class ShownScene:
 
     def target(self, fixation: Fixation) -> Target:
         """Return the fixated object; `InputError` if the scene has none of that name."""
-        if fixation not in self.targets:
-            raise InputError(
-                f"fixation is {fixation!r}, but the scene {self.name!r} has {', '.join(self.targets)}: give one of "
-                "these."
-            )
+        check_one_of(f"fixation of scene {self.name}", fixation, self.targets)
         return self.targets[fixation]
 
 
@@ -119,8 +115,7 @@ class StimulusSet:
     def scene(self, name: str) -> ShownScene:
         """Return the named scene; `InputError` if there is none."""
         known = self.manifest["scenes"]
-        if name not in known:
-            raise InputError(f"scene is {name!r}, but the set in {self.folder} has {', '.join(known)}.")
+        check_one_of(f"scene of the set in {self.folder}", name, known)
         entry = known[name]
         ends = {end: entry[end] for end in ("nearest", "farthest") if entry.get(end)} | entry.get("targets", {})
         targets = {end: Target.model_validate(one) for end, one in ends.items()}

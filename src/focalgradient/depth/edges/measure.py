@@ -25,6 +25,7 @@ from focalgradient.depth.registration import filled
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError, check_one_of
 from focalgradient.psf import Psf, psf_of
+from focalgradient.quantities import Range
 from focalgradient.view import check_mask
 
 __all__ = ["Edges", "Fit", "average_segments", "measure_edges"]
@@ -143,8 +144,7 @@ def measure_edges(
     check_one_of("fit", fit, get_args(Fit))
     if noise is not None and not (noise > 0 and math.isfinite(noise)):
         raise InputError(f"noise is {noise!r}, but must be a positive number in the image's unit: or leave it out.")
-    if not 4 <= length <= 128:
-        raise InputError(f"length is {length!r}, but must be between 4 and 128 pixels.")
+    Range("pixels", 4, 128).check("length", length)
     if not 0 < false_alarm < 1:
         raise InputError(f"false_alarm is {false_alarm!r}, but must be a probability between 0 and 1.")
     pixels = _checked(image, mask)

@@ -20,6 +20,7 @@ from focalgradient.depth.registration import RegisteredViews, shrunk
 from focalgradient.depth.search import LEAST_LEVELS, Estimate, Problem
 from focalgradient.depth.settings import LEAST_SIDE, WINDOWS
 from focalgradient.depth.validity import NEARLY_NOTHING
+from focalgradient.progress import silent
 
 __all__ = ["halved", "joined"]
 
@@ -68,7 +69,7 @@ def halved(problem: Problem) -> Problem | None:
         views,
         reduced,
         replace(search, pixels=search.pixels / FACTOR, pixel_angle=FACTOR * search.pixel_angle, levels=levels),
-        replace(settings, noise=given, progress=lambda share, words: None),
+        replace(settings, noise=given, progress=silent),
     )
 
 

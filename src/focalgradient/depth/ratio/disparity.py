@@ -32,6 +32,7 @@ from focalgradient.depth.ratio.energies import BLOCK, StoredImage
 from focalgradient.depth.ratio.likelihood import energy_covariance, likeliest_defocus
 from focalgradient.depth.ratio.table import BANDS, DisparityTable
 from focalgradient.depth.search import Search
+from focalgradient.depth.settings import WINDOW
 from focalgradient.depth.validity import blur_is_known
 from focalgradient.errors import InputError
 from focalgradient.psf import Psf
@@ -125,8 +126,8 @@ def focal_disparity(
     table = _checked(images, levels)
     if band not in BANDS:
         raise InputError(f"band is {band!r}, but must be one of {', '.join(map(str, BANDS))} pixels.")
-    if window and not 2 <= window <= 64:
-        raise InputError(f"window is {window!r}, but must be 0, or between 2 and 64 pixels.")
+    if window:
+        WINDOW.check("window", window)
     energy, brightness = _content(images, table, (band,), BLOCK, window, absolute, usable)
     # Second differences of means over band x band pixels; the mean size of a normal value is sqrt(2 / pi) of its sd.
     unit = 20.0 / band**2 * (2 / math.pi if absolute else 1.0)

@@ -15,6 +15,7 @@ from focalgradient.depth.recover import problem_of
 from focalgradient.depth.settings import RecoverySettings, blur_source, checked_views
 from focalgradient.depth.spectra.pairs import Differences, Pair
 from focalgradient.errors import FocalGradientWarning
+from focalgradient.progress import silent
 from focalgradient.psf import Psf
 from focalgradient.view import View
 
@@ -91,9 +92,7 @@ def check_views(
     [0.8, 0.8, 0.8]
     """
     views = checked_views(views)
-    settings = RecoverySettings(
-        "spectra", near, far, blur_source(psf, k), window, noise, align, false_alarm, lambda share, words: None
-    )
+    settings = RecoverySettings("spectra", near, far, blur_source(psf, k), window, noise, align, false_alarm, silent)
     problem = problem_of(views, settings)
     registered, search, shape = problem.registered, problem.search, problem.settings.shape
     for text in (*registered.warnings, *([] if search.side_known else [search.side_text])):

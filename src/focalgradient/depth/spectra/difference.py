@@ -14,6 +14,7 @@ from scipy import fft
 
 from focalgradient.arrays import FloatArray
 from focalgradient.depth.filters import FINEST, Image
+from focalgradient.depth.settings import WINDOW
 from focalgradient.depth.spectra.bands import spacing
 from focalgradient.errors import InputError, check_finite, check_number
 
@@ -75,8 +76,7 @@ def spectral_difference(
         )
     for name, image in (("first", first), ("second", second)):
         check_finite(name, image, "linear radiance")
-    if not (np.ndim(window) == 0 and 2 <= window <= 64):
-        raise InputError(f"window is {window!r}, but must be between 2 and 64 pixels.")
+    WINDOW.check("window", window)
     check_number("noise", noise, "the images' unit, as a standard deviation", least=0)
     side = 8 * int(np.ceil(window))
     squares, rings = _rings(side)
