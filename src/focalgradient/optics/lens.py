@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_fields, check_number, check_tolerance
+from focalgradient.errors import InputError, check_fields, check_tolerance
 from focalgradient.plausibility import check_f_number, check_focal_length, check_focus
-from focalgradient.quantities import Range
+from focalgradient.quantities import Check, Range
 
 __all__ = ["FIELD_TOLERANCE", "Aperture", "Lens", "Side", "defocus_at", "distance_of_blur"]
 
@@ -41,6 +41,10 @@ class Aperture:
 
     aperture_diameter: float
     focus_vergence: float
+
+
+TOLERANCE = Check(check_tolerance, named=True)
+"""Bounds of a relative standard deviation."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,15 +94,12 @@ class Lens:
     f_number: Annotated[float, Range("f-stops", positive=True, finite=False)]
     focus_distance: Annotated[float, Range("metres", positive=True, finite=False)]
     residual_blur_variance: Annotated[float, Range("rad^2")] = 0.0
-    focus_tolerance: float = 0.0
-    aperture_tolerance: float = 0.0
-    field_tolerance: float = FIELD_TOLERANCE
+    focus_tolerance: Annotated[float, TOLERANCE] = 0.0
+    aperture_tolerance: Annotated[float, TOLERANCE] = 0.0
+    field_tolerance: Annotated[float, TOLERANCE] = FIELD_TOLERANCE
 
     def __post_init__(self) -> None:
         check_fields(self)
-        check_tolerance("focus_tolerance", self.focus_tolerance)
-        check_tolerance("aperture_tolerance", self.aperture_tolerance)
-        check_tolerance("field_tolerance", self.field_tolerance)
         check_focal_length(self.focal_length)
         check_f_number(self.f_number, self.focal_length)
         check_focus(self.focus_distance, self.focal_length)
@@ -133,7 +134,8 @@ class Lens:
         >>> Lens(0.050, 2, 1.0).refocused(0.5).focus_distance
         2.0
         """
-        check_number("vergence", vergence, "dioptres, 0 for infinity", least=0)
+        if not vergence >= 0:
+            raise InputError(f"vergence is {vergence!r} D, but must be 0 D (infinity) or more: give dioptres.")
         return replace(self, focus_distance=1 / vergence if vergence > 0 else float("inf"))
 
     def defocus(self, distance: ArrayLike) -> FloatArray:

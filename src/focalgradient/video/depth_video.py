@@ -11,9 +11,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from focalgradient.errors import InputError
 from focalgradient.video.reading import check_frames
-from focalgradient.video.writing import CODECS, check_ending
+from focalgradient.video.writing import check_ending, encoder
 
 __all__ = ["Scale", "ValuesFile", "VideoFile", "write_light"]
 
@@ -83,15 +82,8 @@ class VideoFile:
         self._picture = np.zeros((panel.shape[0], width + panel.shape[1], 3), np.uint8)
         self._picture[:, width:] = panel
         self._part = self._picture[:height, :width]
-        size = self._picture.shape[1], self._picture.shape[0]
-        code = cv2.VideoWriter.fourcc(*CODECS[path.suffix.lower()])
         self._path, self._frames = path, 0
-        self._writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, fps, size)
-        if not self._writer.isOpened():
-            raise InputError(
-                f"a video of {size[0]} x {size[1]} pixels at {fps:g} frames per second cannot be written as "
-                f"{path.suffix}: choose another extension, of {', '.join(CODECS)}."
-            )
+        self._writer = encoder(path, path.name, "", fps, self._picture.shape[:2])
 
     def write(self, values: NDArray[np.floating], valid: NDArray[np.bool_]) -> None:
         """Write a frame: `values` on the grid, drawn where `valid`."""

@@ -165,14 +165,21 @@ def _writer(hidden: Path, name: str, first: NDArray[Any], rate: float, lossless:
         raise InputError("frames have 16 bits, which only lossless files support: set lossless=True, or give 8 bits.")
     depth = cv2.CV_16U if first.dtype == np.uint16 else cv2.CV_8U
     colours = first.ndim == 3 or not lossless
-    code = cv2.VideoWriter.fourcc(*("FFV1" if lossless else CODECS[hidden.suffix.lower()]))
     settings = [cv2.VIDEOWRITER_PROP_IS_COLOR, int(colours), cv2.VIDEOWRITER_PROP_DEPTH, depth]
+    return encoder(hidden, name, "FFV1" if lossless else "", rate, first.shape[:2], settings)
+
+
+def encoder(
+    path: Path, name: str, codec: str, rate: float, shape: tuple[int, ...], settings: Sequence[int] = ()
+) -> cv2.VideoWriter:
+    """Return the encoder of a video; the file is called `name` in messages, and "" is the codec of its extension."""
+    code = cv2.VideoWriter.fourcc(*(codec or CODECS[path.suffix.lower()]))
     with quiet():
-        writer = cv2.VideoWriter(str(hidden), cv2.CAP_FFMPEG, code, rate, first.shape[1::-1], settings)
+        writer = cv2.VideoWriter(str(path), cv2.CAP_FFMPEG, code, rate, shape[::-1], settings)
     if not writer.isOpened():
         raise InputError(
-            f"{printable(name)} cannot be written as a video of {first.shape[1]} x {first.shape[0]} pixels at {rate:g} "
-            "frames per second: choose a name in .mkv, .avi or .mp4, or another rate."
+            f"{printable(name)} cannot be written as a video of {shape[1]} x {shape[0]} pixels at {rate:g} frames per "
+            "second: choose a name in .mkv, .avi or .mp4, or another rate."
         )
     return writer
 
