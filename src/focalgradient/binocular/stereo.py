@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,10 +19,9 @@ from numpy.typing import ArrayLike, NDArray
 from focalgradient.arrays import FloatArray, Mask
 from focalgradient.binocular.pair import EyeView, StereoPair
 from focalgradient.binocular.warp import monocular, sample, warp
-from focalgradient.errors import InputError, checked, described, warn
+from focalgradient.errors import InputError, check_number, described, warn
 from focalgradient.optics import Lens, Optics, check_optics, own_blur
 from focalgradient.progress import Progress, part_of, silent
-from focalgradient.quantities import Range
 from focalgradient.render import blur_picture, cast
 from focalgradient.render.blurred import checked_picture
 from focalgradient.scenes.objects import Scene
@@ -127,19 +126,18 @@ class _Eyes:
         return StereoPair(views[0], views[1], self.pixel_angle, self.interocular, self.vergence)
 
 
-@checked
 def stereo(
     scene: Scene | ArrayLike,
     distance: ArrayLike | Optics | tuple[Optics, Optics] | None = None,
     eye: Optics | tuple[Optics, Optics] | None = None,
     *,
-    pixel_angle: Annotated[float, Range("radians", positive=True)],
-    interocular: Annotated[float, Range("metres", 0)] = INTEROCULAR,
-    vergence: Annotated[float, Range("dioptres")] | None = None,
+    pixel_angle: float,
+    interocular: float = INTEROCULAR,
+    vergence: float | None = None,
     blur: bool = True,
     blur_distance: Distances | None = None,
     disparity_distance: Distances | None = None,
-    camera: Annotated[float, Range("distances between the eyes")] = 0.0,
+    camera: float = 0.0,
     shape: tuple[int, int] | None = None,
     samples: int = 64,
     seed: int = 0,
@@ -211,7 +209,11 @@ def stereo(
     if isinstance(scene, Scene) and eye is None:
         distance, eye = None, distance
     eyes = _eyes(eye)
+    check_number("interocular", interocular, "metres", least=0.0)
+    check_number("camera", camera, "distances between the eyes")
     zero = sum(optics.focus_vergence for optics in eyes) / 2 if vergence is None else vergence
+    check_number("vergence", zero, "dioptres")
+    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     both = _Eyes(eyes, interocular, zero, pixel_angle, blur, blur_distance, progress or silent)
     if isinstance(scene, Scene):
         if distance is not None:
