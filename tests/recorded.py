@@ -16,10 +16,8 @@ RATING = DepthRatingDesign(
 CUBE = NeckerDesign(strengths_mm=[4.0], practice_trials=0, trial_s=20.0)
 
 
-def record_ratings(
-    root: Path, subjects: int, model: Model | None = None, *, design=RATING, kind="simulated", seed=1
-) -> Path:
-    table = simulated_ratings(design, subjects, model or Model(effect=2.0), np.random.default_rng(seed))
+def record_ratings(root: Path, subjects: int, model: Model | None = None, *, design=RATING, kind="simulated") -> Path:
+    table = simulated_ratings(design, subjects, model or Model(effect=2.0), np.random.default_rng(1))
     for name, rows in table.groupby("participant_id", sort=False):
         with Session.begin(root, design, name.removeprefix("sub-"), apparatus=APPARATUS, kind=kind) as session:
             for trial, rating in zip(session.remaining(), rows["rating"], strict=True):
@@ -28,18 +26,16 @@ def record_ratings(
     return root
 
 
-def record_necker(root: Path, subjects: int, change: float = 1.0, *, design=CUBE, kind="simulated", seed=1) -> Path:
-    """Readings that alternate; a gradient that agrees with one makes it last exp(change / 2) times as long."""
-    rng = np.random.default_rng(seed)
+def record_necker(root: Path, subjects: int) -> Path:
+    """Readings that alternate; a gradient that agrees with one makes it last exp(1 / 2) times as long."""
+    rng = np.random.default_rng(1)
     for number in range(1, subjects + 1):
         level = rng.normal(0.5, 0.2)
-        with Session.begin(root, design, f"{number:02}", apparatus=APPARATUS, kind=kind) as session:
+        with Session.begin(root, CUBE, f"{number:02}", apparatus=APPARATUS, kind="simulated") as session:
             keys = session.design.keys_of(session.files.participant)
             for trial in session.remaining():
                 assert isinstance(trial, NeckerTrial)
-                lean = {"none": 0.0, "rigid": -change, "nonrigid": change}[trial.gradient] + 4 * (
-                    trial.shape == "nonrigid"
-                )
+                lean = {"none": 0.0, "rigid": -1.0, "nonrigid": 1.0}[trial.gradient] + 4 * (trial.shape == "nonrigid")
                 presses, now, rigid = [], rng.uniform(0.2, 0.5), True
                 while now < trial.trial_s:
                     lasts = rng.gamma(3, math.exp(level - lean / 2 if rigid else -level + lean / 2))

@@ -36,9 +36,9 @@ def answer(number: int) -> Rated:
     return Rated(onset=20.0 * number, rating=1 + number / 10, response_time=1.5)
 
 
-def partly(root, trials=None, design=SHORT, **more) -> Session:
+def partly(root, trials=None, **more) -> Session:
     """A session that ends after some trials, without leave."""
-    session = Session.begin(root, design, "01", apparatus=APPARATUS, **more)
+    session = Session.begin(root, SHORT, "01", apparatus=APPARATUS, **more)
     for number, trial in enumerate(session.trials[:trials]):
         session.record(trial, answer(number))
     session._journal.close()

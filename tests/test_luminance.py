@@ -40,15 +40,16 @@ def test_the_curve_of_srgb_is_no_power_and_is_told_by_its_deviation():
     assert 0.001 < found.grey.deviation < 0.02
 
 
-@pytest.mark.parametrize("extra", [-20.0, np.nan, 256.0])
-def test_levels_that_are_none_are_refused(extra):
-    with pytest.raises(InputError, match="levels must span 0 to 255"):
+@pytest.mark.parametrize(
+    ("extra", "said"),
+    [
+        *(([one], "levels must span 0 to 255") for one in (-20.0, np.nan, 256.0)),
+        ([], "19 luminances, but there are 18"),
+    ],
+)
+def test_each_level_from_0_to_255_has_a_luminance(extra, said):
+    with pytest.raises(InputError, match=said):
         fit_luminance(np.append(LEVELS, extra), {"grey": np.ones(LEVELS.size + 1)})
-
-
-def test_a_luminance_for_each_level_is_asked_for():
-    with pytest.raises(InputError, match="grey has 17 luminances, but there are 18 levels"):
-        fit_luminance(LEVELS, {"grey": np.ones(LEVELS.size - 1)})
 
 
 def test_a_linear_display_has_gamma_one_and_shares_are_read(tmp_path):

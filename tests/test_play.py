@@ -162,16 +162,12 @@ def test_noise_and_bits_agree_with_numpy(chromium: browser.Browser) -> None:
     assert abs(np.corrcoef((views - LIGHT[..., None]).reshape(-1, 2).T)[0, 1]) < 0.1
 
 
-def fig5(focus: float = 1.75, *, control: bool = False, **more: Any) -> dict[str, Any]:
-    pair = [0.05 / 64, 0.05 / 22.6]
-    read = {"apertures": pair, "plane": focus, "side": 1, "reach": focus}
-    given = {"apertures": [pair[0], pair[0]] if control else pair, "focus": [focus, focus], "tiles": [0, 1, 2, 3, 4, 5]}
-    return given | {"window": 6, "read": read} | more
-
-
 @pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.slow), 0.01])
 def test_the_ratio_is_the_focal_disparity_of_the_package(chromium: browser.Browser, noise: float) -> None:
-    views, ratio = drawn(chromium, fig5(noise=noise, seed=1), ("views", "ratio"))
+    pair, focus = [0.05 / 64, 0.05 / 22.6], 1.75  # those of Fig. 5
+    read = {"apertures": pair, "plane": focus, "side": 1, "reach": focus}
+    given = {"apertures": pair, "focus": [focus, focus], "tiles": [*range(6)], "window": 6, "read": read}
+    views, ratio = drawn(chromium, given | {"noise": noise, "seed": 1}, ("views", "ratio"))
     small, large = (np.ascontiguousarray(views[..., n], np.float32) for n in (0, 1))
     expected, valid = focal_disparity(small, large, noise=noise, window=6, absolute=True)
     assert np.mean((ratio[..., 1] > 0.5) == valid) > 0.999

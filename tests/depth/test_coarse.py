@@ -12,12 +12,9 @@ from focalgradient import recover_depth
 from focalgradient.depth.equalise import estimate as equalise_estimate
 from focalgradient.depth.equalise.coarse import CONTINUED, joined
 from focalgradient.depth.search import Estimate
-from focalgradient.depth.settings import RecoverySettings
-from focalgradient.psf import Disc
 
 SIDE = 200
 NOTHING = np.zeros((SIDE, SIDE), np.float32)
-SETTINGS = RecoverySettings("equalise", 0.85, None, Disc(), 8.0, None, False, 0.01, lambda share, words: None)
 
 
 def estimate_of(vergence: float, sd: float, valid: NDArray[np.bool_]) -> Estimate:

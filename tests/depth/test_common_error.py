@@ -14,7 +14,7 @@ from focalgradient.optics.lens import FIELD_TOLERANCE
 from focalgradient.psf import Disc
 from focalgradient.render import blur_picture
 
-FOCUS, STOP = 1.0, 0.06
+FOCUS = 1.0
 
 
 def pair(focus: float = FOCUS, stop: float = 1.0, **tolerances: float) -> list[Lens]:

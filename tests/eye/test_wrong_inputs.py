@@ -45,7 +45,7 @@ from focalgradient.scenes import Scene
 
 EYE = Eye(0.004, 1.0)
 NAN = float("nan")
-GREY, NEAR = np.full((8, 8, 3), 0.5), np.ones((8, 8))
+NEAR = np.ones((8, 8))
 SIX = SpectralBasis.of_reflectances(np.arange(400.0, 700.0, 10.0), np.ones((30, 6)))
 VIEW = View(np.ones((64, 64)), Cones(EYE, "L+M", (580.0,)), 3e-4)
 

@@ -15,7 +15,7 @@ from focalgradient.scenes import Plane, Scene, Sphere, Texture, plane, slant
 
 PIXEL = 3e-4
 FRONT = (0.0, 0.0, -1.0)
-WHITE, BLACK = Texture(contrast=0, mean=1.0), Texture(contrast=0, mean=1e-9)
+WHITE = Texture(contrast=0, mean=1.0)
 
 
 def card(
