@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -80,6 +81,7 @@ class _Profile:
     mean: float
     information: float  # about the mean, multiplied by the residual variance
     residual_variance: float
+    modes: FloatArray  # of the levels
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,21 +110,21 @@ class _Table:
         shared[: len(cells), len(cells) :], shared[len(cells) :, : len(cells)] = cells, cells.T
         return cls(values, filled, shared, counts, sums, float((values**2).sum()), int(filled.sum()) - 1)
 
-    def level_variances(self, ratios: FloatArray) -> FloatArray:
-        """Return the relative variance of each level; `ratios` has the shape (..., 2)."""
-        return np.repeat(ratios, self.values.shape, axis=-1)
+    def deviances(self, ratios: FloatArray, *further: FloatArray) -> tuple[Any, ...]:
+        """Return the profiled deviance for relative variances, shape (..., 2).
 
-    def deviances(self, ratios: FloatArray) -> FloatArray:
-        """Return the profiled deviance for relative variances, shape (..., 2)."""
-        levels = self.level_variances(ratios)
+        Also the mean, the information about it, the sum of squares, the relative variance of each level, and the
+        solution for the columns `further`, `counts` and `sums`.
+        """
+        levels = np.repeat(ratios, self.values.shape, axis=-1)
         system = np.eye(len(self.sums)) + self.shared * levels[..., None, :]
-        solved = np.linalg.solve(system, np.column_stack([self.counts, self.sums]))
-        modes = levels[..., None] * solved
-        information = self.degrees + 1 - modes[..., 0] @ self.counts
-        product = -modes[..., 0] @ self.sums
-        square = self.square - modes[..., 1] @ self.sums - product**2 / information
-        scale = np.maximum(square, np.finfo(float).tiny) / self.degrees
-        return np.asarray(self.degrees * np.log(scale) + np.linalg.slogdet(system)[1] + np.log(information))
+        solved = np.linalg.solve(system, np.column_stack([*further, self.counts, self.sums]))
+        ones, values = (levels * solved[..., column] for column in (-2, -1))
+        information = self.degrees + 1 - ones @ self.counts
+        mean = -(ones @ self.sums) / information
+        square = np.maximum(self.square - values @ self.sums - mean**2 * information, np.finfo(float).tiny)
+        deviance = self.degrees * np.log(square / self.degrees) + np.linalg.slogdet(system)[1] + np.log(information)
+        return deviance, mean, information, square, levels, solved
 
     def profile(self, ratios: FloatArray) -> _Profile:
         """Return the deviance and its derivatives for two relative variances.
@@ -130,21 +132,12 @@ class _Table:
         With V = I + sum of ratio x Z Z' and P the projection of REML, the derivatives by the ratios follow from Z'PZ
         and Z'Py, of which `within` and `pulled` hold the blocks of subjects and scenes.
         """
-        levels = self.level_variances(ratios)
-        system = np.eye(len(self.sums)) + self.shared * levels
-        solved = np.linalg.solve(system, np.column_stack([self.shared, self.counts, self.sums]))
+        *numbers, levels, solved = self.deviances(ratios, self.shared)
+        deviance, mean, information, square = map(float, numbers)
         precision, of_ones, of_values = solved[:, :-2], solved[:, -2], solved[:, -1]
-        information = float(self.degrees + 1 - (levels * of_ones) @ self.counts)
-        product = float(-(levels * of_ones) @ self.sums)
-        mean = product / information
-        square = self.square - float((levels * of_values) @ self.sums) - product * mean
-        square = max(square, np.finfo(float).tiny)
         within = precision - np.outer(of_ones, of_ones) / information
         pulled = of_values - of_ones * mean
-        free = self.degrees
-        deviance = free * math.log(square / free) + float(np.linalg.slogdet(system)[1]) + math.log(information)
-
-        split = self.values.shape[0]
+        free, split = self.degrees, self.values.shape[0]
         parts = (slice(None, split), slice(split, None))
         slope = np.array([-(pulled[part] ** 2).sum() for part in parts])  # of the square
         bend = np.array([[2 * pulled[i] @ within[i, j] @ pulled[j] for j in parts] for i in parts])
@@ -157,7 +150,8 @@ class _Table:
         hessian[:2, 2] = hessian[2, :2] = -free * slope / square
         curvature = fixed - free * np.outer(slope, slope) / square**2
         by_variance = np.array([*((of_ones[part] ** 2).sum() / information for part in parts), 1.0])
-        return _Profile(deviance, gradient, curvature, hessian, by_variance, mean, information, square / free)
+        slopes = gradient, curvature, hessian, by_variance
+        return _Profile(deviance, *slopes, mean, information, square / free, levels * pulled)
 
 
 def fit(cells: ArrayLike) -> Fit:
@@ -188,7 +182,8 @@ def fit(cells: ArrayLike) -> Fit:
     error = residual / math.sqrt(profile.information)
     of_subjects, of_scenes = (float(sd) for sd in np.sqrt(ratios) * residual)
     mean = profile.mean * unit + centre
-    left = _residuals(table, ratios, profile.mean) * unit
+    of_rows, of_columns = np.split(profile.modes, [len(cells)])
+    left = np.where(filled, table.values - profile.mean - of_rows[:, None] - of_columns, np.nan) * unit
     return Fit(mean, error, _satterthwaite(profile, ratios), of_subjects, of_scenes, residual, left)
 
 
@@ -200,7 +195,7 @@ def _minimum(table: _Table) -> FloatArray:
     estimable = np.array([table.filled.sum(axis=1).max() > 1, table.filled.sum(axis=0).max() > 1])
     starts = [np.array(STARTS if possible else (0.0,)) for possible in estimable]
     grid = np.stack(np.meshgrid(*starts, indexing="ij"), axis=-1)
-    heights = np.pad(table.deviances(grid), 1, constant_values=np.inf)
+    heights = np.pad(table.deviances(grid)[0], 1, constant_values=np.inf)
     around = [heights[i : i + len(starts[0]), j : j + len(starts[1])] for i in range(3) for j in range(3)]
     lowest = heights[1:-1, 1:-1] <= np.min(around, axis=0)
     minima = [_descend(table, start, estimable) for start in grid[lowest]]
@@ -245,16 +240,6 @@ def _descend(table: _Table, start: FloatArray, estimable: NDArray[np.bool_]) -> 
         if decrement < 1e-3 * MARGIN:  # the error is squared by each step: the last left about 1e-24
             break
     return ratios, profile.deviance
-
-
-def _residuals(table: _Table, ratios: FloatArray, mean: float) -> FloatArray:
-    """Return what the mean and the conditional modes of subjects and scenes leave of the values; NaN in gaps."""
-    levels = table.level_variances(ratios)
-    system = np.eye(len(table.sums)) + table.shared * levels
-    modes = levels * np.linalg.solve(system, table.sums - table.counts * mean)
-    split = table.values.shape[0]
-    left = table.values - mean - modes[:split, None] - modes[split:]
-    return np.where(table.filled, left, np.nan)
 
 
 def _satterthwaite(profile: _Profile, ratios: FloatArray) -> float:
