@@ -46,13 +46,13 @@ class ViewedScreen:
     place
         `LABORATORY` or `BROWSER`.
     distance_m, distance_sd_m
-        Viewing distance in metres with its standard error; None if unknown. The error is 0 if the laboratory states the
+        Viewing distance in metres with its standard error; NaN if unknown. The error is 0 if the laboratory states the
         distance.
     arcmin, arcmin_sd
-        Visual angle of a display pixel with its standard error, in arcmin.
+        Visual angle of a display pixel with its standard error, in arcmin; NaN if unknown.
     gamma, gamma_sd
         Display gamma with its standard error: measured by the laboratory (error 0), or from the participant's matches;
-        None if neither was done.
+        NaN if neither was done.
     manifest
         SHA-256 of the picture manifest.
     """
@@ -60,11 +60,11 @@ class ViewedScreen:
     participant_id: str
     session: str
     place: str
-    distance_m: float | None
+    distance_m: float
     distance_sd_m: float
-    arcmin: float | None
+    arcmin: float
     arcmin_sd: float
-    gamma: float | None
+    gamma: float
     gamma_sd: float
     manifest: str | None
 
@@ -78,23 +78,18 @@ def screens(data: DataSet) -> list[ViewedScreen]:
             continue
         place = BROWSER if "browser" in sitting.get("Versions", {}) else LABORATORY
         apparatus = sitting.get("Apparatus") or {}
-        seen = (*_angles(apparatus), *_gamma(apparatus), sidecar.get("StimuliSHA256"))
+        gamma = apparatus.get("gamma_seen") or (apparatus.get("gamma") or math.nan, 0.0)
+        seen = (*_angles(apparatus), *gamma, sidecar.get("StimuliSHA256"))
         found.append(ViewedScreen(f"sub-{files.participant}", files.session or "", place, *seen))
     return found
 
 
-def _gamma(apparatus: Mapping[str, Any]) -> tuple[float | None, float]:
-    """Return gamma and its standard error, from the participant's matches or as stated by the laboratory."""
-    gamma, sd = apparatus.get("gamma_seen") or (apparatus.get("gamma"), 0.0)
-    return gamma, sd
-
-
-def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | None, float]:
+def _angles(apparatus: Mapping[str, Any]) -> tuple[float, float, float, float]:
     """Return viewing distance (m), its standard error, pixel angle (arcmin), and its standard error."""
-    distance, sd = apparatus.get("viewing_distance_m"), apparatus.get("viewing_distance_sd_m") or 0.0
+    distance, sd = apparatus.get("viewing_distance_m") or math.nan, apparatus.get("viewing_distance_sd_m") or 0.0
     size, pixels = apparatus.get("screen_m"), apparatus.get("screen_px")
-    if not (distance and size and pixels):
-        return distance, sd, None, 0.0
+    if math.isnan(distance) or not (size and pixels):
+        return distance, sd, math.nan, 0.0
     pitch = size[0] / pixels[0]
     size_sd = (apparatus.get("screen_sd_m") or (0.0, 0.0))[0] / size[0]
     # the blind-spot distance is in pixels: the error of the card affects distance and pitch equally, and cancels
@@ -105,7 +100,7 @@ def _angles(apparatus: Mapping[str, Any]) -> tuple[float | None, float, float | 
 
 def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> list[Sheet]:
     """Return a table of the screens, one row each; none if no screen is known."""
-    if all(one.arcmin is None for one in seen):
+    if all(math.isnan(one.arcmin) for one in seen):
         return []
     matched = any(one.gamma_sd for one in seen)
     headings = ("distance (cm)", "pixels a degree", "pixel (arcmin)", "gamma")[: 3 + matched]
@@ -113,11 +108,9 @@ def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> list[Sheet]:
     columns = [f"{of}{end}{'_' * bool(unit)}{unit}" for of, unit in names[: 3 + matched] for end in ("", "_sd")]
     rows, digits = [], []
     for one in seen:
-        degree = None if one.arcmin is None else 60 / one.arcmin
-        degree_sd = 0.0 if one.arcmin is None else 60 * one.arcmin_sd / one.arcmin**2
-        distance = None if one.distance_m is None else 100 * one.distance_m
-        values = [(distance, 100 * one.distance_sd_m), (degree, degree_sd), (one.arcmin, one.arcmin_sd)]
-        values += [(one.gamma, one.gamma_sd)] * matched
+        distance, degree_sd = (100 * one.distance_m, 100 * one.distance_sd_m), 60 * one.arcmin_sd / one.arcmin**2
+        angles = (60 / one.arcmin, degree_sd if one.arcmin_sd else 0.0), (one.arcmin, one.arcmin_sd)
+        values = [distance, *angles, (one.gamma, one.gamma_sd)][: 3 + matched]
         who = [one.participant_id, one.session, one.place]
         rows.append([*who, *(_with_error(value, sd) for value, sd in values)])
         digits.append([*who, *(part for pair in values for part in pair)])
@@ -129,8 +122,8 @@ def screens_sheet(seen: Sequence[ViewedScreen], name: str) -> list[Sheet]:
     return [Sheet(file, table, pd.DataFrame(digits, columns=["participant_id", "session", "place", *columns]))]
 
 
-def _with_error(value: float | None, sd: float) -> str:
-    return number(value) if not sd or value is None else f"{number(value)} ± {number(sd, 2)}"
+def _with_error(value: float, sd: float) -> str:
+    return number(value) if not sd or math.isnan(value) else f"{number(value)} ± {number(sd, 2)}"
 
 
 def blur_seen(
@@ -153,7 +146,7 @@ def blur_seen(
     """
     known = [one for one in seen if one.participant_id in participants]
     shown = {one.manifest for one in known}
-    if not known or len(shown) != 1 or None in shown or any(one.arcmin is None for one in known):
+    if not known or len(shown) != 1 or None in shown or any(math.isnan(one.arcmin) for one in known):
         return {}
     files = next(iter(data.sidecars))
     place = files.manifest(str(next(iter(shown))))
