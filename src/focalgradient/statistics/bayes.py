@@ -98,23 +98,21 @@ def bayes_depth_rating(
     table = table[~table["catch"]].assign(answer=lambda rows: np.log(rows["rating"]))
     if analysis.whole:
         check_steps(table)
-    posteriors: dict[Name, Posterior | NotComputed]
     others = sorted({*table["fixation"]} - {*FIXATIONS})
     if others:
         raise InputError(
             f"fixation is {others[0]!r} in some trials, but the Bayesian models support only nearest and farthest: "
             "leave the others out."
         )
+    fit, priors, draws, tune = _ratios, RATIO_PRIORS, DRAWS, TUNE
     if analysis.whole:
-        formula, posteriors = posteriors_of_steps(table, bound, seed=seed, progress=progress)
-    else:
-        formula, posteriors = _ratios(table, bound, seed, progress)
-    draws, tune = (ORDINAL_DRAWS, ORDINAL_TUNE) if analysis.whole else (DRAWS, TUNE)
+        fit, priors, draws, tune = posteriors_of_steps, ORDINAL_PRIORS, ORDINAL_DRAWS, ORDINAL_TUNE
+    formula, posteriors = fit(table, bound, seed=seed, progress=progress)
     return BayesResult(
         analysis,
         bound,
         formula,
-        ORDINAL_PRIORS if analysis.whole else RATIO_PRIORS,
+        priors,
         posteriors,
         f"{CHAINS} chains of {draws:,} draws after {tune:,} tuning steps (NUTS, seed {seed})",
         {name: version(name) for name in ("bambi", "pymc", "arviz")},
@@ -171,7 +169,7 @@ def _formula(several: bool) -> str:
 
 
 def _ratios(
-    table: pd.DataFrame, bound: float, seed: int, progress: Progress | None
+    table: pd.DataFrame, bound: float, *, seed: int = 1, progress: Progress | None = None
 ) -> tuple[str, dict[Name, Posterior | NotComputed]]:
     """Fit one model to the depth effects of each fixation, and one to their difference."""
     data = cells_of(table)
@@ -236,7 +234,7 @@ def posteriors_of_steps(
     several = table["scene"].nunique() > 1
     slopes = [f"blur_{name}" for name in fixations]
     fixed = " + ".join([*slopes, *(["fixation"] if len(fixations) > 1 else [])])
-    groups = ("participant_id", "scene")[: 1 + several]
+    groups = dict((("participant_id", "subjects"), ("scene", "scenes"))[: 1 + several])
     formula = f"rating ~ {fixed} + " + " + ".join(f"(1 + {' + '.join(slopes)} | {group})" for group in groups)
     missing = NotComputed("The ordinal model needs at least two subjects, two apertures and two different answers.")
     if table["participant_id"].nunique() < 2 or width == 0 or len(steps) < 2:
@@ -252,15 +250,11 @@ def posteriors_of_steps(
         "threshold": bambi.Prior(
             "Normal", mu=np.log(even / (1 - even)), sigma=ORDINAL_PRIORS["thresholds"].sd, transform=ordered
         ),
-        "fixation": prior["fixation"],
+        **({"fixation": prior["fixation"]} if len(fixations) > 1 else {}),
+        **dict.fromkeys(slopes, prior["rise"]),
     }
-    for name in slopes:
-        priors[name] = prior["rise"]
-    for group, term in zip(groups, ("subjects", "scenes"), strict=False):
-        for name in ("1", *slopes):
-            priors[f"{name}|{group}"] = bambi.Prior("Normal", mu=0, sigma=prior[term])
-    if len(fixations) < 2:
-        del priors["fixation"]
+    for group, term in groups.items():
+        priors |= {f"{name}|{group}": bambi.Prior("Normal", mu=0, sigma=prior[term]) for name in ("1", *slopes)}
     with quiet():
         model = bambi.Model(
             formula, rows, family="cumulative", priors=priors, auto_scale=False, center_predictors=False
@@ -273,10 +267,7 @@ def posteriors_of_steps(
         if name not in fixations:
             found[name] = NotComputed(f"The {name} object is fixated in no trial.")
             continue
-        spread = {
-            term: _flat(posterior, f"blur_{name}|{group}_sigma")
-            for group, term in zip(groups, ("subjects", "scenes"), strict=False)
-        }
+        spread = {term: _flat(posterior, f"blur_{name}|{group}_sigma") for group, term in groups.items()}
         found[name] = _summary(name, _flat(posterior, f"blur_{name}"), math.log(bound), spread, posterior, names)
     near, far = found["nearest"], found["farthest"]
     found["difference"] = NotComputed("There is only one fixation: nothing can be compared.")
