@@ -58,6 +58,15 @@ def test_staircases_of_psychopy_are_levels_and_answers(tmp_path: Path) -> None:
     ]
 
 
+def test_keys_of_the_right_answer_are_no_condition_and_groups_are_named(tmp_path: Path) -> None:
+    rows = [f"{who},{lens},{level},{key},f" for who, lens in ("Aa", "Ba", "Cb") for level in (1, 2) for key in "fj"]
+    own = read_thresholds(write(tmp_path, "\n".join(["subject,lens_group,level,correct_response,response", *rows])))
+    assert own.table["correct"].tolist() == [1, 0] * 6
+    said = " ".join(own.notices)
+    assert 'lens_group (a, b) is not analysed: compare the groups with by=["lens_group"].' in said
+    assert "condition" not in said
+
+
 def test_a_word_for_a_missing_answer_is_no_step(tmp_path: Path) -> None:
     path = write(tmp_path, "subject,fstop,focus,resp\nA,0,near,flat\nA,f5.6,near,deep\nA,f8,near,k.A.\n")
     with pytest.raises(InputError, match=r'where it is missing, or state so with conditions=\{"k.A.": "NA"\}'):
@@ -117,7 +126,7 @@ def test_wide(tmp_path: Path) -> None:
         ["1", "room", "farthest", "f/5.6", 1.1],
         ["2", "room", "nearest", "pinhole", 1.0],
     ]
-    assert any("2 rows were left out, without a rating (participants 2)" in note for note in own.notices)
+    assert any("2 cells were left out, without a rating (participants 2)" in note for note in own.notices)
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,9 @@ __all__ = [
 GROUPS = re.compile(r"(?:age_)?(?:groups?|cohort|sample|population|grupp[eo]|groupe|grupo)(?:_?id|_?name)?")
 """Names of columns that hold groups of people."""
 
+MAYBE_GROUPS = re.compile(rf"(?:\w+_)?{GROUPS.pattern}|device|platform|site|lab|laboratory|expertise|training")
+"""Names of columns that hold groups of people where each person has one level."""
+
 MAX_SHARED_ANSWERS = 0.7
 """Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
 
@@ -151,7 +154,7 @@ def note_groups(
 
     These, its own name and further options compare them.
     """
-    for name in filter(lambda name: GROUPS.fullmatch(heading(name)), map(str, cells)):
+    for name in filter(lambda name: MAYBE_GROUPS.fullmatch(heading(name)), map(str, cells)):
         levels = cells[name].str.strip()
         if levels.groupby(people).nunique().max() == 1 and 1 < levels.nunique() < people.nunique():
             shown = f"{printable(name)} ({few(sorted(levels.unique()))})"
@@ -161,19 +164,19 @@ def note_groups(
 
 
 def note_few_trials(table: pd.DataFrame, notices: list[str]) -> None:
-    """Note the participants with less than half of the median number of trials.
+    """Note the participants with at most half of the median number of trials.
 
     >>> notices = list[str]()
     >>> note_few_trials(pd.DataFrame({"participant_id": [*"AAAABBBBC"]}), notices)
     >>> notices
-    ['C (1) has less than half of the median number of trials (4).']
+    ['C (1) has at most half of the median number of trials (4).']
     """
     counts = (table[~table["catch"]] if "catch" in table else table)["participant_id"].value_counts(sort=False)
-    short = counts[counts < counts.median() / 2]
+    short = counts[counts <= counts.median() / 2]
     if len(short):
         listed = few(f"{who} ({count})" for who, count in short.items())
         notices.append(
-            f"{listed} {'has' if len(short) == 1 else 'have'} less than half of the median number of trials "
+            f"{listed} {'has' if len(short) == 1 else 'have'} at most half of the median number of trials "
             f"({counts.median():g})."
         )
 

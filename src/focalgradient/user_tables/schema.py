@@ -227,7 +227,15 @@ THRESHOLDS = Schema(
             "(NA: a missing answer), or the counts of trials in a column of its own (trials)",
         ),
         "interval": Column(
-            ("target_interval", "signal_interval", "test_interval", "target", "correct_interval", "correct_answer")
+            (
+                "target_interval",
+                "signal_interval",
+                "test_interval",
+                "target",
+                "correct_interval",
+                "correct_answer",
+                "correct_response",
+            )
         ),
         "response": Column(
             ("answer", "chosen", "choice", "resp", "chosen_interval", "response_interval"), answer="answer"

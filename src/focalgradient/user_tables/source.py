@@ -85,9 +85,10 @@ def where_like(column: str, value: str) -> str:
 
 def choice_like(cells: pd.DataFrame, column: str, value: str) -> str:
     """Return the remedy that chooses the rows of a value; in a table that was wide, the columns."""
-    if cells.index.nlevels < 3:
+    of_value = cells[column] == value
+    headings = [] if cells.index.nlevels < 3 else [*cells.index[of_value].get_level_values(2)]
+    if {*headings} == {*cells.index[~of_value].get_level_values(-1)} or not headings:
         return where_like(column, value)
-    headings = [*cells.index[cells[column] == value].get_level_values(2)]
     return f'columns={{"rating": "{printable(os.path.commonprefix(headings))}*"}}'  # noqa: RUF071  by character
 
 
@@ -486,6 +487,6 @@ def _a(noun: str) -> str:
 
 
 def _rows_were(left_out: pd.Series[bool]) -> str:
-    """Format a number of rows for a note: "1 row was", "3 rows were"."""
-    count = int(left_out.sum())
-    return "1 row was" if count == 1 else f"{count:,} rows were"
+    """Format a number of rows, or of cells of a wide table, for a note: "1 row was", "3 cells were"."""
+    count, noun = int(left_out.sum()), "row" if left_out.index.nlevels < 3 else "cell"
+    return f"1 {noun} was" if count == 1 else f"{count:,} {noun}s were"

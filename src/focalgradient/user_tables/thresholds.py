@@ -14,7 +14,7 @@ from scipy.stats import binom
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.user_tables.cleaning import few_levels
+from focalgradient.user_tables.cleaning import few_levels, note_groups
 from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
@@ -146,6 +146,8 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
     cells = source.cells.loc[table.index.unique()]
     people, compared = [cells[source.columns["participant_id"]]], source.columns.get("condition", "")
 
+    if not compared:
+        note_groups(cells[source.unused], people[0], source.notices, ())
     split = few_levels(cells[source.unused], [*people, cells[compared]] if compared else people)
     for name in split if compared else ():
         if heading(name) in ("condition", *THRESHOLDS.columns["condition"].names):
