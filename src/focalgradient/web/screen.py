@@ -78,9 +78,8 @@ def measure(card_px: float, blind_spot_px: Sequence[float], refresh_hz: float | 
     """
     pixel = CARD[0] / card_px
     card = CARD_SD_M / CARD[0]
-    if refresh_hz is None:
-        return Measured(pixel, card * pixel, None, None)
-    presses = np.asarray(blind_spot_px, float) - REACTION_S * STEP_PX * refresh_hz
+    delay = math.inf if refresh_hz is None else REACTION_S * STEP_PX * refresh_hz
+    presses = np.asarray(blind_spot_px, float) - delay
     presses = presses[presses > 0]
     if len(presses) == 0:
         return Measured(pixel, card * pixel, None, None)
