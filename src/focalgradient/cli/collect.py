@@ -57,7 +57,12 @@ def collect(
         raise InputError("FILES and --store are both given or both missing: give one of them.")
     check_installed(*SERVER)
     if store is not None:
-        _from_store(store, data)
+        check_installed(*STORE)
+        from focalgradient.web.postgres import collect_store
+
+        added = collect_store(store, data)
+        lines = [f"sub-{participant}: {count} new lines" for participant, count in added.items()]
+        show({"data": str(data), "added": added}, *lines, f"Sessions in {data}: {len(added)}.")
         return
 
     sessions, left = fg.web.collect(files, data, stimuli)
@@ -72,12 +77,3 @@ def collect(
     show(content, *lines)
     if left:
         click.get_current_context().exit(1)
-
-
-def _from_store(store: str, data: Path) -> None:
-    check_installed(*STORE)
-    from focalgradient.web.postgres import collect_store
-
-    added = collect_store(store, data)
-    lines = [f"sub-{participant}: {count} new lines" for participant, count in added.items()]
-    show({"data": str(data), "added": added}, *lines, f"Sessions in {data}: {len(added)}.")

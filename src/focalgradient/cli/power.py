@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import click
@@ -135,7 +134,9 @@ def power(
     from focalgradient.plotting.figures import as_files
     from focalgradient.plotting.power import power_figure
 
-    study = _study(task, design, seed, model.given())
+    named, given = task_named(task), model.given()
+    with options_named(sentences({name: f"--{name.replace('_', '-')}" for name in given})):
+        study = fg.power.study_of(named, fg.design.design_of(named.name, design), given, seed)
     extra = ["sensitivity.csv"] if sensitivity else []
     writable(out, ["power.csv", "power.png", "power.pdf", *extra], [] if design is None else [design])
     total = len(subjects) * experiments
@@ -210,11 +211,3 @@ def _shares(shares: Mapping[int, float], experiments: int) -> str:
             number_text = f"N = {number}"
         needed.append(f"{number_text} for .{power * 100:.0f}")
     return f"{', '.join(parts)}; by interpolation {', '.join(needed)}"
-
-
-def _study(name: str, design: Path | None, seed: int, given: dict[str, Any]) -> Study:
-    """Return the power study of a task, given its design and options."""
-    task = task_named(name)
-    shown = fg.design.design_of(task.name, design)
-    with options_named(sentences({name: f"--{name.replace('_', '-')}" for name in given})):
-        return fg.power.study_of(task, shown, given, seed)

@@ -126,7 +126,7 @@ def prepare(experiment: Experiment, given: Sequence[str] | None, program: str | 
             raise InputError("--trials is given, but a resumed session continues with its own list: leave it out.")
         design = design.with_trials(str(options.trials), read_trials(options.trials))
     short = design.pilot() if options.pilot else design
-    given_design = _with_gaze(options, short)
+    given_design = short.model_copy(update={"gaze": _gaze(options, short)}) if hasattr(short, "gaze") else short
     design = check_session(options, given_design)
     if options.resume and options.design is not None:
         _same_design(options, given_design, design)
@@ -211,11 +211,6 @@ def _gaze(options: SessionOptions, design: Any) -> str:
     """Return the source of gaze: the options', else the design's; in a pilot, the mouse replaces an eye tracker."""
     gaze = str(options.gaze or getattr(design, "gaze", "none"))
     return "mouse" if options.pilot and gaze == "tracker" else gaze
-
-
-def _with_gaze(options: SessionOptions, design: Design) -> Design:
-    """Return the design with its source of gaze, if it states one."""
-    return design.model_copy(update={"gaze": _gaze(options, design)}) if hasattr(design, "gaze") else design
 
 
 def _tracker(options: SessionOptions, design: Design) -> tuple[str, dict[str, Any]] | None:

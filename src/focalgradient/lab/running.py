@@ -275,12 +275,6 @@ def _note_events(sitting: Sitting, session: Session) -> None:
     sitting.events, sitting.failures = [], []
 
 
-def _note_gaze(sitting: Sitting, session: Session, trial: Trial) -> None:
-    """Write the gaze of a trial to the journal, before its answer."""
-    if sitting.taken is not None:
-        session.note("gaze", phase=trial.phase, trial=trial.trial, samples=[list(one) for one in sitting.taken.samples])
-
-
 def _may_keep(window: Screen, session: Session, sitting: Sitting) -> None:
     """Ask a participant who stops whether the answers may be kept; note the reply, and tell the experimenter."""
     words = window.words
@@ -367,7 +361,9 @@ class _Walk:
         sitting.recorded = session.recorded
         answer = _timed(self._experiment, sitting, session, turn)
         _note_events(sitting, session)
-        _note_gaze(sitting, session, trial)
+        if sitting.taken is not None:
+            samples = [list(sample) for sample in sitting.taken.samples]
+            session.note("gaze", phase=trial.phase, trial=trial.trial, samples=samples)
         session.record(trial, answer)
         sitting.noted = {}
         if trial.phase == "practice":

@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy import stats
 
-from focalgradient.arrays import FloatArray
 from focalgradient.plotting.figures import BLUE, GREEN, GREY, ORANGE, laid_out
 from focalgradient.plotting.ratio_axis import ratio_ticks
 from focalgradient.statistics.posteriors import BayesResult, Posterior
@@ -71,7 +70,8 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     for name, draws in first.spread.items():
         colour, label = SD_LOOKS[name]
         ax.plot(at, result.priors[name].density(at), color=colour, linestyle=DASHED, linewidth=0.9)
-        ax.plot(at, _above_zero(draws, at), color=colour, label=label)
+        law = stats.gaussian_kde(draws)
+        ax.plot(at, law(at) + law(-at), color=colour, label=label)  # reflected at zero: no SD is negative
     ax.set_ylim(0, 1.25 * ax.get_ylim()[1])
     ax.set(xlim=(0, largest), yticks=[], xlabel="standard deviation (log odds)")
     if result.analysis.ratios:
@@ -79,9 +79,3 @@ def draw_posterior_spread(ax: Axes, result: BayesResult) -> Axes:
     ax.set_title(f"SDs of the {EFFECTS[first.name][1].split()[0]} effect (dashed: priors)")
     ax.legend(loc="upper right", fontsize=7, handlelength=1.6)
     return ax
-
-
-def _above_zero(draws: FloatArray, at: FloatArray) -> FloatArray:
-    """Return the kernel density of a non-negative variable, reflected at zero."""
-    law = stats.gaussian_kde(draws)
-    return np.asarray(law(at) + law(-at))
