@@ -220,7 +220,7 @@ def blur_scene(
 
     def pinhole(skipped: int | None, pad: int, rays: int) -> tuple[NDArray[np.float32], FloatArray]:
         wide = (shape[0] + 2 * pad, shape[1] + 2 * pad)
-        seen = [cast_without(one, skipped, 0.0, 0.0, wide, pixel_angle, rays, seed) for _, one in scenes]
+        seen = [cast_without(one, skipped, (0.0,) * 4, wide, pixel_angle, rays, seed) for _, one in scenes]
         light = sum(weight * image for (weight, _), (image, _) in zip(scenes, seen, strict=True))
         return np.asarray(light, np.float32), seen[0][1]
 

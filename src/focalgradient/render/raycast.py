@@ -99,36 +99,31 @@ def cast(
     """
     check_scene(scene)
     check_frame(optics, shape, pixel_angle, samples, seed)
-    aperture, focus = optics.aperture_diameter, optics.focus_vergence
     if not castable(scene):
         raise InputError(
             "scene contains meshes or a sky, but the ray caster renders planes and spheres only: use engine 'shaded'."
         )
     check_number("place", place, "metres")
     check_number("ahead", ahead, "tangent of an angle")
-    aside = place, ahead
-    image, distance = cast_without(
-        scene, None, aperture, focus, shape, pixel_angle, samples, seed, progress, aside, psf_of(psf)
-    )
+    lens = optics.aperture_diameter / 2, optics.focus_vergence, place, ahead
+    image, distance = cast_without(scene, None, lens, shape, pixel_angle, samples, seed, progress, psf_of(psf))
     return Rendered(View(image, optics, pixel_angle), distance)
 
 
 def cast_without(
     scene: Scene,
     skipped: int | None,
-    aperture: float,
-    focus: float,
+    lens: tuple[float, float, float, float],
     shape: tuple[int, int],
     pixel_angle: float,
     samples: int,
     seed: int,
     progress: Progress | None = None,
-    aside: tuple[float, float] = (0.0, 0.0),
     psf: Psf = Disc(),  # noqa: B008  it is frozen
 ) -> tuple[NDArray[np.float32], FloatArray]:
     """Return image and distance as in `cast`; rays pass through the `skipped` object, which still casts its shadow.
 
-    `aside` holds `place` and `ahead` of `cast`.
+    `lens` holds the radius of its aperture (m), its focus (D), and `place` and `ahead` of `cast`.
     """
     table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
     rays, number = _patterns(samples, seed, psf), -1 if skipped is None else skipped
@@ -137,7 +132,7 @@ def cast_without(
     def rows(start: int) -> None:
         _cast_rows(
             *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
-            *(aperture / 2, focus, pixel_angle, *aside, number, start, start + ROWS_PER_TASK, image, distance),
+            *(*lens[:2], pixel_angle, *lens[2:], number, start, start + ROWS_PER_TASK, image, distance),
         )
 
     starts = range(0, shape[0], ROWS_PER_TASK)
