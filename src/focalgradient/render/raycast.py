@@ -125,15 +125,14 @@ def cast_without(
 
     `lens` holds the radius of its aperture (m), its focus (D), and `place` and `ahead` of `cast`.
     """
-    table, textures, sun = _objects(scene), _textures(scene), _unit(scene.sun or (0.0, 0.0, 0.0))
+    sun = _unit(scene.sun or (0.0, 0.0, 0.0))
+    world = _objects(scene), _textures(scene), sun, scene.ambient, scene.background
     rays, number = _patterns(samples, seed, psf), -1 if skipped is None else skipped
     image, distance = np.empty(shape, np.float32), np.empty(shape)
 
     def rows(start: int) -> None:
-        _cast_rows(
-            *(table, textures, sun, scene.ambient, scene.background, rays, seed & 0xFFFFFFFF),
-            *(*lens[:2], pixel_angle, *lens[2:], number, start, start + ROWS_PER_TASK, image, distance),
-        )
+        shown = start, start + ROWS_PER_TASK, image, distance
+        _cast_rows(world, rays, seed & 0xFFFFFFFF, lens, pixel_angle, number, *shown)
 
     starts = range(0, shape[0], ROWS_PER_TASK)
     with ThreadPoolExecutor(cores()) as pool:
@@ -270,8 +269,9 @@ def _hit(objects, ox, oy, oz, dx, dy, dz, least, skipped):  # type: ignore[no-un
 
 
 @inlined
-def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipped):  # type: ignore[no-untyped-def]
+def _radiance(world, ox, oy, dx, dy, skipped):  # type: ignore[no-untyped-def]
     """Return the radiance along the ray from (ox, oy, 0) in direction (dx, dy, 1)."""
+    objects, textures, sun, ambient, background = world
     z, which = _hit(objects, ox, oy, 0.0, dx, dy, 1.0, 0.0, skipped)
     if which < 0:
         return background
@@ -301,39 +301,22 @@ def _radiance(objects, textures, sun, ambient, background, ox, oy, dx, dy, skipp
 
 
 @compiled
-def _cast_rows(  # type: ignore[no-untyped-def]
-    objects,
-    textures,
-    sun,
-    ambient,
-    background,
-    rays,
-    seed,
-    aperture,
-    focus,
-    pixel,
-    place,
-    ahead,
-    skipped,
-    start,
-    stop,
-    image,
-    distance,
-):
+def _cast_rows(world, rays, seed, lens, pixel, skipped, start, stop, image, distance):  # type: ignore[no-untyped-def]
     """Fill the rows `start` to `stop` of image and distance."""
+    aperture, focus, place, ahead = lens
     height, width = image.shape
     samples = rays.shape[1]
     for i in range(start, min(stop, height)):
         for j in range(width):
             tx, ty = (j - (width - 1) / 2) * pixel + ahead, (i - (height - 1) / 2) * pixel
-            distance[i, j] = _hit(objects, place, 0.0, 0.0, tx, ty, 1.0, 0.0, skipped)[0]
+            distance[i, j] = _hit(world[0], place, 0.0, 0.0, tx, ty, 1.0, 0.0, skipped)[0]
             pattern = rays[_deal(i, j, seed)]
             total = 0.0
             for n in range(samples):
                 ax, ay = aperture * pattern[n, 0], aperture * pattern[n, 1]
                 dx = tx + pixel * pattern[n, 2] - ax * focus
                 dy = ty + pixel * pattern[n, 3] - ay * focus
-                total += _radiance(objects, textures, sun, ambient, background, place + ax, ay, dx, dy, skipped)
+                total += _radiance(world, place + ax, ay, dx, dy, skipped)
             image[i, j] = total / samples
 
 
