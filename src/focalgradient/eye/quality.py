@@ -82,12 +82,15 @@ class ThroughFocus:
         _, kept = self._in_focus(share)
         return float(np.mean(kept) * np.ptp(self.vergences))
 
-    def ranges_of_focus(self) -> list[tuple[float, float]]:
+    @checked
+    def ranges_of_focus(
+        self, share: Annotated[float, Range("shares", 1e-9, 1 - 1e-9)] = SHARE
+    ) -> list[tuple[float, float]]:
         """Return the ends (D) of each separate range that `depth_of_focus` adds up, in ascending order.
 
         Two foci of an eye, as of astigmatism, can have separate ranges; the eye's own focus can be between them.
         """
-        fine, kept = self._in_focus(SHARE)
+        fine, kept = self._in_focus(share)
         steps = np.flatnonzero(np.diff(kept, prepend=False, append=False)).reshape(-1, 2)
         return [(float(fine[start]), float(fine[end - 1])) for start, end in steps]
 
