@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from itertools import accumulate, groupby
+from itertools import accumulate
 from typing import Any, TypeVar
 
 from focalgradient.design.draws import Draws, digest
@@ -175,16 +175,8 @@ def _break_runs(
         for row in rows:
             row[one], row[other] = row[other], row[one]
 
-    def total() -> int:
-        """Return the sum of `excess` over all positions."""
-        found = 0
-        for column in columns:
-            runs = (len(list(run)) for _, run in groupby(column))
-            found += sum(run * (run - longest) for run in runs if run > longest)
-        return found
-
     rows: list[list[Any]] = [order, *columns]
-    wrong = total()
+    wrong = sum(map(excess, range(len(order))))
     while wrong:
         before = wrong
         for place in range(len(order)):
@@ -198,7 +190,7 @@ def _break_runs(
                 exchange(place, other)
                 if excess(place) + excess(other) > now:
                     exchange(place, other)
-        wrong = total()
+        wrong = sum(map(excess, range(len(order))))
         if wrong >= before:
             return False
     return True
