@@ -233,37 +233,6 @@ def test_at_every_moment_the_percept_is_what_is_held(pressed, moment):
     assert [one.percept for one in percepts(pressed, KEYS, 10.0) if one.onset <= moment < one.end] == [expected]
 
 
-SPOILT = {
-    "half a frame": (("dropped_frames", "0.5"), "row 2: .* a whole number of 0"),
-    "unknown level": (("fixation", "near"), "'near', .* one of nearest"),
-    "unknown aperture": (("aperture", "f22"), "row 2: aperture is 'f22', but"),
-    "no truth": (("catch", "yes"), "row 2: catch is 'yes', but must be true or"),
-    "cell gone": (
-        lambda root: rating_file(root).write_text(rating_file(root).read_text().rpartition("\t")[0] + "\n"),
-        "row 35: there are 16 cells, but",
-    ),
-    "unknown participant": (
-        lambda root: edit(root / "participants.tsv", 2, "participant_id", "sub-9"),
-        "sub-01 is mis",
-    ),
-    "sidecar a list": (
-        lambda root: rating_file(root).with_suffix(".json").write_text("[]"),
-        "beh.json does not contain the design",
-    ),
-    "no description": (lambda root: (root / "dataset_description.json").unlink(), "is not a data set"),
-}
-"""Damages that `test_damages.py` lacks: a cell of row 2, or something done to the data set; and what is said."""
-
-
-@pytest.mark.parametrize("name", SPOILT)
-def test_what_cannot_be_read_is_said_with_file_and_row(data, name):
-    spoil, sentence = SPOILT[name]
-    edit(rating_file(data), 2, *spoil) if isinstance(spoil, tuple) else spoil(data)
-    with pytest.raises(InputError, match=sentence) as refused:
-        read_dataset(data)
-    assert "\n" not in str(refused.value)
-
-
 WRONG = {
     "trial missing": (drop_row, r"1 of 34 trials of the .* 4\)"),
     "order changed": (swap_rows, "its trials are not in the order of the design"),
