@@ -242,7 +242,8 @@ def test_what_optics_state_is_read_once() -> None:
     assert (stated.isotropic, stated.waveband, stated.uniform, stated.field_sd) == (True, "green", True, 0)
     lens = capabilities(Lens(0.05, 2, 1.0, residual_blur_variance=1e-8))
     assert (lens.blur, lens.forms_views, lens.residual_blur_variance) == (None, False, 1e-8)
-    assert capabilities(Lens(0.05, 2, 1.0)).residual_blur_variance == 0  # of an ideal lens
+    ideal = capabilities(Lens(0.05, 2, 1.0))
+    assert ideal.residual_blur_variance == ideal.focus_tolerance == ideal.aperture_tolerance == 0
     with pytest.raises(InputError, match="only one of vergences and frequency"):
         check_optics(Lens(0.05, 2, 1.0), frequency=10.0)
     bare = type("Bare", (), {"aperture_diameter": 0.01, "focus_vergence": 1.0, "tells_side": True})
