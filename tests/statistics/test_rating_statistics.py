@@ -245,6 +245,20 @@ def test_groups_of_unequal_variance_are_compared_as_scipy_does(sizes: tuple[int,
     assert [f"A group has {count} subjects" in str(found.remarks) for count in (2, 4)] == [sizes[0] == 2, False]
 
 
+def test_groups_have_cohens_d_with_the_interval_of_steiger_and_fouladi() -> None:
+    """The first is cohens_d(mpg ~ am, data = mtcars) of R's effectsize: -1.48; without effect d is 0."""
+    manual = [21.0, 21.0, 22.8, 32.4, 30.4, 33.9, 27.3, 26.0, 30.4, 15.8, 19.7, 15.0, 21.4]
+    automatic = [21.4, 18.7, 18.1, 14.3, 24.4, 22.8, 19.2, 17.8, 16.4, 17.3, 15.2, 10.4, 10.4, 14.7, 21.5, 15.5]
+    found = welch(np.array([*automatic, 15.2, 13.3, 19.2]), np.array(manual))
+    assert isinstance(found, Effect)
+    assert found.d.estimate == pytest.approx(-1.48, abs=0.005)
+    one = np.arange(6.0)
+    for shift in (0.0, 1.5):
+        found = welch(one + shift, one)
+        shares = [stats.nct.cdf(found.statistic, 10, end * np.sqrt(3)) for end in (found.d.low, found.d.high)]
+        assert (found.d.estimate, *shares) == pytest.approx((shift / np.sqrt(3.5), 0.975, 0.025))
+
+
 def test_the_rise_is_measured_where_the_line_misses_it() -> None:
     """A curve that saturates: the straight line rises less than the ratings, whose rise is measured directly."""
     table = ratings(12, 0.0, 0.0, differ=0.0)

@@ -36,7 +36,7 @@ EFFECTS, CHECKS, MEANS = ("primary", "main", "secondary"), ("check",), ("descrip
 
 HEAD = (
     *("result", "of", "unit", "holds for other", "estimate", "95 %", "test", "p", "p_Holm"),
-    *("d (over subjects: d_z)", "95 %"),
+    *("d (within subjects: d_z)", "95 %"),
 )
 
 

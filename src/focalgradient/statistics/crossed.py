@@ -223,7 +223,7 @@ def crossed_effect(cells: ArrayLike) -> Effect | NotComputed:
     total = found.subjects**2 + found.scenes**2 + found.residual**2
     test = found.mean, found.standard_error, subjects, CROSSED
     effect = student_effect(*test, df=found.df, remarks=(why,) if gaps else ())
-    return replace(effect, d=size_interval(found.mean / math.sqrt(total), effect.statistic, effect.df, subjects))
+    return replace(effect, d=size_interval(effect.statistic, effect.df, found.standard_error / math.sqrt(total)))
 
 
 def _model(cells: FloatArray) -> reml.Fit:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy import stats
 
 from focalgradient.arrays import FloatArray
-from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed
+from focalgradient.statistics.records import CONFIDENCE, Effect, Interval, NotComputed, size_interval
 
 __all__ = [
     "between_levels",
@@ -198,7 +198,11 @@ def between_levels(
 
 
 def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:
-    """Compare the means of two groups of subjects with unequal variances (Welch 1947)."""
+    """Compare the means of two groups of subjects with unequal variances (Welch 1947); d is Cohen's, by pooled SD.
+
+    >>> round(welch(np.array([4.0, 5.0, 6.0]), np.array([1.0, 2.0, 3.0])).d.estimate, 3)
+    3.0
+    """
     if min(len(one), len(other)) < 2:
         return NotComputed(
             f"A test between groups needs two subjects in each, and there are {len(one)} and {len(other)}."
@@ -210,7 +214,10 @@ def welch(one: NDArray[Any], other: NDArray[Any]) -> Effect | NotComputed:
     df = sum(parts) ** 2 / sum(part**2 / (len(values) - 1) for part, values in zip(parts, (one, other), strict=True))
     estimate, subjects, least = float(one.mean() - other.mean()), len(one) + len(other), min(len(one), len(other))
     remarks = (FEW.format(least),) if least < FEWEST else ()
-    return student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df, remarks=remarks)
+    test = student_effect(estimate, error, subjects, "Welch's t between groups of subjects", df=df, remarks=remarks)
+    freedom = [len(values) - 1 for values in (one, other)]
+    pooled = math.sqrt(np.average([one.var(ddof=1), other.var(ddof=1)], weights=freedom))
+    return replace(test, d=size_interval(test.statistic, df, error / pooled))
 
 
 FEWEST = 4

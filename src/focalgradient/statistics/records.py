@@ -78,7 +78,8 @@ class Effect:
         p value after Holm's correction over its family of tests; None outside a family.
     d
         For tests over subjects and scenes, d of Westfall, Kenny and Judd (2014) with its interval: the mean divided by
-        the root of the summed variances of subjects, scenes and residuals.
+        the root of the summed variances of subjects, scenes and residuals. For two groups of subjects, Cohen's d: the
+        difference of their means divided by the pooled standard deviation.
     """
 
     estimate: float
@@ -125,7 +126,7 @@ class Effect:
         >>> round(effect.dz_interval.low, 3), round(effect.dz_interval.high, 3)
         (0.065, 1.503)
         """
-        return None if self.dz is None else size_interval(self.dz, self.statistic, self.df, self.subjects)
+        return None if self.dz is None else size_interval(self.statistic, self.df, 1 / math.sqrt(self.subjects))
 
     def summary(self) -> str:
         """Return the effect as one line of text in the style of a paper.
@@ -141,14 +142,14 @@ class Effect:
         return f"{text}, {name} {_stated(self.corrected_p)}"
 
 
-def size_interval(size: float, t: float, df: float, subjects: int) -> Interval:
+def size_interval(t: float, df: float, error: float) -> Interval:
     """Return a standardised effect with its 95 % interval by the noncentral t of its test (Steiger & Fouladi 1997).
 
-    The ends are the noncentralities of which the observed `t` is the 97.5 and 2.5 % quantile, in the unit of `size`:
-    the interval excludes 0 where p < .05.
+    The ends are the noncentralities of which the observed `t` is the 97.5 and 2.5 % quantile, in the unit of the
+    standard `error`, which is in standard deviations: the interval excludes 0 where p < .05.
 
-    >>> [round(end, 3) for end in (size_interval(0.8, 2.53, 9, 10).low, size_interval(0.8, 2.53, 9, 10).high)]
-    [0.065, 1.503]
+    >>> print(size_interval(2.53, 9, 10**-0.5).summary())
+    0.8, 95 % interval 0.0651 to 1.5
     """
     from scipy import optimize, special
 
@@ -160,8 +161,7 @@ def size_interval(size: float, t: float, df: float, subjects: int) -> Interval:
 
     shares = ((1 + CONFIDENCE) / 2, (1 - CONFIDENCE) / 2)
     low, high = (optimize.brentq(beyond, t - reach, t + reach, args=(share,)) for share in shares)
-    unit = size / t if t else 1 / math.sqrt(subjects)
-    return Interval(size, low * unit, high * unit)
+    return Interval(t * error, low * error, high * error)
 
 
 def _stated(p: float) -> str:
