@@ -20,9 +20,10 @@ from focalgradient.observers import simulate
 from focalgradient.power import Observers, Study
 from focalgradient.power.own_tasks import _people
 from focalgradient.report import Report, Stated, make_report
+from focalgradient.report.conditions import task_plan
 from focalgradient.report.parts import Asked
 from focalgradient.report.preregister import preregister_conditions
-from focalgradient.scales import Ways
+from focalgradient.scales import Steps, Ways
 from focalgradient.statistics import Rules
 from focalgradient.tasks import Task, check_task, register, task_named
 from focalgradient.tasks.adaptive import guessed
@@ -91,6 +92,89 @@ class Seen(Finer):
         return FinerAnswer(level=trial.level, correct=int(value) == 1, **times)
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListedTrial(Trial):
+    contrast: float
+    interval: Literal[1, 2]
+    finer_by: float = field(metadata={"units": "%"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ListedAnswer(Response):
+    chosen: int
+    sure: int
+    correct: bool
+
+
+class ListedDesign(Counterbalanced):
+    task: str = "finerlisted"
+    repetitions: int = 3
+
+    def trials(self, participant, session=None):
+        shown = [(contrast, half, by) for contrast in TRUE for half in (1, 2) for by in (2.0, 5.0, 12.5)]
+        names = "contrast", "interval", "finer_by"
+        listed = [ListedTrial(**dict(zip(names, one, strict=True))) for one in shown]
+        return self.ordered(participant, session, listed)
+
+
+@register
+class Listed(Finer):
+    """The same with constant stimuli, whose level is a field of the trial alone; 1 and 4 are sure answers."""
+
+    name = "finerlisted"
+    design, trial, answer = ListedDesign, ListedTrial, ListedAnswer
+    adapted = Task.adapted
+
+    def control(self, words, trial):
+        return Steps("Which was finer?", "", 1, 4, ("the first", "the second"))
+
+    def answered(self, design, trial, value, **times):
+        chosen = 1 + (value > 2)
+        return ListedAnswer(chosen=chosen, sure=int(value in (1, 4)), correct=chosen == trial.interval, **times)
+
+    def simulated(self, design, trial, observer, chance):
+        return self.answered(design, trial, int(chance.integers(1, 5)), onset=0.0, response_time=0.8)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ConstantAnswer(ListedAnswer):
+    finer_by: float = field(metadata={"units": "%"})
+
+
+class Constant(Listed):
+    """The same with the level in the answer, too."""
+
+    answer = ConstantAnswer
+
+    def adapted(self, design, trial, recorded):
+        return trial
+
+    def answered(self, design, trial, value, **times):
+        return super().answered(design, trial, value, finer_by=trial.finer_by, **times)
+
+
+def test_the_choice_that_is_correct_or_not_is_no_measure(tmp_path: Path) -> None:
+    """Its mean is a preference for one interval; `correct` is primary, and the report says how to have thresholds."""
+    simulate(ListedDesign(), tmp_path / "data", observers=2, seed=1)
+    made = make_report(tmp_path / "data")
+    tests = ["{}, contrast 0.5 less 0.05", "slope of {} on finer_by"]
+    assert outcomes(made).index.get_level_values("name").tolist() == [
+        test.format(answer) for answer in ("correct", "sure") for test in tests
+    ]
+    assert "No threshold was fitted: for thresholds of finer_by, make" in made.files["report.md"].decode()
+
+
+def test_levels_of_constant_stimuli_are_named_and_counted() -> None:
+    task, design = Constant(), ListedDesign()
+    asked = task.analysis(design)
+    assert asked.estimates == "thresholds"
+    assert "adaptive" not in asked.method
+    assert task_plan(task, design, asked).shown.startswith(
+        "Conditions (contrast: 0.05, 0.5; interval: 1, 2; finer_by: 2, 5, 12.5 %) were shown 3 times each"
+    )
+    assert "adaptive" in Finer().analysis(FinerDesign()).method
+
+
 def test_a_level_of_another_name_is_refused_before_the_first_trial(monkeypatch):
     def adapted(self, design, trial, recorded):
         return replace(trial, level=STAIRCASE.level(answers_of(recorded, level="period")))
@@ -124,8 +208,8 @@ def check_sections(made: Report) -> None:
         ("log ratio of thresholds", "contrast 0.05 over contrast 0.5"),
     ]
     means = pd.read_csv(pd.io.common.BytesIO(made.files["finer_means.csv"]))
-    assert "level" not in means
-    assert len(means) == 2 * 2 * 2
+    assert {"level", "interval"}.isdisjoint(means)
+    assert means[["contrast", "answer"]].to_numpy().tolist() == [[one, "correct"] for one in TRUE]
     ratio = found.loc["log ratio of thresholds"].iloc[0]
     assert ratio["low"] < math.log(2) < ratio["high"]
     assert ratio["low"] > 0

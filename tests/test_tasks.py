@@ -116,7 +116,7 @@ def test_an_own_task_is_reported_with_paired_tests_and_means_by_condition(tmp_pa
             for number, trial in enumerate(session.remaining()):
                 guess = int(trial.dots + who + 3 * (trial.side == "right") + chance.integers(0, 3))
                 look = (None, "round", "square")[(number + who) % 3]
-                answer = DotAnswer(onset=5.0 * number, response_time=1.0, guess=guess, sure=False, look=look)
+                answer = DotAnswer(onset=5.0 * number, response_time=1 + who / 9, guess=guess, sure=False, look=look)
                 session.record(trial, answer)
     files = make_report(tmp_path / "data").files
     assert {"dots.png", "dots.pdf", "dots_dots.png", "dots_dots.pdf"} <= set(files)

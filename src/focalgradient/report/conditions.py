@@ -31,7 +31,7 @@ from focalgradient.statistics.questions import Analysis, Answers
 from focalgradient.statistics.rating_conditions import ADJUSTED, rating_tests
 from focalgradient.statistics.wording import many
 from focalgradient.tasks import Task
-from focalgradient.tasks.adaptive import main_trials
+from focalgradient.tasks.adaptive import compared_answers, compared_factors, constant_levels
 from focalgradient.tasks.check import called
 from focalgradient.tasks.columns import added_columns
 from focalgradient.user_tables.conditions import STEPS, OwnConditions
@@ -46,12 +46,22 @@ TRACE = (
 
 NOT_TESTED = "The answer {} is a word and is not tested: the table of means holds the share of each word."
 
+NO_THRESHOLD = (
+    "No threshold was fitted: for thresholds of {0}, make {0} a field of the answer as well, and let adapted(design, "
+    "trial, recorded) of the task return the trial."
+)
+
 Tests = Sequence[ConditionTest]
 
 
-def task_plan(questions: Analysis, settings: Mapping[str, Any], factors: Mapping[str, Sequence[object]]) -> Plan:
-    """Return the plan of a user-defined task; `factors` are its conditions with their levels."""
-    levels = "; ".join(f"{name}: {', '.join(map(level_text, values))}" for name, values in factors.items())
+def task_plan(task: Task, design: Any, questions: Analysis) -> Plan:
+    """Return the plan of a user-defined task, with its conditions and their levels, those of constant stimuli last."""
+    settings = design.model_dump(mode="json")
+    units = {one.name: f" {one.units}" for one in task.columns(settings) if one.units}
+    factors = {**called(task, "factors", task.factors, design), **constant_levels(task, design)}
+    levels = "; ".join(
+        f"{name}: {', '.join(map(level_text, values))}{units.get(name, '')}" for name, values in factors.items()
+    )
     conditions = f"Conditions ({levels}) were" if levels else "One condition was"
     return Plan(
         questions,
@@ -114,7 +124,7 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
     if quality is not None and quality.exclusions:
         answers += called(task, "fit", questions.asked, rows, everyone=True).variant(WITHOUT)
     factors = called(task, "factors", task.factors, design)
-    plan = task_plan(questions, settings, factors)
+    plan = task_plan(task, design, questions)
     units = {one.name: one.units for one in task.columns(settings) if one.units}
     names = (task.title, task.name, "trial")
     shown = names, plan, table, kept, tests, Answers(tuple(answers)), len(rows) - len(kept)
@@ -126,17 +136,20 @@ def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
         ordered = rows.assign(**{by: pd.Categorical(rows[by], pd.Index(factors[by]))})
     if questions.estimates == "thresholds":
         part = _of_thresholds(task, part, kept, prepared, questions, units)
-    planned = main_trials(design)[0] if task.adapted_fields else None
-    adapted = [name for name in task.adapted_fields if getattr(planned, name) is None]
-    for level in adapted:  # others are those of the trials: constant stimuli
+    constant = constant_levels(task, design)
+    for level in (name for name in task.adapted_fields if name not in constant):
         drawn = partial(trace_figure, ordered, level, by, units, ratio=level in task.ratios)
         traces.append(Drawing(f"{task.name}_{level}_trace", TRACE, drawn))
     return dataclasses.replace(
         part,
         quality=quality,
-        said=[*_sentences(task, kept), *map(NOT_TESTED.format, (one.name for one in _in_words(task, settings)))],
+        said=[
+            *_sentences(task, kept),
+            *map(NOT_TESTED.format, (one.name for one in _in_words(task, settings))),
+            *(NO_THRESHOLD.format(one.factor) for one in tests if one.answer == "correct" and one.level is None),
+        ],
         figures=[*part.figures, *traces],
-        sheets=[*part.sheets, _means(task, settings, kept, factors)],
+        sheets=[*part.sheets, called(task, "measures", _means, task, design, kept, factors)],
     )
 
 
@@ -282,14 +295,19 @@ def _in_words(task: Task, settings: Mapping[str, Any]) -> list[Column]:
     return [one for one in task.columns(settings) if one.name in added and one.form == "text" and one.levels]
 
 
-def _means(
-    task: Task, settings: Mapping[str, Any], rows: pd.DataFrame, factors: Mapping[str, Sequence[object]]
-) -> Sheet:
-    """Return mean answers over subjects for each condition, with 95 % intervals by t; `factors` order the levels."""
+def _means(task: Task, design: Any, rows: pd.DataFrame, factors: Mapping[str, Sequence[object]]) -> Sheet:
+    """Return mean answers over subjects for each condition that is compared, with 95 % intervals by t.
+
+    `factors` are all conditions, and order the levels.
+    """
+    settings = design.model_dump(mode="json")
     fields = {one.name for one in dataclasses.fields(task.trial)} - {"trial", "repetition", "catch"}
-    fields -= {*task.adapted_fields}
+    fields -= {*task.adapted_fields, *factors} - {*compared_factors(task, design)}
     shown = [one.name for one in task.columns(settings) if one.name in fields]
-    measures = {**task.measures(settings)} | ({"response_time": "s"} if "response_time" in rows else {})
+    units = task.measures(settings)
+    measures = {name: units[name] for name in compared_answers(task, design)}
+    if "response_time" in rows and rows["response_time"].nunique() > 1:  # else of simulated observers
+        measures["response_time"] = "s"
     shares = {
         f"{column.name}: {level}": (rows[column.name] == level).where(rows[column.name].isin(column.levels))
         for column in _in_words(task, settings)

@@ -444,7 +444,7 @@ def preregister_conditions(task: Task, design: Any, asked: Asked) -> Preregister
         neutral = f"Catch trials ({catches}) are answered as their trials ask."
     return Preregistered(
         about=task.title,
-        plan=task_plan(questions, settings, task.factors(design)),
+        plan=task_plan(task, design, questions),
         subjects=subjects,
         powers=powers,
         tests=named,

@@ -32,7 +32,13 @@ WITHOUT_FIT = (
 
 
 def adapted_questions(
-    level: str, right: str, factors: Mapping[str, Sequence[object]], unit: str = "", guess: float = 0.5
+    level: str,
+    right: str,
+    factors: Mapping[str, Sequence[object]],
+    unit: str = "",
+    guess: float = 0.5,
+    *,
+    adaptive: bool = True,
 ) -> Analysis:
     """Return the questions about thresholds in each condition, asked of a table of trials in the order shown.
 
@@ -46,6 +52,8 @@ def adapted_questions(
         Unit of the levels.
     guess
         Guess rate.
+    adaptive
+        False for constant stimuli.
 
     Examples
     --------
@@ -82,7 +90,7 @@ def adapted_questions(
         asked,
         questions=questions,
         outcome=f"{outcome}, and its ratio between conditions." if compared else f"{outcome}.",
-        after=asked.after if fits else "Catch trials do not count.",
+        after=asked.after if fits and adaptive else "Catch trials do not count.",
         prepare=prepare,
         exclusions=None,
         kind="conditions",

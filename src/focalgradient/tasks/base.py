@@ -13,7 +13,7 @@ from focalgradient.errors import InputError
 from focalgradient.files.columns import Column
 from focalgradient.scales import Control, Held, OwnControl
 from focalgradient.scales.base import filled
-from focalgradient.tasks.adaptive import adapted_analysis, compared_factors
+from focalgradient.tasks.adaptive import adapted_analysis, compared_answers, compared_factors
 from focalgradient.tasks.adjustment import Adjustment
 from focalgradient.tasks.columns import DROPPED, REPETITION, SITTING, TRIAL, added_columns
 from focalgradient.tasks.noted import Noted
@@ -199,7 +199,8 @@ class Task(Generic[Design, Trial, Answer]):
         if self.planned is not None:
             planned = tuple(self.planned(design))
         else:
-            planned = planned_tests({name: name in self.ratios for name in measures}, compared_factors(self, design))
+            answers = compared_answers(self, design)
+            planned = planned_tests({name: name in self.ratios for name in answers}, compared_factors(self, design))
         return condition_analysis(planned, None if self.tested is None else partial(self.tested, design), units)
 
     @property
