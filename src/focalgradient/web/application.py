@@ -11,7 +11,7 @@ import socket
 import sys
 import zipfile
 from base64 import b64decode
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Callable, Mapping
 from contextlib import asynccontextmanager
 from functools import cache
 from importlib.resources import files
@@ -118,18 +118,6 @@ async def _message(request: Request, kind: type[BaseModel], most: int = SMALL_BY
         raise Refused(400, f"The message is invalid: {first_problem(error)}.") from error
     except RecursionError as error:
         raise Refused(400, "The message is nested too deeply.") from error
-
-
-def _answering(
-    kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]], most: int
-) -> Callable[[Request], Awaitable[Response]]:
-    """Return an endpoint that parses a message and handles it in a thread, because files are written."""
-
-    async def endpoint(request: Request) -> Response:
-        given = await _message(request, kind, most)
-        return JSONResponse(dict(await run_in_threadpool(act, given)))
-
-    return endpoint
 
 
 async def _refused(_: Request, error: Exception) -> Response:
@@ -262,7 +250,12 @@ def application(study: Study, password: str, *, limits: Limits | None = None, pu
 
     def post(path: str, kind: type[BaseModel], act: Callable[[Any], Mapping[str, Any]]) -> Route:
         most = most_bytes(study.design) if kind in (Given, Judge) else SMALL_BYTES
-        return Route(path, _answering(kind, act, most), methods=["POST"])
+
+        async def endpoint(request: Request) -> Response:
+            given = await _message(request, kind, most)
+            return JSONResponse(dict(await run_in_threadpool(act, given)))  # in a thread, because files are written
+
+        return Route(path, endpoint, methods=["POST"])
 
     return Starlette(
         routes=[
