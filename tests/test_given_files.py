@@ -132,7 +132,7 @@ LINES = " ".join(OPTICS)
 OVER = {
     "calibrate targets.toml --out targets.toml": "targets.toml",
     "calibrate targets.toml --out link": "targets.toml",
-    f"stream a.avi --out d.avi --values link {LINES}": "a.avi",
+    f"stream a.avi --out d.avi --values values.npy {LINES}": "a.avi",
     f"depth depth.png b.png --out in/.. {LINES}": "a.png",
     "blur a.png distance.npy --pupil 4 --field 6 --focus 1 --out .": "far.npy",
     "power necker --subjects 3 --experiments 1 --design power.csv --out .": "necker.toml",
@@ -144,6 +144,7 @@ OTHER_NAMES = {
     "distance.npy": "far.npy",
     "power.csv": "necker.toml",
     "report.md": "own.csv",
+    "values.npy": "a.avi",
     "preregistration.md": "own.csv",
 }
 
