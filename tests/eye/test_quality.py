@@ -55,6 +55,16 @@ def test_an_astigmatic_eye_is_best_between_its_foci_and_alike_to_either_side():
     assert found.visual_strehl.max() < 0.3
 
 
+def test_modulation_of_an_astigmatic_eye_is_the_mean_over_all_directions():
+    """Contrast reverses in some directions before others, so that the mean has corners: few directions shift them."""
+    cones = one_light(Eye(0.004, refraction="-2.50 -1.25 x 30", age=34))
+    levels, turn = np.linspace(1.5, 5, 36), np.pi * np.arange(180) / 180
+    at = np.degrees([8.0, 16.0])
+    seen = cones.through_focus(at * np.sin(turn)[:, None], at * np.cos(turn)[:, None], levels)
+    found = image_quality(cones, levels, (8.0, 16.0))
+    assert found.mtf == pytest.approx(np.abs(seen).mean(axis=1), abs=3e-3)
+
+
 def quality(lens, levels, pupil=0.004):
     return image_quality(Cones(Eye(pupil, 0.0, lens=lens), "luminance", (580.0,)), levels).visual_strehl
 
