@@ -43,7 +43,7 @@ def stack(folder, count=5):
 def test_a_stack_without_focus_distances_gives_the_order(tmp_path):
     result = succeed("depth", *stack(tmp_path), "--method", "autofocus", "--out", tmp_path / "out")
     assert "order of depth" in result.stderr
-    assert "--focus-distance" in result.stderr
+    assert all(f"--{name}" in result.stderr for name in ("focus-distance", "focal-length", "f-number", "pixel-pitch"))
     assert "of 5 (order only)" in result.stdout
     depth = DepthMap.load(tmp_path / "out" / "depth.npz")
     assert np.isnan(depth.distance).all()
@@ -52,7 +52,21 @@ def test_a_stack_without_focus_distances_gives_the_order(tmp_path):
     assert (np.diff(columns) > 0.05).all()
     # Foci are evenly spaced: vergences from 2.1 to 0.9 stand at 1 to 2.
     assert columns[4] == pytest.approx(1 + (2.1 - 1.44) / 1.2, abs=0.03)
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["details"]["order_only"] == 5
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text())
+    assert summary["details"]["order_only"] == 5
+    camera, views = summary["settings"]["camera"], summary["settings"]["views"]
+    assert {camera[name] for name in ("focal_length_mm", "pixel_pitch_um", "telecentric")} == {None}
+    assert {view[name] for view in views for name in ("f_number", "focus_distance_m", "pixel_angle_rad")} == {None}
+
+
+def test_optics_given_for_a_stack_without_focus_distances_are_recorded_and_not_asked_for(tmp_path):
+    given = ("--method", "autofocus", "--focal-length", "35", "--f-number", "4", "--telecentric")
+    result = succeed("depth", *stack(tmp_path, 3), *given, "--out", tmp_path / "out")
+    assert "photograph, and --pixel-pitch)" in result.stderr
+    settings = json.loads((tmp_path / "out" / "summary.json").read_text())["settings"]
+    assert settings["camera"]["telecentric"]
+    assert settings["camera"]["focal_length_mm"] == 35
+    assert [view["f_number"] for view in settings["views"]] == [4, 4, 4]
 
 
 @pytest.fixture

@@ -204,6 +204,8 @@ class DepthMap:
 
     def outside_in_words(self) -> tuple[str, str]:
         """Return what it means that `beyond` is -1, and that it is 1."""
+        if self._order_only:
+            return "at or before the focus of the first", "at or after the focus of the last"
         if self.details.get("method") == "autofocus":
             return "at or beyond the farthest focus", "at or nearer than the nearest"
         farther, nearer = "farther than the search", "nearer than the search"

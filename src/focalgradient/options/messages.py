@@ -29,6 +29,9 @@ OPTIONS = {
     "telecentric (true)": "whether the lens is telecentric (--telecentric)",
     "(calibrate_camera, method='edges')": "(focalgradient calibrate --method edges)",
     "(give focus_distances_m once": "(give --focus-distance once",
+    ", and focal_length_mm": ", and --focal-length",
+    ", and f_numbers": ", and --f-number",
+    ", and pixel_pitch_um": ", and --pixel-pitch",
     "(vergence of the screen)": "(--screen-at)",
 }
 """Parameters in the library's messages, and the corresponding options."""

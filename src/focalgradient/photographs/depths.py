@@ -141,14 +141,15 @@ class PhotographedDepth:
         Units are in the names. ``settings`` has the camera, the views and the options; ``calibration`` the optics as
         calibrated, with the error that all pixels share.
         """
-        depth, valid = self.depth, self.depth.valid
+        depth, valid, unknown = self.depth, self.depth.valid, self.settings.placeholders
+        camera = self.settings.camera.model_dump()
         views = [
             {
                 "image": printable(photograph.path.name),
-                "f_number": shot.f_number,
-                "focus_distance_m": shot.focus_distance_m,
+                "f_number": None if "f_numbers" in unknown else shot.f_number,
+                "focus_distance_m": None if unknown else shot.focus_distance_m,
                 "flat": None if shot.flat is None else printable(shot.flat.name),
-                "pixel_angle_rad": view.pixel_angle,
+                "pixel_angle_rad": None if unknown else view.pixel_angle,
                 "encoding": photograph.encoding,
                 "pixel_type": photograph.pixel_type,
                 "share_saturated": photograph.saturated,
@@ -157,8 +158,12 @@ class PhotographedDepth:
         ]
         packages = ("focalgradient", "numpy", "scipy")
         return {
-            "settings": {"camera": self.settings.camera.model_dump(), "views": views, **self.options},
-            "distances_from": self.settings.plane,
+            "settings": {
+                "camera": {name: None if name in unknown else value for name, value in camera.items()},
+                "views": views,
+                **self.options,
+            },
+            "distances_from": depth.plane,
             "offset_m": depth.offset,
             "medians": self.medians,
             "calibration": self._calibration(),
@@ -398,10 +403,11 @@ def _referred(depth: DepthMap, views: Sequence[View], settings: Settings, offset
     """Refer a map to the user's plane of distances, and apply the calibration if there is one."""
     if settings.relative:  # ordinal depth: vergence is 1 at the first photograph's focus, and 2 at the last one's
         count = len(views)
+        also = "".join(f", and {name}" for name in settings.placeholders[1:] if name != "telecentric")
         warn(
-            "no focus distance is known (give focus_distances_m once for each photograph), so only the order of depth "
-            f"is estimated: vergence is 1 at the focus of the first photograph and 2 at that of the last of {count}, "
-            "assumed to be evenly spaced; distance is not estimated."
+            f"no focus distance is known (give focus_distances_m once for each photograph{also}), so only the order "
+            "of depth is estimated: vergence is 1 at the focus of the first photograph and 2 at that of the last of "
+            f"{count}, assumed to be evenly spaced; distance is not estimated."
         )
         return replace(depth, details=depth.details | {"order_only": count}, plane="no plane: order only")
     if settings.calibration is None:

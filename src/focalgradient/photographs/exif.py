@@ -148,15 +148,21 @@ def from_exif(
         camera = _completed_by_calibration(camera, calibrated, files[0], recorded[0])
         if not focus_distances_m and calibrated.focus is not None:
             focus_distances_m = [calibrated.focus] * len(files)
-    relative = order_only and not focus_distances_m and all(one.focus_distance_m is None for one in recorded)
-    if relative:
+    placeholders: list[str] = []
+    if order_only and not focus_distances_m and all(one.focus_distance_m is None for one in recorded):
+        # Values that do not affect sharpness. The effect of focus on magnification is unknown.
+        placeholders = ["focus_distances_m", *([] if telecentric else ["telecentric"])]
         focus_distances_m = [1 / (1 + n / max(1, len(files) - 1)) for n in range(len(files))]
-        # Placeholders that do not affect sharpness. The effect of focus on magnification is unknown.
         first = recorded[0]
         camera["telecentric"] = True
-        camera["focal_length_mm"] = camera["focal_length_mm"] or first.focal_length_mm or 50.0
-        camera["pixel_pitch_um"] = camera["pixel_pitch_um"] or first.pixel_pitch_um or 5.0
-        f_numbers = f_numbers or [one.f_number or first.f_number or 4.0 for one in recorded]
+        for name, value in (("focal_length_mm", 50.0), ("pixel_pitch_um", 5.0)):
+            camera[name] = camera[name] or getattr(first, name)
+            if camera[name] is None:
+                camera[name] = value
+                placeholders.append(name)
+        if not f_numbers:
+            f_numbers = [one.f_number or first.f_number or 4.0 for one in recorded]
+            placeholders += ["f_numbers"] * any(one.f_number is None for one in recorded)
     if pixel_pitch_um is None and camera["pixel_pitch_um"] is None and any(one.by_equivalent for one in recorded):
         warn(
             f"EXIF gives no pixel size: {recorded[0].pixel_pitch_um:.3g} um is derived from the 35-mm equivalent of "
@@ -176,7 +182,7 @@ def from_exif(
         {
             "camera": camera | {name: value for name, value in tolerances.items() if value is not None},
             "view": views,
-            "relative": relative,
+            "placeholders": tuple(placeholders),
             "calibration": calibrated and calibrated.calibration,
             "calibrated_plane": calibrated and calibrated.sensor.distances_from,
         },

@@ -91,13 +91,20 @@ class Settings(Photographs[Camera, Shot]):
         None, exclude=True, description="the reference plane of the calibration's distances"
     )
 
-    relative: bool = Field(False, exclude=True, description="true if only the order of the foci is known")
+    placeholders: tuple[str, ...] = Field(
+        (), exclude=True, description="parameters without a known value, if only the order of the foci is known"
+    )
     _calibration_file: Path | None = PrivateAttr(None)
 
     @property
     def files(self) -> list[Path]:
         """All files named by these settings: images, flat fields, and the calibration."""
         return [*super().files, *([] if self._calibration_file is None else [self._calibration_file])]
+
+    @property
+    def relative(self) -> bool:
+        """Whether only the order of the foci is known."""
+        return bool(self.placeholders)
 
     @property
     def marks(self) -> list[tuple[float, float]]:

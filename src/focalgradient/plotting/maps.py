@@ -186,13 +186,6 @@ def draw_depth(
     """
     limits = limits or _vergence_limits(depth, None)
     title = title or _depth_title(depth)
-    if depth.details.get("order_only"):
-        count = int(depth.details["order_only"])
-        bar = _map(
-            ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "position in the stack (order only)", "position"
-        )
-        bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
-        return _picture(ax, title)
     if outlines:
         for curve in depth.details.get("outlines", ()):
             ax.plot(*zip(*curve, strict=True), color="black", linewidth=0.8, scalex=False, scaley=False)
@@ -203,6 +196,13 @@ def draw_depth(
     if depth.beyond is not None and depth.beyond.any():
         outside = np.where(depth.beyond == 0, np.nan, depth.beyond)
         ax.imshow(outside, cmap=ListedColormap(_OUTSIDE), vmin=-1, vmax=1, interpolation="nearest", zorder=1)
+    if depth.details.get("order_only"):
+        count = int(depth.details["order_only"])
+        bar = _map(
+            ax, depth.vergence, depth.valid, "viridis", (1.0, 2.0), "position in the stack (order only)", "position"
+        )
+        bar.set_ticks([1 + n / (count - 1) for n in range(count)], labels=[str(n + 1) for n in range(count)])
+        return _picture(ax, title)
     return _draw_metres(ax, depth, depth.valid, limits, title)
 
 
@@ -400,7 +400,7 @@ def _summary(text: str, percent: NDArray[np.floating]) -> str:
 def _depth_title(depth: DepthMap) -> str:
     """Return the title of a map: the valid fraction, the side of focus assumed, and what the colours outside mean."""
     lines = [f"Recovered depth, {_percent(depth.valid.mean())} valid", _side_note(depth) or ""]
-    if depth.beyond is not None and not depth.details.get("order_only"):
+    if depth.beyond is not None:
         for way, colour, words in zip((-1, 1), ("grey", "red"), depth.outside_in_words(), strict=True):
             if (depth.beyond == way).any():
                 lines.append(f"{colour}: {words} ({_percent(np.mean(depth.beyond == way))})")
