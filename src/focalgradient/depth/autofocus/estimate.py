@@ -71,7 +71,7 @@ def estimate(problem: Problem) -> Estimate:
     noise = _noise(problem)
     settings.progress(0.4, "measuring sharpness")
     step = step_of(settings.window)
-    usable, sharpness = _sharpness([registered.images[i] for i in order], registered.usable, step)
+    usable, sharpness, change = _sharpness([registered.images[i] for i in order], registered.usable, step)
     power, alike = _noise_passed()
     own = power * noise[order, None, None] ** 2  # of sharpness, by noise alone
     sharpness -= own * usable
@@ -84,6 +84,8 @@ def estimate(problem: Problem) -> Estimate:
     single = alike * (4 * np.maximum(mean, 0) * own + 2 * own**2)
     pixels = np.maximum(2 * count, 1)  # a Gaussian window of sum 2 pi w^2 has 4 pi w^2 effective pixels
     peak = peaks(mean, single / pixels, focus, REACH / search.slope)
+    change = gather(change.astype(np.float32), window) / np.maximum(count, 1e-6)
+    unresolved = np.diff(focus)[:, None, None] * (change < UNCHANGED * own.min())
 
     # From here on in levels, as fine as other methods search.
     unit = LEVEL_STEP / search.slope
@@ -93,7 +95,8 @@ def estimate(problem: Problem) -> Estimate:
     noise_sd = np.sqrt((peak.rise**2 * single).sum(axis=0)) / unit
     windows = [window * growth for growth in SMOOTH.windows]
     fine, fine_sd = grow_planes(weight, weighted, level, noise_sd, windows, STEEP, SMOOTH.separate)
-    sd = np.sqrt(fine_sd**2 + (peak.shape_sd / unit) ** 2 + _across_jumps(fine, window))
+    shape_variance = peak.shape_sd**2 + _about(peak.sharpest, unresolved) ** 2
+    sd = np.sqrt(fine_sd**2 + shape_variance / unit**2 + _across_jumps(fine, window))
     apart = sd + STEEP  # as far as blocks of one surface differ
     shape = registered.shape
     depth = lowest + unit * interpolate_nodes(fine, apart, step, shape)
@@ -109,7 +112,9 @@ def estimate(problem: Problem) -> Estimate:
     narrow = np.ones((max(1, round(window)),) * 2, np.bool_)
     wide = ndimage.binary_opening(np.pad(seen, len(narrow), mode="edge"), narrow)
     valid = repeat_blocks(seen & wide[len(narrow) : -len(narrow), len(narrow) : -len(narrow)], step, shape)
-    known = blur_is_known(depth_sd * search.slope, search.radius(depth))
+    # Blur as stated or, where less, as shown: if only the order of the foci is known, none is.
+    shown = min(1.0, REACH * peak.narrowness / search.slope)
+    known = blur_is_known(depth_sd * search.slope * shown, search.radius(depth) * shown)
     limits = repeat_blocks(beyond, step, shape) * registered.usable
     return Estimate(
         np.where(limits == 0, depth, np.where(limits > 0, highest, lowest)).clip(lowest, highest).astype(np.float32),
@@ -146,12 +151,31 @@ def _noise(problem: Problem) -> FloatArray:
     return max(min(map(noise_from_spectrum, images)), storage(images[0])) / gains
 
 
-def _sharpness(images: Sequence[NDArray[np.float32]], usable: Mask, step: int) -> tuple[FloatArray, FloatArray]:
-    """Count each block's usable pixels (h x w), and sum each image's squared Laplacian over them."""
+def _sharpness(
+    images: Sequence[NDArray[np.float32]], usable: Mask, step: int
+) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Count each block's usable pixels (h x w); sum over them each image's squared Laplacian, and its squared change.
+
+    The change is that from each of n images to the next: (n - 1) x h x w.
+    """
     reach = math.ceil(4 * WIDTH)
     inside = ndimage.minimum_filter(usable, 2 * reach + 1).astype(np.float32)
-    blocks = [block_sum(ndimage.gaussian_laplace(image, WIDTH) ** 2 * inside, step) for image in images]
-    return block_sum(inside, step), np.stack(blocks)
+    squares, changes = [], []
+    before = None
+    for image in images:
+        detail = ndimage.gaussian_laplace(image, WIDTH)
+        squares.append(block_sum(detail**2 * inside, step))
+        if before is not None:
+            changes.append(block_sum((detail - before) ** 2 * inside, step))
+        before = detail
+    return block_sum(inside, step), np.stack(squares), np.stack(changes)
+
+
+def _about(sharpest: NDArray[np.intp], gaps: FloatArray) -> FloatArray:
+    """Return half the sum of the two of n - 1 `gaps` (n - 1 x h x w) beside the `sharpest` of n settings (h x w)."""
+    padded = np.pad(gaps, ((1, 1), (0, 0), (0, 0)))
+    before, after = (np.take_along_axis(padded, sharpest[None] + side, axis=0)[0] for side in (0, 1))
+    return (before + after) / 2
 
 
 def _noise_passed() -> tuple[float, float]:
@@ -175,6 +199,10 @@ def _metres(vergence: float) -> str:
 
 ROUNDS = 2
 """Number of times the settings to fit are selected again around the peak found."""
+
+UNCHANGED = 0.25
+"""Maximum squared change of detail from one view to the next, relative to one view's noise, at which both are the same
+picture: twice the noise is expected. Rounding then removed what their focus changes, and depth lies between the two."""
 
 POWER = 1 / 2
 """Power of 1/sharpness that is parabolic in vergence."""
@@ -213,6 +241,7 @@ class Peaks:
     sd: FloatArray  # of it by noise, D
     shape_sd: FloatArray  # of it by what the power may be off, and by the error of the focus settings, D
     focus_sd: float  # error of each setting's focus that the parabolas' residuals show, D; 0 if nothing shows it
+    narrowness: float  # 1 / (distance from the peak at which the root of sharpness is halved), 1/D; 0 without a peak
     valid: Mask  # there is a peak
     clear: Mask  # the sharpest setting stands out from noise
     sharpest: NDArray[np.intp]  # the setting that is sharpest
@@ -267,7 +296,10 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
         place = -slope / (2 * safe)
         by_bent = -(np.moveaxis(gain[..., 1, :], -1, 0) + 2 * place * np.moveaxis(gain[..., 2, :], -1, 0)) / (2 * safe)
         left = bent - (level + slope * offset + bend * offset**2)
-        return _Parabola(place, bend, by_bent, -power * bent / height, left, 2 * safe * (offset - place), near, gain)
+        by_focus = 2 * safe * (offset - place)
+        return _Parabola(
+            place, level - bend * place**2, bend, by_bent, -power * bent / height, left, by_focus, near, gain
+        )
 
     about = focus[best]
     for _ in range(ROUNDS):
@@ -286,6 +318,7 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
         # The powers as of an even spread between the two.
         reach * np.sqrt((high - low) ** 2 / 12 + by_focus),
         reach * math.sqrt(focus_variance),
+        math.sqrt(np.median((found.bend / np.maximum(found.level, 1e-9))[valid])) / reach if valid.any() else 0.0,
         valid,
         clear,
         best,
@@ -299,6 +332,7 @@ class _Parabola:
     """A parabola fitted through n settings at each node (h x w), against where it was sought, in units of its reach."""
 
     place: FloatArray  # h x w: of the vertex
+    level: FloatArray  # h x w: at the vertex
     bend: FloatArray  # h x w: curvature
     by_bent: FloatArray  # n x h x w: change of the vertex with the fitted values
     by_height: FloatArray  # n x h x w: change of the fitted values with the heights
