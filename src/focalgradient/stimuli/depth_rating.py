@@ -12,14 +12,14 @@ from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from focalgradient.arrays import FloatArray
 from focalgradient.display import Display
-from focalgradient.errors import InputError, check_one_of, warn
+from focalgradient.errors import InputError, check_one_of, checked, warn
 from focalgradient.eye.chromatic import PRIMARIES_NM, chromatic_difference
 from focalgradient.optics import Aperture
 from focalgradient.progress import Progress, silent
@@ -45,15 +45,16 @@ MOST_SCENES = 100
 Engine = Literal["auto", "path", "shaded", "cast"]
 
 
+@checked
 def make_depth_rating(
     out: str | Path,
     *,
-    seed: int = 0,
-    scenes: int = 13,
-    size: int = 512,
+    seed: Annotated[int, Whole(0)] = 0,
+    scenes: Annotated[int, Whole(1, MOST_SCENES, remedy="make a second set of another seed")] = 13,
+    size: Annotated[int, Whole(16)] = 512,
     display: Display | None = None,
     engine: Engine = "auto",
-    samples: int = 256,
+    samples: Annotated[int, Whole(2)] = 256,
     chromatic: bool = False,
     apertures: Sequence[float] = F_NUMBERS,
     executor: Executor | None = None,
@@ -99,7 +100,7 @@ def make_depth_rating(
         written, or Mitsuba is missing for an engine that needs it.
     """
     display = display or Display()
-    _check(seed, scenes, size, samples, display)
+    _check_size(size, display)
     lenses = named_apertures(apertures)
     how = _engine(engine)
     display.check_f_numbers(list(lenses.values()), FOCAL_LENGTH * LEAST_DEPTH / (FIELD / size))
@@ -252,12 +253,8 @@ def _versions(engine: Engine) -> dict[str, str]:
     return versions if engine == "cast" else {**versions, "mitsuba variant": str(variant())}
 
 
-def _check(seed: int, scenes: int, size: int, samples: int, display: Display) -> None:
-    """Validate the numbers of a set."""
-    Whole(0).check("seed", seed)
-    Whole(1, MOST_SCENES, remedy="make a second set of another seed").check("scenes", scenes)
-    Whole(16).check("size", size)
-    Whole(2).check("samples", samples)
+def _check_size(size: int, display: Display) -> None:
+    """Validate the width and height of a set's pictures."""
     if size % 2:
         raise InputError(
             f"size is {size}, but must be even, as displays interpolate centred pictures of odd size: use {size + 1}."

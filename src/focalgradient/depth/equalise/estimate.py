@@ -125,12 +125,11 @@ class Whitening:
             # are treated alike.
             noise_sd = [math.sqrt(float(np.mean(np.square(noise_sd))))] * len(noise_sd)
         scale = 1.0 if raisable is None else min(raisable, first.noise_found(nodes))
-        if not is_large:
-            whole = replace(first, scale=scale), energy
-            return cls(problem, whiten, noise_sd, scale, law, power, compressed, parts, whole)
-        parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
-        noise_sd = [math.sqrt(scale) * sd for sd in noise_sd]
-        return cls(problem, whiten, noise_sd, 1.0, law, power, compressed, parts, None)
+        whole = None if is_large else (replace(first, scale=scale), energy)
+        if is_large:
+            parts = list(tiles(registered.shape, step, sum(len(one.images) for one in first.residuals)))
+            noise_sd, scale = [math.sqrt(scale) * sd for sd in noise_sd], 1.0
+        return cls(problem, whiten, noise_sd, scale, law, power, compressed, parts, whole)
 
     @property
     def noise_found(self) -> list[float]:
