@@ -19,18 +19,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from functools import partial
-from typing import Literal, NotRequired, TypedDict, Unpack, get_args
+from typing import Annotated, Literal, NotRequired, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_number, check_one_of
+from focalgradient.errors import InputError, check_number, checked
 from focalgradient.loops import compiled, inlined
 from focalgradient.parallel import share_rows
 from focalgradient.psf import DISC_K
 from focalgradient.psf.shapes import PIXEL_VARIANCE
-from focalgradient.quantities import Whole
+from focalgradient.quantities import Range, Whole
 from focalgradient.scenes.necker import EDGES, SYMMETRY, NeckerCube
 from focalgradient.view import check_shape
 
@@ -166,12 +166,13 @@ class Drawn(TypedDict):
     k: NotRequired[float]
 
 
+@checked
 def necker_frame(
     necker: NeckerCube,
-    turn: float,
+    turn: Annotated[float, Range("turns")],
     *,
     shape: tuple[int, int],
-    pixel_angle: float,
+    pixel_angle: Annotated[float, Range("radians", positive=True)],
     gradient: Gradient = "none",
     aperture: float = 0.004,
     focus: Focus | float = "near",
@@ -214,10 +215,7 @@ def necker_frame(
     >>> picture.dtype, picture.shape
     (dtype('float32'), (320, 320))
     """
-    check_one_of("gradient", gradient, get_args(Gradient))
     check_shape(shape)
-    check_number("turn", turn, "turns")
-    check_number("pixel_angle", pixel_angle, "radians", positive=True)
     if necker.line_width < MIN_LINE_WIDTH_PX * pixel_angle:
         raise InputError(
             f"line_width is {necker.line_width / pixel_angle:.3g} pixels, but lines thinner than {MIN_LINE_WIDTH_PX:g} "
