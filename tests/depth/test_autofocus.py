@@ -104,7 +104,7 @@ def test_what_lies_beyond_the_stack_is_stated_as_such(distance: float, way: int,
     assert not (depth.beyond == -way).any()
     assert not depth.valid[depth.beyond != 0].any()
     assert depth.vergence[depth.beyond == way] == pytest.approx(focus)
-    assert "lies at or beyond the farthest focus" in depth.details["rejected"]
+    assert "lies at or beyond the farthest focus (view 1)" in depth.details["rejected"]
     assert "at or beyond the farthest focus: " in depth.summary()
     depth.save(tmp_path / "depth.npz")
     again = DepthMap.load(tmp_path / "depth.npz")

@@ -121,21 +121,24 @@ def estimate(problem: Problem) -> Estimate:
         depth_sd.astype(np.float32),
         registered.usable & valid & known & (limits == 0),
         noise=(noise * registered.gains).tolist(),
-        details={"focus_sd_D": peak.focus_sd, **_stated_limits(limits, lowest, highest)},
+        details={"focus_sd_D": peak.focus_sd, **_stated_limits(limits, order + 1)},
         searched=(lowest, highest),
         beyond=limits,
     )
 
 
-def _stated_limits(limits: NDArray[np.int8], lowest: float, highest: float) -> dict[str, Any]:
-    """Return the shares of the frame at or beyond each end of the stack, and the reason to state if they are large."""
+def _stated_limits(limits: NDArray[np.int8], views: NDArray[np.intp]) -> dict[str, Any]:
+    """Return the shares of the frame at or beyond each end of the stack, and the reason to state if they are large.
+
+    `views` are the views' numbers, from the farthest focus to the nearest.
+    """
     farther, nearer = float(np.mean(limits < 0)), float(np.mean(limits > 0))
     stated: dict[str, Any] = {"share_at_or_beyond": {"farthest": farther, "nearest": nearer}}
     if farther + nearer > OUTSIDE:
         stated["share_outside_range"] = farther + nearer
         stated["rejected"] = (
-            f"{farther:.0%} of the frame lies at or beyond the farthest focus ({_metres(lowest)} m) and {nearer:.0%} "
-            f"at or nearer than the nearest ({_metres(highest)} m), where the stack has no peak of sharpness: add "
+            f"{farther:.0%} of the frame lies at or beyond the farthest focus (view {views[0]}) and {nearer:.0%} "
+            f"at or nearer than the nearest (view {views[-1]}), where the stack has no peak of sharpness: add "
             "views focused beyond these"
         )
     return stated
