@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from focalgradient import DepthMap
+from focalgradient.plotting import draw_uncertainty, new_figure
 
 
 @pytest.fixture
@@ -75,3 +76,5 @@ def test_a_picture_of_order_only_shows_what_lies_beyond_the_stack() -> None:
     title = depth.plot().get_title(loc="left")
     assert "grey: at or before the focus of the first (25 %)" in title
     assert "red: at or after the focus of the last (25 %)" in title
+    sd = draw_uncertainty(new_figure(120.0, 80.0, layout="compressed").add_subplot(), depth)
+    assert sd.get_title(loc="left") == "Uncertainty: median sd 0.6 positions"

@@ -232,27 +232,30 @@ def _with_metres(ax: Axes, bar: Any, limits: tuple[float, float], title: str, of
 
 
 def draw_uncertainty(ax: Axes, depth: DepthMap, title: str | None = None) -> Axes:
-    """Draw the standard deviation of distance, in per cent of distance, where valid."""
+    """Draw the standard deviation of distance, in per cent of distance or in positions of a stack, where valid."""
     _draw_relative_sd(ax, depth, depth.valid)
     return _picture(ax, _uncertainty_title(depth) if title is None else title)
 
 
-def _relative_sd(depth: DepthMap) -> FloatArray:
-    """Return the standard deviation of distance in per cent of distance; inf at infinity."""
+def _relative_sd(depth: DepthMap) -> tuple[FloatArray, str]:
+    """Return the standard deviation of distance in per cent of distance, inf at infinity; of order in positions."""
+    if count := depth.details.get("order_only"):
+        return np.asarray((int(count) - 1) * depth.vergence_sd, float), "positions"
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf)
+        return np.where(depth.vergence > 0, 100 * depth.vergence_sd / depth.vergence, np.inf), "%"
 
 
 def _draw_relative_sd(ax: Axes, depth: DepthMap, drawn: NDArray[np.bool_]) -> None:
-    percent = _relative_sd(depth)
-    low, high = _robust(percent[drawn], 0, 98)
-    bar = _map(ax, percent, drawn, "magma", (min(low, 0.8 * high), high), "sd (%)")
+    sd, unit = _relative_sd(depth)
+    low, high = _robust(sd[drawn], 0, 98)
+    bar = _map(ax, sd, drawn, "magma", (min(low, 0.8 * high), high), f"sd ({unit})")
     bar.locator = round_ticks()
 
 
 def _uncertainty_title(depth: DepthMap) -> str:
     """Return the median standard deviation between pixels, and that common to the frame."""
-    title = _summary("Uncertainty: median sd", _relative_sd(depth)[depth.valid])
+    sd, unit = _relative_sd(depth)
+    title = _summary("Uncertainty: median sd", sd[depth.valid], unit)
     if len(depth.common_errors) and depth.valid.any():
         common = np.median(depth.common_sd[depth.valid] / np.maximum(depth.vergence[depth.valid], 1e-9))
         title += f"\nbetween pixels, {100 * common:.2g} % in common"
@@ -393,8 +396,8 @@ def _percent(share: float) -> str:
     return f"{100 * share:.3g} %" if 0 < share < 0.995 else f"{100 * share:.4g} %"
 
 
-def _summary(text: str, percent: NDArray[np.floating]) -> str:
-    return f"{text} {np.median(percent):.2g} %" if percent.size else f"{text} unknown"
+def _summary(text: str, values: NDArray[np.floating], unit: str = "%") -> str:
+    return f"{text} {np.median(values):.2g} {unit}" if values.size else f"{text} unknown"
 
 
 def _depth_title(depth: DepthMap) -> str:
