@@ -170,7 +170,7 @@ def test_levels_of_constant_stimuli_are_named_and_counted() -> None:
     assert asked.estimates == "thresholds"
     assert "adaptive" not in asked.method
     assert task_plan(task, design, asked).shown.startswith(
-        "Conditions (contrast: 0.05, 0.5; interval: 1, 2; finer_by: 2, 5, 12.5 %) were shown 3 times each"
+        "Combinations of conditions (contrast: 0.05, 0.5; interval: 1, 2; finer_by: 2, 5, 12.5 %) were shown 3 times "
     )
     assert "adaptive" in Finer().analysis(FinerDesign()).method
 

@@ -62,7 +62,8 @@ def task_plan(task: Task, design: Any, questions: Analysis) -> Plan:
     levels = "; ".join(
         f"{name}: {', '.join(map(level_text, values))}{units.get(name, '')}" for name, values in factors.items()
     )
-    conditions = f"Conditions ({levels}) were" if levels else "One condition was"
+    conditions = "Combinations of conditions" if len(factors) > 1 else "Conditions"
+    conditions = f"{conditions} ({levels}) were" if levels else "One condition was"
     return Plan(
         questions,
         shown=f"{conditions} shown {times(settings)}{' each' if levels else ''}, in random order from the seed that "
