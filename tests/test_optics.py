@@ -204,6 +204,18 @@ def test_optics_that_are_not_what_they_state_are_refused_by_name(changed, said) 
         check_optics(made(**changed), vergences=[0.6, 1.5], frequency=800.0)
 
 
+def test_the_sides_of_focus_are_compared_at_the_vergences_that_are_asked() -> None:
+    """Here they differ within 1 D of focus alone."""
+
+    def one_sided(self, y, x, vergence):
+        return Round().optical_transfer(np.multiply(y, 1 + (0 < vergence - 1 < 1)), x, vergence)
+
+    own = made(isotropic=False, tells_side=True, optical_transfer=one_sided)
+    check_optics(own, vergences=[0.6, 1.5], frequency=800.0)
+    with pytest.raises(InputError, match="same on both sides"):
+        check_optics(own, vergences=[3.0], frequency=800.0)
+
+
 @pytest.mark.parametrize(
     "optics", [DualPixel(Lens(0.05, 4, 1.0), 0.3), OneTransfer()], ids=["dual pixel", "transfer only"]
 )
