@@ -354,7 +354,7 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
     names = ("Own", "own", "trial")
     questions = condition_questions(tests)
-    part = condition_part(names, Plan(questions), table, table, tests, questions.answers(tests), simulated=False)
+    part = condition_part(names, Plan(questions), table, table, tests, questions.answers(tests))
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers)
     assert len(printed(said)) == 6

@@ -169,8 +169,9 @@ def compare_pictures(table: pd.DataFrame, scale: Analysis | str) -> ComparisonRe
 def _means(table: pd.DataFrame, analysis: Slopes | Choices) -> tuple[ComparisonMean, ...]:
     interval = share_interval if analysis.binary else t_interval
     found = []
-    for (fixation, mm, aperture), rows in table.groupby(["fixation", "aperture_mm", "aperture"]):
+    for (fixation, _, aperture), rows in table.groupby(["fixation", "aperture_mm", "aperture"]):
         own = rows.groupby("participant_id")["rating"].mean().to_numpy(float)
-        found.append(ComparisonMean(str(fixation), str(aperture), float(mm), len(own), interval(own)))
+        mm = float(rows["aperture_mm"].iloc[0])
+        found.append(ComparisonMean(str(fixation), str(aperture), mm, len(own), interval(own)))
     order = fixations_of(table)
     return tuple(sorted(found, key=lambda mean: order.index(mean.fixation)))
