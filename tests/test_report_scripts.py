@@ -348,7 +348,7 @@ def test_r_finds_the_effects_of_the_conditions_of_a_task(tmp_path: Path) -> None
         (f"sub-{who}", mm, eye, who > 4) for who in range(9) for mm in (0.5, 1.0, 4.0) for eye in ("left", "right")
     ]
     table = pd.DataFrame(conditions * 2, columns=["participant_id", "mm", "eye", "expert"])
-    table = table.assign(blur=np.exp(rng.normal(0, 1, len(table)) + 0.2 * table["mm"]), catch=False)
+    table = table.assign(blur=np.exp(rng.normal(0, 1, len(table)) + 0.2 * table["mm"]), catch=False, kind="human")
     table = table.assign(correct=rng.random(len(table)) < 0.7)[rng.random(len(table)) < 0.9]
     factors = {"mm": [0.5, 1.0, 4.0], "eye": ["left", "right"], "expert": [False, True]}
     tests = condition_tests(table, planned_tests({"blur": True, "correct": False}, factors))
