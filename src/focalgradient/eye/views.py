@@ -10,13 +10,13 @@ import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
-from typing import Annotated, TypedDict, Unpack
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from focalgradient.arrays import FloatArray
-from focalgradient.errors import InputError, check_list, check_number, checked, described, is_number
+from focalgradient.errors import InputError, check_list, check_number, described, is_number
 from focalgradient.eye.chromatic import REFERENCE_NM
 from focalgradient.eye.cones import S_FINEST_CPD, Cones, sampling
 from focalgradient.eye.local_colour import LocalColours, estimate_colours
@@ -172,15 +172,14 @@ def accommodation_views(
     return eye_views(scene, cones, shape, pixel_angle, correlation=1.0, gain=1.0, **forming)
 
 
-@checked
 def eye_views(
     scene: SceneInput,
     cones: Sequence[Cones],
     shape: tuple[int, int],
     pixel_angle: float,
     *,
-    correlation: Annotated[float, Range("shares", -1, 1)] = 1.0,
-    gain: Annotated[float, Range("multiples of the other cones' contrast", 0)] = 1.0,
+    correlation: float = 1.0,
+    gain: float = 1.0,
     noise: float | Photons = 0.0,
     samples: int = 64,
     seed: int = 0,
@@ -203,6 +202,8 @@ def eye_views(
     >>> len(eye_views(0.5, cones, (64, 64), np.radians(1 / 60), correlation=0.9))
     4
     """
+    Range("shares", -1, 1).check("correlation", correlation)
+    Range("multiples of the other cones' contrast", 0).check("gain", gain)
     cones = check_list("cones", cones, "Cones")
     if not cones:
         raise InputError("cones is empty, but must hold Cones: make them with Cones.of(eye, band).")
