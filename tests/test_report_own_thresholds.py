@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from focalgradient.cli import main
 from focalgradient.errors import InputError
-from focalgradient.plotting.thresholds import draw_functions
+from focalgradient.plotting.thresholds import draw_functions, person_figure
 from focalgradient.report import make_report
 from focalgradient.report.document import Paragraph
 from focalgradient.report.parts import Output
@@ -156,6 +156,15 @@ def test_a_fit_of_four_alternatives_begins_at_a_quarter() -> None:
     ax = Figure().subplots()
     draw_functions(ax, ThresholdResult("D", (SubjectThreshold("a", "", 0, 0, True, fit),)))
     assert any(list(line.get_ydata()) == [0.625, 0.625] for line in ax.lines)
+
+
+def test_panels_of_people_name_the_conditions_of_all() -> None:
+    """Groups: the first person has one of the conditions."""
+    levels = np.repeat([0.05, 0.1, 0.2, 0.4], 20)
+    fit = fit_threshold(levels, np.arange(80) % 20 < np.repeat([10, 12, 16, 20], 20), least=0.02, most=2.0)
+    groups = {name: ThresholdResult("D", (SubjectThreshold(name, "", 0, 0, True, fit),)) for name in ("old", "young")}
+    [legend] = person_figure(groups, simulated=False).legends
+    assert [text.get_text() for text in legend.get_texts()] == ["old", "young"]
 
 
 @pytest.mark.parametrize(

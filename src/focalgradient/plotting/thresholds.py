@@ -68,7 +68,14 @@ def person_figure(conditions: Mapping[str, ThresholdResult], *, simulated: bool,
         if levels and max(levels) > MOST_RANGE * min(levels):
             log_ticks(panels[0].xaxis, (1, 3))
         if len(conditions) > 1:
-            figure.legend(*panels[0].get_legend_handles_labels(), loc="outside upper left", ncols=4, handlelength=1.0)
+            # Each panel has the conditions of its person.
+            handles = {
+                name: handle
+                for panel in panels
+                for handle, name in zip(*panel.get_legend_handles_labels(), strict=True)
+            }
+            shown = {name: handles[name] for name in conditions if name in handles}
+            figure.legend(shown.values(), shown, loc="outside upper left", ncols=4, handlelength=1.0)
         figure.supxlabel(level or _axis(next(iter(conditions.values()))), fontsize=8)
         figure.supylabel("proportion correct", fontsize=8)
     return figure
