@@ -18,7 +18,7 @@ from focalgradient.cli.program import nothing_valid, resumable, show, warnings_g
 from focalgradient.errors import FocalGradientWarning, InputError
 from focalgradient.files import plain_name, printable
 from focalgradient.parallel import completed
-from focalgradient.progress import Progress
+from focalgradient.progress import Progress, silent
 
 __all__ = ["NAMES", "Frame", "Recovered", "by_worker", "folders", "recover_frames"]
 
@@ -98,9 +98,9 @@ def folders(inputs: Sequence[Path]) -> list[str]:
 
 def by_worker(recover: Recover, frame: Frame) -> Recovered:
     """Recover a frame in any process; return all that another process needs."""
-    with warnings_given(told=False) as given, tempfile.TemporaryDirectory() as folder:
+    with warnings_given(printed=False) as given, tempfile.TemporaryDirectory() as folder:
         try:
-            found = recover(frame, given, lambda share, words: None)
+            found = recover(frame, given, silent)
         except InputError as error:
             return Recovered({}, {}, warnings=given, wrong=str(error))
         files: dict[str, bytes] = {}

@@ -246,7 +246,7 @@ def announce(seconds: float, work: str) -> None:
 
 
 @contextmanager
-def warnings_given(told: bool = True) -> Iterator[list[str]]:
+def warnings_given(printed: bool = True) -> Iterator[list[str]]:
     """Collect each different focalgradient warning once, and print it above the progress bar; pass on all others."""
     from tqdm import tqdm
 
@@ -257,7 +257,7 @@ def warnings_given(told: bool = True) -> Iterator[list[str]]:
             otherwise(message, category, *place, **more)
         elif str(message) not in given:
             given.append(str(message))
-            if told:
+            if printed:
                 tqdm.write(f"Warning: {with_options(str(message))}", file=sys.stderr)
 
     with warnings.catch_warnings():

@@ -14,6 +14,7 @@ from focalgradient.design import DepthRatingDesign, NeckerDesign
 from focalgradient.observers import Observer, seen_pictures
 from focalgradient.observers.rotation import encoded_cubes
 from focalgradient.observers.sessions import observe
+from focalgradient.progress import silent
 from focalgradient.published.record import Prediction, mean_of, ratio_of
 from focalgradient.tasks import task_named
 
@@ -39,7 +40,7 @@ def _label(person: int) -> str:
 def _ratings(observer: Observer) -> Mapping[tuple[str, str], np.ndarray]:
     """Return the log geometric mean rating of each simulated person, by aperture and fixation."""
     design = DepthRatingDesign(scenes=SCENES, catch_trials=0, practice_trials=0)
-    encoded = seen_pictures(design, None, None, lambda share, words: None)["encoded"]
+    encoded = seen_pictures(design, None, None, silent)["encoded"]
     rows = [
         (trial.aperture, trial.fixation, person, math.log(answer.rating))
         for person, answers in enumerate(_people(observer, design, encoded))

@@ -48,8 +48,8 @@ def constant_levels(task: Task, design: Any) -> Mapping[str, tuple[object, ...]]
 def compared_answers(task: Task, design: Any) -> list[str]:
     """Return the answers of a task to be tested, `correct` first.
 
-    Not among them is the choice of which `correct` tells whether it was right: its mean over alternatives, each of
-    which is correct in some trials, is the preference for one of them. If no other answer is left, all are returned.
+    The choice that `correct` judges is left out: its mean over alternatives, each of which is correct in some trials,
+    is the preference for one of them. If no other answer is left, all are returned.
     """
     names = sorted(task.measures(design.model_dump(mode="json")), key="correct".__ne__)
     if names[:1] != ["correct"] or not task.described or task.adjusts:

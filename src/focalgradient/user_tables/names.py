@@ -249,5 +249,5 @@ def in_several(people: Iterable[Collection[str]]) -> list[str]:
 
 
 def missing_as(text: str) -> str:
-    """Return the remedy for a cell that may mean that there is no answer."""
+    """Return the remedy for a cell that may stand for a missing answer."""
     return f'leave it empty, or NA, where it is missing, or state so with conditions={{"{printable(text)}": "NA"}}'

@@ -85,9 +85,9 @@ def where_like(column: str, value: str) -> str:
 
 def choice_like(cells: pd.DataFrame, column: str, value: str) -> str:
     """Return the remedy that chooses the rows of a value; in a table that was wide, the columns."""
-    of_value = cells[column] == value
-    headings = [] if cells.index.nlevels < 3 else [*cells.index[of_value].get_level_values(2)]
-    if {*headings} == {*cells.index[~of_value].get_level_values(-1)} or not headings:
+    of_value, is_wide = cells[column] == value, cells.index.nlevels > 2
+    headings, others = ([*cells.index[rows].get_level_values(-1)] for rows in (of_value, ~of_value))
+    if not is_wide or {*headings} == {*others}:  # the same columns hold all values
         return where_like(column, value)
     return f'columns={{"rating": "{printable(os.path.commonprefix(headings))}*"}}'  # noqa: RUF071  by character
 
