@@ -33,16 +33,34 @@ def stack(*vergences: float, f_number: float = 4) -> list[Lens]:
     width=st.floats(0.2, 1.0),
     height=st.floats(1e-6, 1e6),
 )
-def test_the_peak_of_blur_that_is_even_about_focus_is_exact(
+def test_the_peak_of_blur_that_is_even_about_focus_is_covered(
     steps: list[float], place: float, width: float, height: float
 ) -> None:
-    """Sharpness as 1 / (s^2 + sigma^2)^2, at settings of any spacing."""
+    """Sharpness as 1 / (s^2 + sigma^2)^2, at settings of any spacing, by whatever power few settings make likely."""
     focus = np.cumsum(steps)
     vergence = focus[0] + place * (focus[-1] - focus[0])
     measure = height / (1 + ((focus - vergence) / width) ** 2) ** 2
     found = peaks(measure[:, None, None], np.full((len(focus), 1, 1), 1e-18 * height**2), focus, reach=0.5)
     assert found.valid.all()
-    assert found.vergence.item() == pytest.approx(vergence, abs=1e-3 * width)
+    assert found.vergence.item() == pytest.approx(vergence, abs=1e-3 * width + found.shape_sd.item())
+
+
+@pytest.mark.parametrize("power", [0.3, 0.5, 0.6])
+@pytest.mark.parametrize("place", [0.52, 0.8, 1.08])
+def test_the_power_that_is_parabolic_is_found_from_many_settings(power: float, place: float) -> None:
+    focus = np.linspace(0.5, 1.1, 12)
+    measure = (1 + ((focus - place) / 0.1) ** 2) ** (-1 / power)
+    found = peaks(measure[:, None, None], 1e-12 * np.ones((12, 1, 1)), focus, reach=0.2)
+    assert found.vergence.item() == pytest.approx(place, abs=3e-4)
+
+
+@pytest.mark.parametrize("psf", ["disc", "gaussian"])
+@pytest.mark.parametrize("place", [0.42, 0.7, 0.98])
+def test_depth_is_unbiased_up_to_the_ends_of_the_stack(psf: str, place: float) -> None:
+    """Blur of the next setting is 0.2 pixel in radius: settings on one side of the ends alone tell."""
+    depth = recover_depth(wall(stack(*np.linspace(0.4, 1, 8), f_number=16), 1 / place, psf=psf), method="autofocus")
+    assert depth.valid.mean() > 0.9
+    assert abs(np.median(over_sd(depth, 1 / place))) < 0.6
 
 
 def test_uncertainty_of_a_peak_is_that_of_its_noise() -> None:

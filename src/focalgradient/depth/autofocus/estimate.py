@@ -5,8 +5,10 @@ It needs no model of blur, only that blur is even about focus; it serves to comp
 
 Sharpness is the energy of the Laplacian of a Gaussian, gathered in the window, with the noise's own energy taken off.
 Over texture whose amplitude falls as 1/frequency it goes as (s^2 + sigma^2)^-2, where s is the measure's own width and
-sigma, the blur's, is proportional to the defocus: **its inverse square root is a parabola in vergence**, near focus and
-far from it, for any aperture. The vertex of a parabola through the settings about the sharpest is the depth.
+sigma, that of a Gaussian blur, is proportional to the defocus: **its inverse square root is a parabola in vergence**,
+near focus and far from it, for any aperture. For blur of other shapes and other textures it is another power, estimated
+from the residuals of the parabolas (as by Box and Cox, 1964) where more than three settings are near a peak. The vertex
+of a parabola through the settings about the sharpest is the depth.
 """
 
 from __future__ import annotations
@@ -207,11 +209,22 @@ UNCHANGED = 0.25
 """Maximum squared change of detail from one view to the next, relative to one view's noise, at which both are the same
 picture: twice the noise is expected. Rounding then removed what their focus changes, and depth lies between the two."""
 
-POWER = 1 / 2
-"""Power of 1/sharpness that is parabolic in vergence."""
+POWER = (0.45, 0.1)
+"""Prior mean and standard deviation of the power of 1/sharpness that is parabolic in vergence: for Gaussian blur it is
+1/3 with white texture, 1/2 with natural texture and 2/3 with isolated edges; for discs some .6 of that."""
 
-POWERS = (1 / 3, 2 / 3)
-"""Range of `POWER`: its value for white texture, and for isolated edges."""
+POWERS = np.arange(0.15, 0.76, 0.05)
+"""Powers that are compared."""
+
+WIDE_POWER = 0.5
+"""The power as far from the peak as `WIDER`, where that of discs is the same (simulated stacks at f/2.8 and f/4)."""
+
+REGIONS = 10
+"""Number of independent regions that the nodes of a frame count as in the estimate of the power: textures differ, and
+errors of a setting's focus are common to all nodes (our choice)."""
+
+KNOWN = 0.01
+"""Relative error of sharpness by noise above which a setting says less about the power."""
 
 CERTAIN = 6.0
 """Minimum prominence of the sharpest setting, in standard deviations of noise."""
@@ -266,11 +279,11 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
 
     Examples
     --------
-    >>> focus = np.array([0.5, 0.7, 1.0, 1.4])
-    >>> measure = 1 / (0.02 + (focus - 0.8) ** 2) ** 2
-    >>> peak = peaks(measure[:, None, None], np.ones((4, 1, 1)), focus, reach=0.5)
-    >>> peak.vergence.round(6).tolist(), peak.valid.tolist()
-    ([[0.8]], [[True]])
+    >>> focus = np.array([0.5, 0.6, 0.7, 0.8, 1.0, 1.4])
+    >>> measure = 1 / (0.02 + (focus - 0.75) ** 2) ** 2
+    >>> peak = peaks(measure[:, None, None], np.ones((6, 1, 1)), focus, reach=0.5)
+    >>> peak.vergence.round(3).tolist(), peak.valid.tolist()
+    ([[0.75]], [[True]])
     """
     best = measure.argmax(axis=0)
     distinct = np.unique(focus)  # of a setting there may be several views
@@ -280,46 +293,26 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
     height = np.maximum(measure, np.sqrt(variance))  # below its own sd it is not known to be less
     top = height.max(axis=0)
     height, relative = height / top, variance / top**2
+    clear = top**2 > CERTAIN**2 * variance.max(axis=0)
 
     def vertex(about: FloatArray, power: float, width: float = 1.0) -> _Parabola:
-        """Fit a parabola about `about`, in units of `reach`, to settings up to `width` times the usual reach."""
-        offset = (focus[:, None, None] - about) / reach
-        # A parabola takes three settings, however far.
-        third = np.partition(np.abs(distinct[:, None, None] - about) / reach, 2, axis=0)[2]
-        near = np.maximum(1 - (offset / (width * np.maximum(1, 1.25 * third))) ** 2, 0) ** 2
-        bent = height**-power
-        weight = height**2 / (relative * bent**2)
-        weight = near * np.maximum(weight / weight.max(axis=0), 1e-6)  # no farther apart, for three to be solved for
-        columns = offset ** np.arange(3)[:, None, None, None]
-        weighted = columns * weight
-        normal = np.einsum("anij,bnij->ijab", weighted, columns)
-        gain = np.linalg.solve(normal + 1e-12 * np.eye(3), np.moveaxis(weighted, (0, 1), (2, 3)))
-        level, slope, bend = np.einsum("ijan,nij->aij", gain, bent)
-        safe = np.maximum(bend, 1e-9)
-        place = -slope / (2 * safe)
-        by_bent = -(np.moveaxis(gain[..., 1, :], -1, 0) + 2 * place * np.moveaxis(gain[..., 2, :], -1, 0)) / (2 * safe)
-        left = bent - (level + slope * offset + bend * offset**2)
-        by_focus = 2 * safe * (offset - place)
-        return _Parabola(
-            place, level - bend * place**2, bend, by_bent, -power * bent / height, left, by_focus, near, gain
-        )
+        return _parabola((focus[:, None, None] - about) / reach, height, relative, power, width)
 
-    about = focus[best]
+    about, power = focus[best], POWER[0]
     for _ in range(ROUNDS):
-        about = np.clip(about + reach * vertex(about, POWER).place, least, most)
-    found = vertex(about, POWER)
+        about = np.clip(about + reach * vertex(about, power).place, least, most)
+        power, power_sd = _power((focus[:, None, None] - about) / reach, height, relative, clear)
+    found = vertex(about, power)
     rise = found.by_bent * found.by_height
     noise = (rise**2 * relative).sum(axis=0)
-    low, high = (vertex(about, power).place for power in POWERS)
-    clear = top**2 > CERTAIN**2 * variance.max(axis=0)
+    low, high = (vertex(about, power + way * power_sd).place for way in (-1, 1))
     valid = (found.bend > 0) & clear
-    focus_variance = vertex(about, POWER, WIDER).focus_variance((focus[:, None, None] - about) / reach, noise, valid)
+    focus_variance = vertex(about, WIDE_POWER, WIDER).focus_variance(noise, valid)
     by_focus = focus_variance * ((found.by_bent * found.by_focus) ** 2).sum(axis=0)
     return Peaks(
         about + reach * found.place,
         reach * np.sqrt(noise),
-        # The powers as of an even spread between the two.
-        reach * np.sqrt((high - low) ** 2 / 12 + by_focus),
+        reach * np.sqrt((high - low) ** 2 / 4 + by_focus),
         reach * math.sqrt(focus_variance),
         math.sqrt(np.median((found.bend / np.maximum(found.level, 1e-9))[valid])) / reach if valid.any() else 0.0,
         valid,
@@ -334,6 +327,7 @@ def peaks(measure: FloatArray, variance: FloatArray, focus: FloatArray, reach: f
 class _Parabola:
     """A parabola fitted through n settings at each node (h x w), against where it was sought, in units of its reach."""
 
+    offset: FloatArray  # n x h x w: of the settings
     place: FloatArray  # h x w: of the vertex
     level: FloatArray  # h x w: at the vertex
     bend: FloatArray  # h x w: curvature
@@ -344,7 +338,13 @@ class _Parabola:
     near: FloatArray  # n x h x w: weight by the distance of the settings
     gain: FloatArray  # h x w x 3 x n: change of the coefficients with the fitted values
 
-    def focus_variance(self, offset: FloatArray, noise: FloatArray, valid: Mask) -> float:
+    def kept(self, some: NDArray[np.intp]) -> FloatArray:
+        """Return the change of the residuals with the fitted values at some nodes (k x n x n)."""
+        n = len(self.offset)
+        columns = self.offset.reshape(n, -1)[:, some].T[:, :, None] ** np.arange(3)
+        return np.eye(n) - columns @ self.gain.reshape(-1, 3, n)[some]
+
+    def focus_variance(self, noise: FloatArray, valid: Mask) -> float:
         """Estimate the variance of the focus settings from the residuals; 0 if the residuals are explained by noise.
 
         An error of one setting's focus displaces its sharpness at all nodes alike, as far as each parabola does not
@@ -353,14 +353,10 @@ class _Parabola:
         """
         if not valid.any():
             return 0.0
-        some = np.flatnonzero(valid & (noise <= np.median(noise[valid])))
-        some = some[:: max(1, len(some) // POOLED)]
-        n = len(offset)
-        at, left, by_focus, near = (
-            one.reshape(n, -1)[:, some].T for one in (offset, self.left, self.by_focus, self.near)
-        )
-        gain = self.gain.reshape(-1, 3, n)[some]
-        kept = np.eye(n) - at[:, :, None] ** np.arange(3) @ gain
+        some = _some(valid & (noise <= np.median(noise[valid])))
+        n = len(self.offset)
+        left, by_focus, near = (values.reshape(n, -1)[:, some].T for values in (self.left, self.by_focus, self.near))
+        kept = self.kept(some)
         if np.einsum("ki,kii->", near, kept) < LEAST_FREE * near.sum():
             return 0.0
         moved = kept * by_focus[:, None, :]  # k x n x n: residuals by each setting's focus
@@ -368,3 +364,60 @@ class _Parabola:
         normal = np.einsum("kij,kil->jl", weighted, moved)
         error = np.linalg.pinv(normal, SEEN, hermitian=True) @ np.einsum("kij,ki->j", weighted, left)
         return float(max(0.0, error @ error / (n - 2) - UNEVEN**2))
+
+
+def _some(nodes: Mask) -> NDArray[np.intp]:
+    """Return the places of `POOLED` of the marked nodes at most, evenly chosen."""
+    places = np.flatnonzero(nodes)
+    return places[:: max(1, len(places) // POOLED)]
+
+
+def _parabola(
+    offset: FloatArray, height: FloatArray, relative: FloatArray, power: float, width: float = 1.0
+) -> _Parabola:
+    """Fit a parabola to the power of 1/height of settings (n x h x w) up to `width` times the usual reach away."""
+    # A parabola takes three settings, however far.
+    near = np.maximum(1 - (offset / (width * np.maximum(1, 1.25 * _nearest(offset, 3)))) ** 2, 0) ** 2
+    bent = height**-power
+    weight = height**2 / (relative * bent**2)
+    weight = near * np.maximum(weight / weight.max(axis=0), 1e-6)  # no farther apart, for three to be solved for
+    columns = offset ** np.arange(3)[:, None, None, None]
+    weighted = columns * weight
+    normal = np.einsum("anij,bnij->ijab", weighted, columns)
+    gain = np.linalg.solve(normal + 1e-12 * np.eye(3), np.moveaxis(weighted, (0, 1), (2, 3)))
+    level, slope, bend = np.einsum("ijan,nij->aij", gain, bent)
+    safe = np.maximum(bend, 1e-9)
+    place = -slope / (2 * safe)
+    by_bent = -(np.moveaxis(gain[..., 1, :], -1, 0) + 2 * place * np.moveaxis(gain[..., 2, :], -1, 0)) / (2 * safe)
+    left = bent - (level + slope * offset + bend * offset**2)
+    by_focus = 2 * safe * (offset - place)
+    top = level - bend * place**2
+    return _Parabola(offset, place, top, bend, by_bent, -power * bent / height, left, by_focus, near, gain)
+
+
+def _nearest(offset: FloatArray, number: int) -> FloatArray:
+    """Return how far the given number of different settings reaches from each node (h x w); inf with fewer."""
+    distinct = np.unique(offset[:, 0, 0], return_index=True)[1]
+    if len(distinct) < number:
+        return np.full(offset.shape[1:], np.inf)
+    return np.partition(np.abs(offset[distinct]), number - 1, axis=0)[number - 1]
+
+
+def _power(offset: FloatArray, height: FloatArray, relative: FloatArray, clear: Mask) -> tuple[float, float]:
+    """Estimate the power of 1/height that is parabolic, with its standard deviation.
+
+    `POWER` is the prior; the likelihood is that of the residuals of log height at nodes with more than three settings
+    within reach.
+    """
+    some = _some(clear & (_nearest(offset, 4) < 1))
+    offset, height, relative = (values.reshape(len(offset), 1, -1)[:, :, some] for values in (offset, height, relative))
+    weight = np.maximum(1 - offset**2, 0) ** 2 / (1 + relative / (KNOWN * height) ** 2)
+    unlikely = ((POWERS - POWER[0]) / POWER[1]) ** 2
+    if len(some):
+        fits = [_parabola(offset, height, relative, power) for power in POWERS]
+        squares = np.array([(weight * (fit.left / (fit.by_height * height)) ** 2).sum() for fit in fits])
+        free = np.einsum("nik,knn->", weight, fits[0].kept(np.arange(len(some)))) / len(some)
+        unlikely += REGIONS * free * np.log(squares / squares.min())
+    likely = np.exp(-(unlikely - unlikely.min()) / 2)
+    mean = np.average(POWERS, weights=likely)
+    return mean, math.sqrt(np.average((POWERS - mean) ** 2, weights=likely))
