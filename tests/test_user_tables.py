@@ -100,18 +100,24 @@ def test_a_heading_states_the_unit_of_the_rest(tmp_path: Path) -> None:
             read_ratings(saved(tmp_path, "\n".join([HEAD.replace("rating", heading), *BODY])), {"rating": heading})
 
 
-@pytest.mark.parametrize("heading", ["log10_level", "log10 level", "level (log10)"])
-def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str) -> None:
+@pytest.mark.parametrize(
+    ("heading", "columns"),
+    [
+        *(("log10_level", {}), ("log10 level", {}), ("level (log10)", {})),
+        *(("log blur", {"log10_level": "log blur"}), ("intensity", {"log10_level": "intensity"})),
+    ],
+)
+def test_logarithms_of_levels_are_undone(tmp_path: Path, heading: str, columns: dict[str, str]) -> None:
     rows = [f"S1,{level},{int(level > -0.8)}" for level in (-1.0, -0.5, -1.0, -0.5)]
-    own = read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
+    own = read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])), columns)
     assert sorted(own.table["level"].unique()) == pytest.approx([0.1, 10**-0.5])
-    assert f"  {heading} -> level: -1.0; -0.5" in explained_table(tmp_path / "own.csv")
+    assert f"  {heading} -> level: -1.0; -0.5" in explained_table(tmp_path / "own.csv", columns)
 
 
 @pytest.mark.parametrize("heading", ["level (dB)", "log_contrast"])
 def test_levels_in_decibels_or_an_unknown_logarithm_are_refused(tmp_path: Path, heading: str) -> None:
     rows = [f"S1,{level},1" for level in (0.5, 1.0, 2.0)]
-    with pytest.raises(InputError, match="says that levels are in"):
+    with pytest.raises(InputError, match=r"says that levels are in .*log10_level"):
         read_thresholds(saved(tmp_path, "\n".join([f"participant,{heading},correct", *rows])))
 
 

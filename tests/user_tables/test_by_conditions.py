@@ -156,6 +156,14 @@ def test_conditions_of_a_wide_table_are_chosen_by_its_columns() -> None:
     assert chosen["rating"].tolist() == [1, 1.1, 1, 1]
 
 
+def test_the_stem_given_as_a_condition_decides_where_a_level_is_also_the_name_of_an_aperture() -> None:
+    table = text_table("subject,near_sharp,near_medium,near_strong\nA,1,1.4,1.6\nB,1,1.3,1.7\n")
+    own = read_conditions(table, {"rating": "near_*"}, ["near"])
+    assert {name: set(levels) for name, levels in own.conditions.items()} == {"near": {"sharp", "medium", "strong"}}
+    with pytest.raises(InputError, match=r"aperture has the one level .* skipped: near_medium, near_strong"):
+        read_conditions(table, by=["aperture"])
+
+
 def test_columns_of_a_wide_table_are_levels_of_their_stem() -> None:
     """Ratings by conditions without apertures asked for the option that was given."""
     table = text_table("subject,group,depth_low,depth_high\nA,x,1.1,1.4\nB,x,1.0,1.3\nC,y,1.2,1.5\n")

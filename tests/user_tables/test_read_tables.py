@@ -58,6 +58,12 @@ def test_staircases_of_psychopy_are_levels_and_answers(tmp_path: Path) -> None:
     ]
 
 
+def test_the_judgement_of_a_keyboard_of_psychopy_is_the_correct_answer(tmp_path: Path) -> None:
+    rows = "1,0.8,f,1\n1,0.5,j,0\n"
+    own = read_thresholds(write(tmp_path, f"participant,level,key_resp.keys,key_resp.corr\n{rows}"))
+    assert own.table["correct"].tolist() == [1, 0]
+
+
 def test_keys_of_the_right_answer_are_no_condition_and_groups_are_named(tmp_path: Path) -> None:
     rows = [f"{who},{lens},{level},{key},f" for who, lens in ("Aa", "Ba", "Cb") for level in (1, 2) for key in "fj"]
     own = read_thresholds(write(tmp_path, "\n".join(["subject,lens_group,level,correct_response,response", *rows])))

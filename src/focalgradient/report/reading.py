@@ -23,7 +23,7 @@ from focalgradient.user_tables.files import Paths, UserTable, chosen_rows, read_
 from focalgradient.user_tables.names import few
 from focalgradient.user_tables.numbers import factor_of
 from focalgradient.user_tables.reports import holds_reports
-from focalgradient.user_tables.schema import CUBE, DETECTION, THRESHOLDS, Schema
+from focalgradient.user_tables.schema import CUBE, DETECTION, GIVEN_AS, THRESHOLDS, Schema
 from focalgradient.user_tables.schema import RATINGS as RATING_TABLE
 from focalgradient.user_tables.source import Source, Where, columns_like, holds
 from focalgradient.user_tables.wide import long_columns
@@ -113,7 +113,8 @@ def kind_of(table: UserTable, columns: Mapping[str, str] | None = None, by: Sequ
 
     If a name in `columns` is none of this kind, the kind is that of most of the names.
     """
-    found, given = next(kind for kind in KINDS if kind.holds(table, columns)), {*(columns or {})} - {"participant"}
+    found = next(kind for kind in KINDS if kind.holds(table, columns))
+    given = {GIVEN_AS.get(name, name) for name in columns or {}}
     if not given <= {*found.schema.columns}:
         found = max((found, *KINDS), key=lambda kind: len(given & {*kind.schema.columns}))
     return next(kind for kind in KINDS if kind.what == BY) if by and found.what != LEVELS else found

@@ -150,10 +150,12 @@ def read_conditions(
     file = source.cells
     if "rating" not in source.columns:
         measure = (columns or {}).get("rating")
-        source = _melted(source, conditions or {}, measure)
+        condition = stem_of_columns(measure or "")
+        is_stated = any(name_and_reference(name, [condition])[0] == condition for name in by)
+        if not (measure and is_stated):
+            source = _melted(source, conditions or {}, measure)
         if "rating" not in source.columns and measure is not None:
-            source, condition = _levels_in_columns(source, measure)
-            is_stated = any(name_and_reference(name, [condition])[0] == condition for name in by)
+            source = _levels_in_columns(source, measure)
             by = by if is_stated else [condition, *by]
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
@@ -185,7 +187,8 @@ def read_conditions(
         else:
             levels[name] = _named_levels(source, table, name, references.get(name, ""))
         if len(levels[name]) < 2:
-            raise InputError(f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies.")
+            only = f"{printable(name)} has the one level {levels[name][0]}: give a condition that varies."
+            raise InputError(" ".join([only, *source.problems]))
     table = source.with_catch(table, note=False)
     table = completed(numbered(source, table, [*(["scene"] if "scene" in table else []), *theirs]), "kind")
     low = int((table["rating"] <= 0).sum())
@@ -230,8 +233,8 @@ def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) 
     return replace(source, cells=cells, columns=columns | stated)
 
 
-def _levels_in_columns(source: Source, measure: str) -> tuple[Source, str]:
-    r"""Return a wide table with a row for each rating, and its condition: the columns are "CONDITION_LEVEL".
+def _levels_in_columns(source: Source, measure: str) -> Source:
+    r"""Return a wide table with a row for each rating and a column for its condition: columns are "CONDITION_LEVEL".
 
     >>> from focalgradient.user_tables.files import text_table
     >>> table = text_table("subject,depth_low,depth_high\nA,1.1,1.4\nB,1.0,1.3\n")
@@ -247,7 +250,7 @@ def _levels_in_columns(source: Source, measure: str) -> tuple[Source, str]:
     cells = stacked(source.cells.drop(columns=wide), stated)
     cells.attrs = source.cells.attrs
     columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
-    return replace(source, cells=cells, columns=columns | {"rating": "rating"}), stem
+    return replace(source, cells=cells, columns=columns | {"rating": "rating"})
 
 
 def _with_meanings(source: Source, by: Sequence[str], references: dict[str, str], words: Words) -> Source:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -16,7 +17,9 @@ from focalgradient.user_tables.names import clean, few, heading, stem_of
 __all__ = [
     "CUBE",
     "DETECTION",
+    "GIVEN_AS",
     "LENGTHS",
+    "LOGARITHMS",
     "RATINGS",
     "THRESHOLDS",
     "TIMES",
@@ -309,6 +312,13 @@ CUBE = Schema(
 )
 
 
+LOGARITHMS = {"log10": 10.0, "ln": math.e}
+"""Bases of logarithms that levels may be given as, or their heading may state."""
+
+GIVEN_AS = {"participant": "participant_id"} | {f"{base}_level": "level" for base in LOGARITHMS}
+"""Roles by names under which columns are given besides."""
+
+
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
     """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
     header = [str(column) for column in table.columns]
@@ -316,7 +326,7 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     found: dict[str, str] = {}
     wrong = []
     for given, column in columns.items():
-        role = "participant_id" if given == "participant" else given
+        role = GIVEN_AS.get(given, given)
         theirs = by_name.get(column, by_name.get(clean(column).casefold()))
         if role not in schema.columns:
             open_roles = [role for role in schema.columns if role not in columns]
@@ -337,6 +347,8 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
     loop = next((column.removesuffix(".intensity") for column in free if column.endswith(".intensity")), "")
     of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
+    if len(judged := [column for column in free if column.endswith(".corr")]) == 1:  # a keyboard of PsychoPy
+        of_loop.setdefault("correct", judged[0])
     lower = of_loop | lower if "level" in schema.columns else lower
     for role, definition in schema.columns.items():
         if role not in found:

@@ -24,7 +24,7 @@ from focalgradient.user_tables.cleaning import (
 from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table, with_points
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, missing_as, place, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
-from focalgradient.user_tables.schema import ABSENT, RATINGS, TIMES, Schema, found_columns
+from focalgradient.user_tables.schema import ABSENT, GIVEN_AS, RATINGS, TIMES, Schema, found_columns
 
 __all__ = [
     "Source",
@@ -150,7 +150,7 @@ class Source:
         columns = columns or {}
         table = chosen_rows(table, where, columns.values())
         cells, notes = table.cells, [*table.notes]
-        given = frozenset("participant_id" if role == "participant" else role for role in columns)
+        given = frozenset({*columns, *(GIVEN_AS.get(name, name) for name in columns)})
         found, notices = found_columns(table.name, cells, schema, columns), list[str]()
         cells = without_copied_files(cells, notices, named="participant_id" in found)
         source = cls(table.name, cells, schema, found, given, folded(conditions), notes, notices)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -19,7 +18,7 @@ from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import UNIT, clean, few, heading, invalid, place, rows_named
-from focalgradient.user_tables.schema import ABSENT, THRESHOLDS
+from focalgradient.user_tables.schema import ABSENT, LOGARITHMS, THRESHOLDS
 from focalgradient.user_tables.source import Source, Where, completed, conditions_like, where_like
 from focalgradient.user_tables.trials import note_order
 
@@ -221,18 +220,13 @@ def _below_half(counted: pd.DataFrame) -> tuple[float, float, float] | None:
 UNITS_NAMED = dict.fromkeys(("db", "decibel"), "decibels (dB)")
 """Names of units in messages, by their words in headings."""
 
-LOGARITHMS = {"log10": 10.0, "ln": math.e}
-"""Bases of logarithms that a heading of levels may state."""
-
-
-RENAME = "rename the column log10_level in the file"
-"""Remedy for levels that are logarithms to the base 10."""
-
 
 def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
     """Return the rows with a level above 0, with the logarithms that the heading states undone."""
-    header = source.columns["level"]
-    for word in re.findall(r"[a-z]+\d*", clean(header).casefold()):
+    header = printable(source.columns["level"])
+    remedy = f'of logarithms, such as those of QUEST in PsychoPy, give columns={{"log10_level": "{header}"}}'
+    stated = [base for base in LOGARITHMS if f"{base}_level" in source.given]
+    for word in [*stated, *re.findall(r"[a-z]+\d*", clean(header).casefold())]:
         if word in LOGARITHMS:
             source.notices.append(
                 f"The column {header} holds logarithms ({word}): levels and thresholds are reported as amounts, not "
@@ -242,12 +236,11 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
             break
         if word in ("db", "decibel", "decibels") or word.startswith("log"):
             raise InputError(
-                f"the heading {printable(header)!r} says that levels are in {UNITS_NAMED.get(word, word)}, but they "
-                f"must be amounts above 0, as thresholds are sought on their logarithm: convert them, or {RENAME}."
+                f"the heading {header!r} says that levels are in {UNITS_NAMED.get(word, word)}, but they must be "
+                f"amounts above 0, as thresholds are sought on their logarithm: convert them, or, {remedy}."
             )
     if (below := table["level"] < 0).any():
-        amounts = f"give amounts, or, of logarithms such as those of QUEST in PsychoPy, {RENAME}"
-        expected = f"but must be above 0, as thresholds are sought on its logarithm: {amounts}"
+        expected = f"but must be above 0, as thresholds are sought on its logarithm: give amounts, or, {remedy}"
         raise invalid(table, "level", below, expected)
     none = table["level"] == 0
     if none.all():

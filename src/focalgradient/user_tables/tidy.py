@@ -120,7 +120,10 @@ def check_steps(table: pd.DataFrame) -> None:
     >>> check_steps(pd.DataFrame({"rating": [1.0, 7.0]}))
     """
     if (table["rating"] % 1 != 0).any():
-        raise InputError("Ordinal ratings must be whole numbers, the steps of the scale, and some are not.")
+        raise InputError(
+            "Ordinal ratings must be whole numbers, the steps of the scale, and some are not: for places on a line, "
+            'give the conditions, too, as by=["aperture"].'
+        )
 
 
 def fixations_of(table: pd.DataFrame) -> tuple[str, ...]:

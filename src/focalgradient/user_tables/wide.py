@@ -91,7 +91,7 @@ def long_form(source: Source, conditions: Mapping[str, str], measure: str | None
     if lost := [printable(name) for name, heading in headings.items() if heading.fixation and not heading.aperture]:
         source.problems.append(
             f"Columns that were skipped: {few(lost)}. They name a fixation but no known aperture: if they contain "
-            "ratings, map them with conditions, as in blurred=f/5.6,clear=pinhole."
+            'ratings, map their words with conditions={"blurred": "f/5.6", "clear": "pinhole"}.'
         )
     wide = _one_measure(source, {name: heading for name, heading in headings.items() if heading.aperture}, measure)
     stated: dict[str, dict[str, Any]] = {}
