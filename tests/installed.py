@@ -2,7 +2,7 @@
 
 Builds the wheel and the source archive with the pinned build requirements, and installs the wheel into empty
 environments of each Python that is named (else of this one): with no extra and with each, or with those that are named
-(`none`: without extras). README's example from Python and the command line are tried there. With the extra `eye`,
+(`none`: without extras; `lowest`: with the oldest packages that the project allows). README's example from Python and the command line are tried there. With the extra `eye`,
 which README asks for, its blocks run from an empty folder, and the source archive is tried in the same way. Needs the
 network, and uv or pip.
 """
@@ -28,6 +28,7 @@ from blocks import README, ROOT, Block, runnable
 NO_PSYCHOPY = (3, 13)  # the first Python without it
 WITH_PSYCHOPY = ("lab", "gaze")
 NONE, OF_README = "none", "eye"  # no extra, and the extra that README's commands need
+LOWEST = "lowest"  # README's extra with the oldest packages allowed, whose warnings of newer ones do not count
 DESIGNS = ("depth_rating.toml", "necker.toml", "pinhole.toml")
 PAGE = ("experimenter.html", "experimenter.js", "index.html", "page.css", "page.js")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))
@@ -152,6 +153,11 @@ def tried_in(start: Path, python: str, file: Path, extra: str, files: set[str]) 
     work, readme = start / "work", start / "readme"
     for folder in (work, readme):
         folder.mkdir(parents=True)
+    if extra == LOWEST:
+        oldest = [each.replace(">=", "==") for each in PROJECT["project"]["dependencies"]]
+        own = environment(python, start / "venv", [f"{file}[{OF_README}]", *oldest])
+        counts = [ran(block, own, readme) for block in runnable(README) if block.kind == "sh"]
+        return f"{file.name} with {', '.join(oldest)}: ok, {sum(counts)} commands of README"
     own = environment(python, start / "venv", [str(file) if extra == NONE else f"{file}[{extra}]"])
     found = tried(own, extra, tuple(map(int, version)), work)
     different = files ^ installed_files(own, work)
@@ -163,7 +169,7 @@ def tried_in(start: Path, python: str, file: Path, extra: str, files: set[str]) 
 
 
 def main(words: Sequence[str]) -> None:
-    extras = [NONE, *PROJECT["project"]["optional-dependencies"]]
+    extras = [NONE, LOWEST, *PROJECT["project"]["optional-dependencies"]]
     pythons = [word for word in words if word not in extras]
     extras = [word for word in words if word in extras] or extras
     with tempfile.TemporaryDirectory() as name:
