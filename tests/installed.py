@@ -2,9 +2,9 @@
 
 Builds the wheel and the source archive with the pinned build requirements, and installs the wheel into empty
 environments of each Python that is named (else of this one): with no extra and with each, or with those that are named
-(`none`: without extras; `lowest`: with the oldest packages that the project allows). README's example from Python and the command line are tried there. With the extra `eye`,
-which README asks for, its blocks run from an empty folder, and the source archive is tried in the same way. Needs the
-network, and uv or pip.
+(`none`: without extras; `lowest`: with the oldest packages that the project allows). README's example from Python and
+the command line are tried there. With the extra `eye`, which README asks for, its blocks run from an empty folder, and
+the source archive is tried in the same way. Needs the network, and uv or pip.
 """
 
 from __future__ import annotations
