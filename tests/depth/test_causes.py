@@ -51,6 +51,12 @@ def test_nothing_is_wrong_with_sound_evidence():
     assert max(cause.evidence for cause in rank_causes(SOUND)) < 0.5
 
 
+def test_blocks_of_compression_beside_hard_edges_are_not_the_first_cause():
+    found = replace(SOUND, textured=0.01, blocks=50.0)
+    assert [cause.name for cause in rank_causes(found)[:2]] == ["edges", "jpeg"]
+    assert rank_causes(replace(found, textured=0.7))[0].name == "jpeg"
+
+
 @pytest.mark.parametrize(("explained", "first"), [(0.22, "contradiction"), (0.7, "edges")])
 def test_edges_are_not_advised_where_views_agree_at_no_depth(explained, first, monkeypatch):
     """Two photographed rooms: bars on glass before a window, and an overexposed desk."""

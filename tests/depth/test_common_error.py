@@ -116,6 +116,8 @@ def test_a_point_that_contradicts_the_optics_is_warned_of() -> None:
     ("point", "words"),
     [
         ((64, 3, 1.0), "outside of the picture"),
+        ((-0.6, 3, 1.0), "outside of the picture"),
+        ((3, -0.6, 1.0), "outside of the picture"),
         ((5, 5, 2.0), r"the nearest that has is \(40, 5\), 35 pixels away.*point at a textured surface"),
         ((25, 5, 0.7), r"the nearest surface that has, at \(40, 5\), lies at 1.87 m, which is not where"),
     ],

@@ -5,7 +5,7 @@ import pytest
 from blurred import lens, wall
 
 from focalgradient import DepthMap, recover_depth
-from focalgradient.depth.dense import complete
+from focalgradient.depth.dense import BEND, _bends, complete
 
 SHAPE = (120, 160)
 
@@ -20,6 +20,20 @@ def surfaces(seed):
     squares = np.kron(random.random((6, 8)) < 0.33, np.ones((20, 20), bool))
     measured = true + np.kron(0.01 * random.standard_normal((6, 8)), np.ones((20, 20)))
     return true, picture, measured, squares
+
+
+@pytest.mark.parametrize(
+    ("bent", "energy"),
+    [(lambda y, x: x * y, 2), (lambda y, x: x**2, 4), (lambda y, x: y**2, 4)],
+    ids=["xy", "xx", "yy"],
+)
+def test_the_layout_bends_as_a_thin_plate(bent, energy):
+    """The integral of z_xx^2 + 2 z_xy^2 + z_yy^2 over a frame one wide and 0.75 high, but for its rim."""
+    cells, aspect, scale = (31, 41), 0.75, 0.5
+    y, x = np.meshgrid(aspect * np.linspace(-0.5, 0.5, 31), np.linspace(-0.5, 0.5, 41), indexing="ij")
+    rows = _bends(cells, aspect, scale)[:-3]  # but for mean and slopes
+    found = np.sum((rows @ bent(y, x).ravel()) ** 2) * (BEND * scale) ** 2
+    assert found == pytest.approx(energy * aspect, rel=0.1)
 
 
 @pytest.mark.parametrize("seed", range(2))

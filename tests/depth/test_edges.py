@@ -54,6 +54,11 @@ def test_the_papers_regression_is_led_by_the_points_that_know_least(sigma):
     assert error > {1.0: 1.1, 2.0: 1.5, 4.0: 3.0}[sigma] * bound(sigma)
 
 
+def test_the_regression_states_how_noise_scatters_it():
+    found, sd, _ = measured(2.0, noise=0.003, angles=(0.0,) * 8, fit="paper")
+    assert found.std() == pytest.approx(np.median(sd), rel=0.25)
+
+
 def test_regression_without_noise_tells_the_widths_it_removes():
     # Operator, pixel, smoothing and bins would make 1 px into 1.2 or more.
     for angle in (0.0, 0.4, np.pi / 4):

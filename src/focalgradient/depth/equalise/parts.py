@@ -104,6 +104,8 @@ def tiles(shape: tuple[int, int], step: int, images: int = 1) -> Iterator[Tile]:
 
     >>> [tile.core[1].start for tile in tiles((1000, 5000), 5)]
     [0, 1000, 2000, 3000, 4000]
+    >>> [len([*tiles((1000, width), 5)]) for width in (2800, 3200)]
+    [1, 3]
     """
     edges = []
     most = CORE if max(shape) < 1.5 * CORE else min(CORE, CORE_OF_MANY)
