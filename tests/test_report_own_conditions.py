@@ -217,12 +217,34 @@ def test_the_figure_shows_the_tested_means() -> None:
     rows = [("A", 0, "L", 1.0), ("A", 1, "L", 2.0), *[("A", 1, "R", 4.0)] * 9, ("A", 0, "R", 2.0)]
     rows += [("B", blur, eye, 2.0 + blur) for blur in (0, 1) for eye in "LR"]
     own = read_conditions(frame_table(rows), by=["blur", "eye"])
-    test, _ = rating_tests(replace(own, log=False))
+    test, *_ = rating_tests(replace(own, log=False))
     ax = Figure().subplots()
     draw_condition(ax, test, units={})
     means = next(line.get_ydata() for line in ax.lines if line.get_linewidth() == 2)
     assert isinstance(test.effect, Effect)
     assert means[1] - means[0] == pytest.approx(test.effect.estimate)
+
+
+def test_the_effect_of_a_condition_is_compared_between_the_levels_of_another_within_people() -> None:
+    """Of seven people: the slope on blur is 2 with the left eye, 3 and more with the right one."""
+    rng = np.random.default_rng(3)
+    more = rng.normal(1, 0.5, 7)
+    rows = [
+        (who, blur, eye, 10 + blur * (2 + more[at] * (eye == "R")) + at)
+        for at, who in enumerate("ABCDEFG")
+        for blur in (0, 1, 3)
+        for eye in "LR"
+    ]
+    own = replace(read_conditions(frame_table(rows), by=["blur", "eye"]), log=False)
+    found = {test.name: test.effect for test in rating_tests(own)}["(slope of rating on blur), eye R less L"]
+    expected = stats.ttest_1samp(more, 0)
+    assert isinstance(found, Effect)
+    assert (found.estimate, found.statistic, found.p) == pytest.approx(
+        (more.mean(), expected.statistic, expected.pvalue)
+    )
+    nested = [(who, blur, eye, rating) for who, blur, eye, rating in rows if (blur > 0) == (eye == "R")]
+    tests = rating_tests(replace(read_conditions(frame_table(nested), by=["blur", "eye"]), log=False))
+    assert all(test.answer == "rating" for test in tests)
 
 
 @pytest.mark.parametrize(("people", "lines"), [(("ABC", "DEF"), 0), (("ABC", "ABC"), 4)])

@@ -389,7 +389,7 @@ def test_r_finds_the_effects_of_conditions_of_a_table(by: tuple[str, ...], tmp_p
     part = conditions_of_table(read_conditions(tmp_path / "own.csv", by=by), Rules())
     said = run(tmp_path, {**part.files}, "conditions.R")
     agree(said, part.answers.of_roles("main"), rel=1e-5)  # degrees of freedom of REML by numerical derivatives
-    assert len(printed(said)) == {4: 8, 3: 5, 1: 1 + ("mm=factor" in by)}[len(by)]
+    assert len(printed(said)) == {4: 9, 3: 6, 1: 1 + ("mm=factor" in by)}[len(by)]
 
 
 @needs_r

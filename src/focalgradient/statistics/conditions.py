@@ -374,8 +374,7 @@ def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, ad
     'Tests are two-sided, with Holm’s correction over 1 test of answers.'
     """
     logs = " (ratios on their logarithm)" if any(test.log for test in tests) else ""
-    crossed = ", paired"
-    apart = ""
+    crossed, apart = ", paired", ""
     if scenes:
         crossed = " and scenes, as slopes are, crossed with scenes as random where there are five or more"
         apart = "; of different scenes by Clark’s min F′"
@@ -385,11 +384,12 @@ def condition_method(tests: Sequence[ConditionTest], *, scenes: bool = False, ad
         "and McCaffrey, 2002), on the subjects’ means and on their effects. "
     )
     of_effects = [test for test in tests if test.answer.startswith("(")]
+    compared = "Effects within subjects were compared between the levels of other conditions in the same way. "
     return (
         f"Answers{logs} were averaged within subject and condition. The effect of a condition with three or more "
         "levels that are numbers is its least-squares slope within subject; of other conditions each level was "
         f"compared with the first (within subjects{crossed}; levels of different subjects by Welch’s test{apart}). "
-        f"{together * adjusted}Tests are two-sided, with Holm’s correction over "
+        f"{together * adjusted}{compared * bool(of_effects)}Tests are two-sided, with Holm’s correction over "
         f"{many(len(tests) - len(of_effects), 'test')} of answers{', and over those of effects' * bool(of_effects)}."
     )
 

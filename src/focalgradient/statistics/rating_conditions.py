@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 import pandas as pd
@@ -25,7 +26,7 @@ from focalgradient.statistics.conditions import (
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
-from focalgradient.statistics.means import family, student_effect, welch
+from focalgradient.statistics.means import family, paired_effect, student_effect, welch
 from focalgradient.statistics.questions import quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.user_tables.conditions import OwnConditions
@@ -59,8 +60,8 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
         One test for each condition of three or more numbers, otherwise one for each level against the first. Conditions
         that vary between subjects are covariates of one another: their effects on the subjects' means are estimated
         together, by least squares over subjects; a single factor by Welch's test. Levels shown in different scenes are
-        compared by min F'. Then the effect of each condition between subjects on each effect within subjects. Both
-        groups are families by Holm's method.
+        compared by min F'. Then the effect on each effect within subjects of each condition between subjects, and of
+        each later condition within subjects (their interaction). Both groups are families by Holm's method.
     """
     rows = own.table[~own.table["catch"]]
     if rules is not None:
@@ -88,7 +89,45 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
         of_effects = (replace(one, answer=f"({test.name})", log=False) for one in between)
         asked = in_units(of_effects, {f"({test.name})": test.unit})
         moderated += _over_people(subject_effects(cells, test), in_r, rows, asked)
+    moderated += _interactions(rows, within, factors, beside)
     return (*_corrected([done[test.name] for test in planned]), *_corrected(moderated))
+
+
+def _interactions(
+    rows: pd.DataFrame, within: Sequence[ConditionTest], factors: Sequence[str], beside: Sequence[str]
+) -> list[ConditionTest]:
+    """Test the effect of each later condition on that of an earlier one, where subjects have both (and scenes have)."""
+    tests: list[ConditionTest] = []
+    shown = {name: rows[name].unique() for name in factors}
+    answered = [
+        test for test in within if {test.level, test.against} - {None} <= {*map(level_text, shown[test.factor])}
+    ]
+    for test, other in combinations(answered, 2):
+        if test.factor == other.factor:
+            continue
+        cells = subject_cells(rows, test, factors, ("participant_id", *beside, other.factor))
+        effects = subject_effects(cells, test).unstack(other.factor).reindex(columns=shown[other.factor])
+        values = subject_effects(effects, other)
+        if values.empty:
+            continue
+        code = f"{_of_levels(test)}(means({cells_in_r(test, factors)}, rows = rows))"
+        code = f"{_of_levels(other)}(at_each({quoted(other.factor)}, function(rows) {code}, rows))"
+        if beside:
+            effect = crossed_effect(values.unstack().to_numpy(float))
+            code = f'crossed(at_each("scene", function(rows) {code}))'
+        else:
+            effect = paired_effect(values, "effects within subject, t over subjects")
+            code = f"over_people((function(rows) {code})(d))"
+        answer = f"({test.name})"
+        asked = replace(other, answer=answer, log=False, effect=effect)
+        asked = replace(asked, r_code=show_in_r(asked, code))
+        tests += in_units([asked], {answer: test.unit})
+    return tests
+
+
+def _of_levels(test: ConditionTest) -> str:
+    """Return the R function of the values at the levels of a condition that gives the effect of the test."""
+    return "slopes" if test.level is None else f"(function(of) difference(of, {', '.join(levels_in_r(test))}))"
 
 
 def _corrected(tests: Sequence[ConditionTest]) -> list[ConditionTest]:
@@ -192,10 +231,8 @@ def _over_scenes(rows: pd.DataFrame, test: ConditionTest, factors: Sequence[str]
     if effects.empty:
         none = NotComputed(f"Nobody rated a scene at two levels of {test.factor}.")
         return replace(test, effect=none) if test.level is None else test
-    what = "slopes"
-    if test.level is not None:
-        what = f"function(of) difference(of, {', '.join(levels_in_r(test))})"
-    code = show_in_r(test, f"crossed(by_scene({what}, {cells_in_r(test, factors)}))")
+    what = f"{_of_levels(test)}(means({cells_in_r(test, factors)}, rows = rows))"
+    code = show_in_r(test, f'crossed(at_each("scene", function(rows) {what}))')
     return replace(test, effect=crossed_effect(effects.unstack().to_numpy(float)), r_code=code)
 
 

@@ -40,10 +40,10 @@ slopes <- function(of) {  # of each person
   x <- as.numeric(colnames(of))
   apply(of, 1, function(y) if (sum(!is.na(y)) < 2) NA else cov(x[!is.na(y)], y[!is.na(y)]) / var(x[!is.na(y)]))
 }
-by_scene <- function(what, ...) {  # people x scenes
-  people <- unique(as.character(d$participant_id)); scenes <- unique(as.character(d$scene))
-  y <- sapply(scenes, function(k) what(means(..., rows = d[as.character(d$scene) == k, ]))[people])
-  matrix(y, length(people), dimnames = list(people, scenes))
+at_each <- function(column, what, rows = d) {  # people x levels of a column: what the rows of each level give
+  people <- unique(as.character(d$participant_id)); levels <- unique(as.character(rows[[column]]))
+  y <- sapply(levels, function(k) what(rows[as.character(rows[[column]]) == k, ])[people])
+  matrix(y, length(people), dimnames = list(people, levels))
 }
 level <- function(of, name) {
   own <- match(TRUE, at(colnames(of), name)); setNames(if (is.na(own)) NA * of[, 1] else of[, own], rownames(of))
