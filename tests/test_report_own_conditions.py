@@ -242,6 +242,11 @@ def test_the_effect_of_a_condition_is_compared_between_the_levels_of_another_wit
     assert (found.estimate, found.statistic, found.p) == pytest.approx(
         (more.mean(), expected.statistic, expected.pvalue)
     )
+    made = conditions_of_table(own, Rules())
+    [cells] = [sheet.digits for sheet in made.sheets if sheet.file == "ratings_by_condition_cells.csv"]
+    at = [rating for who, blur, eye, rating in rows if (blur, eye) == (3, "R")]
+    assert cells[["blur", "eye", "subjects"]].to_numpy().tolist()[-1] == ["3", "R", 7]
+    assert cells["mean"].iloc[-1] == pytest.approx(np.mean(at))
     nested = [(who, blur, eye, rating) for who, blur, eye, rating in rows if (blur > 0) == (eye == "R")]
     tests = rating_tests(replace(read_conditions(frame_table(nested), by=["blur", "eye"]), log=False))
     assert all(test.answer == "rating" for test in tests)

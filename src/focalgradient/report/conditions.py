@@ -5,9 +5,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from functools import partial
-from itertools import combinations
+from itertools import combinations, product
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from focalgradient.dataset import DataSet
@@ -93,7 +94,8 @@ def conditions_of_table(own: OwnConditions, criteria: Rules) -> Part:
     answers = kept if tests == before else Answers((*kept, *without.variant(WITHOUT)))
     part = condition_part(names, plan, own.exported, rows, tests, answers, left_out)
     notices = [*part.notices, *always_the_same(rows)]
-    return dataclasses.replace(part, notices=notices, sheets=_means_of_ratings(own, tests))
+    sheets = [*_means_of_ratings(own, tests), *_means_of_combinations(own, rows)]
+    return dataclasses.replace(part, notices=notices, sheets=sheets)
 
 
 def _means_of_ratings(own: OwnConditions, tests: Tests) -> list[Sheet]:
@@ -110,6 +112,23 @@ def _means_of_ratings(own: OwnConditions, tests: Tests) -> list[Sheet]:
     caption = f"{kind} of the ratings over subjects, 95 % intervals by t"
     head = ["condition", "level", "mean", "low", "high"]
     return [listed("ratings_by_condition_means.csv", caption, head, cells)] if cells else []
+
+
+def _means_of_combinations(own: OwnConditions, rows: pd.DataFrame) -> list[Sheet]:
+    """Return mean ratings at each combination of the conditions, but for those with levels of single subjects."""
+    shared = [name for name in own.conditions if rows.groupby(name)["participant_id"].nunique().min() > 1]
+    if len(shared) < 2:
+        return []
+    ratings = np.log(rows["rating"]) if own.log else rows["rating"]
+    of_people = ratings.groupby([rows[name] for name in ("participant_id", *shared)]).mean().groupby(shared)
+    cells = []
+    for levels in product(*(own.conditions[name] for name in shared)):
+        if levels in of_people.groups:
+            values = of_people.get_group(levels)
+            mean = t_interval(values).ratio if own.log else t_interval(values)
+            cells.append([*map(level_text, levels), len(values), mean.estimate, mean.low, mean.high])
+    caption = f"{'Geometric means' if own.log else 'Means'} of the ratings at each combination, 95 % intervals by t"
+    return [listed("ratings_by_condition_cells.csv", caption, [*shared, "subjects", "mean", "low", "high"], cells)]
 
 
 def conditions_of_dataset(task: Task, data: DataSet, asked: Asked) -> Part:
