@@ -414,10 +414,10 @@ def _power(offset: FloatArray, height: FloatArray, relative: FloatArray, clear: 
     weight = np.maximum(1 - offset**2, 0) ** 2 / (1 + relative / (KNOWN * height) ** 2)
     unlikely = ((POWERS - POWER[0]) / POWER[1]) ** 2
     if len(some):
-        fits = [_parabola(offset, height, relative, power) for power in POWERS]
+        fits = [_parabola(offset, height, relative, power) for power in POWERS.tolist()]
         squares = np.array([(weight * (fit.left / (fit.by_height * height)) ** 2).sum() for fit in fits])
         free = np.einsum("nik,knn->", weight, fits[0].kept(np.arange(len(some)))) / len(some)
-        unlikely += REGIONS * free * np.log(squares / squares.min())
+        unlikely += REGIONS * free * np.log(squares + 1e-30)
     likely = np.exp(-(unlikely - unlikely.min()) / 2)
-    mean = np.average(POWERS, weights=likely)
+    mean = float(np.average(POWERS, weights=likely))
     return mean, math.sqrt(np.average((POWERS - mean) ** 2, weights=likely))
