@@ -50,7 +50,11 @@ def test_a_field_that_is_the_right_answer_is_not_compared(monkeypatch: pytest.Mo
     design = task.design()
     assert {*task.factors(design)} == {"near", "far", "depth_of_field"}  # near is the side that is right
     asked = [question.name for question in task.analysis(design).every]
-    assert asked == ["slope of correct on far", "correct, depth_of_field without less with"]
+    assert asked == [
+        "slope of correct on far",
+        "correct, depth_of_field without less with",
+        "(slope of correct on far), depth_of_field without less with",
+    ]
     monkeypatch.setattr(type(task), "factors", lambda self, design: ["far"])
     with pytest.raises(InputError, match=r"factors of depthorder gives \['far'\], but must give the levels of each"):
         task.analysis(design)
@@ -174,10 +178,10 @@ def test_a_question_that_a_task_adds_is_reported_preregistered_and_given_its_pow
     files = make_report(tmp_path / "data").files
     results = pd.read_csv(io.BytesIO(files["results.csv"])).set_index("name")
     assert results.loc["growth", "estimate"] == pytest.approx(1.6)
-    assert len(results) == 5
+    assert len(results) == 7
     assert "Guesses grow by 1.60 in each trial." in files["report.md"].decode()
     plan = preregister_conditions(task, DotDesign(practice_trials=0), Asked(Stated(Rules()))).plan
-    assert plan.questions.hypotheses[-1] == "H5. Guesses grow over trials."
+    assert plan.questions.hypotheses[-1] == "H7. Guesses grow over trials."
     assert plan.analysis[-1] == asked.method
     assert list(Observers(task).claims(DotDesign(), 1.2).values())[-1].question == "growth"
 

@@ -10,7 +10,7 @@ import pytest
 from scipy import stats
 
 from focalgradient.statistics import Effect, NotComputed
-from focalgradient.statistics.conditions import ConditionTest
+from focalgradient.statistics.condition_test import ConditionTest
 from focalgradient.statistics.rating_conditions import rating_tests
 from focalgradient.user_tables import read_conditions
 from focalgradient.user_tables.files import text_table

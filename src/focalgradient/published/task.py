@@ -18,7 +18,7 @@ from focalgradient.design.sequence import Page
 from focalgradient.display import Display
 from focalgradient.published.asked import ASKED, Asked
 from focalgradient.scales import Control
-from focalgradient.statistics.conditions import planned_tests
+from focalgradient.statistics.condition_test import planned_tests
 from focalgradient.tasks import Task
 
 __all__ = ["PublishedAnswer", "PublishedDesign", "PublishedTask", "PublishedTrial"]

@@ -24,7 +24,8 @@ from focalgradient.report.tables import EFFECTS, Sheet, listed
 from focalgradient.report.thresholds import threshold_part
 from focalgradient.report.words import times
 from focalgradient.statistics import ConditionTest, Effect, Rules, ThresholdResult
-from focalgradient.statistics.conditions import condition_questions, level_text, shared_conditions
+from focalgradient.statistics.condition_test import level_text
+from focalgradient.statistics.conditions import condition_questions, shared_conditions
 from focalgradient.statistics.criteria import OF_TRIALS, WORDING
 from focalgradient.statistics.exclusions import kept_rows
 from focalgradient.statistics.means import share_interval, t_interval

@@ -10,7 +10,8 @@ from focalgradient.statistics.comparisons import (
     ComparisonResult,
     compare_pictures,
 )
-from focalgradient.statistics.conditions import ConditionTest, condition_tests, planned_tests
+from focalgradient.statistics.condition_test import ConditionTest, planned_interactions, planned_tests
+from focalgradient.statistics.conditions import condition_tests
 from focalgradient.statistics.crossed import Components
 from focalgradient.statistics.cube import (
     Dominance,
@@ -128,6 +129,7 @@ __all__ = [
     "fit_threshold",
     "log_likelihood_of_people",
     "necker",
+    "planned_interactions",
     "planned_tests",
     "quality",
     "rating_roc",

@@ -12,7 +12,7 @@ from itertools import combinations, product
 
 import pandas as pd
 
-from focalgradient.statistics.conditions import level_text
+from focalgradient.statistics.condition_test import level_text
 from focalgradient.statistics.questions import Analysis
 from focalgradient.statistics.records import NotComputed
 from focalgradient.statistics.threshold_questions import MEAN, threshold_questions

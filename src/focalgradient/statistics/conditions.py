@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from types import MappingProxyType
 
 import numpy as np
@@ -13,176 +12,35 @@ import pandas as pd
 
 from focalgradient.errors import InputError
 from focalgradient.files.cells import name_and_unit
-from focalgradient.statistics.crossed import additive_means
-from focalgradient.statistics.means import between_levels, family, paired_effect, share_interval, t_interval
-from focalgradient.statistics.questions import Analysis, Answers, Question, less, quoted
-from focalgradient.statistics.records import Effect, Interval, NotComputed
-from focalgradient.statistics.wording import many, number, statistic
+from focalgradient.statistics.condition_test import ConditionTest, level_text
+from focalgradient.statistics.crossed import additive_means, crossed_effect
+from focalgradient.statistics.means import between_levels, family, paired_effect
+from focalgradient.statistics.questions import Analysis, Answers, Question, quoted
+from focalgradient.statistics.records import Effect, NotComputed
+from focalgradient.statistics.wording import many
 
 __all__ = [
-    "ConditionTest",
     "cells_in_r",
     "condition_analysis",
     "condition_method",
     "condition_questions",
     "condition_tests",
+    "corrected",
+    "effect_in_r",
     "in_units",
-    "level_text",
+    "interaction",
     "levels_in_r",
-    "planned_tests",
     "shared_conditions",
     "show_in_r",
     "subject_cells",
     "subject_effects",
 ]
 
-UNITS = {
-    "mm": "millimetre",
-    "cm": "centimetre",
-    "m": "metre",
-    "deg": "degree",
-    "degree": "degree",
-    "arcmin": "minute of arc",
-    "ms": "millisecond",
-    "s": "second",
-    "d": "dioptre",
-}
-"""Names of the units of conditions."""
-
-
-@dataclass(frozen=True, slots=True)
-class ConditionTest:
-    """Test of the effect of one condition on one answer.
-
-    Parameters
-    ----------
-    answer
-        Column of the answer.
-    factor
-        Column of the condition.
-    level, against
-        Levels compared; None for numeric factors with three or more levels, whose slope is tested.
-    log
-        True if the answer is a ratio, analysed on its natural logarithm.
-    effect
-        Slope per unit of the factor, or difference between the levels; None before data are collected.
-    points
-        Mean answer of each subject (row) at each level of the factor (column), logarithmic for `log`, over all scenes;
-        None before data are collected.
-    r_code
-        R code that prints the same effect: see `focalgradient.statistics.questions.Question`.
-    unit
-        Unit of the effect; empty if it has none, or it is unknown.
-    """
-
-    answer: str
-    factor: str
-    level: str | None = None
-    against: str | None = None
-    log: bool = False
-    effect: Effect | NotComputed | None = None
-    points: pd.DataFrame | None = field(default=None, compare=False)
-    r_code: str = field(default="", compare=False)
-    unit: str = field(default="", compare=False)
-
-    @property
-    def means(self) -> list[Interval]:
-        """Mean of the points at each level, with its 95 % interval over subjects; geometric for `log`.
-
-        Intervals of shares are on the log odds of their mean.
-
-        >>> [mean.estimate for mean in ConditionTest("blur", "eye", points=pd.DataFrame({"L": [1.0, 2.0]})).means]
-        [1.5]
-        """
-        columns = [] if self.points is None else [self.points[level].dropna() for level in self.points]
-        if self.log:
-            return [t_interval(values).ratio for values in columns]
-        of = share_interval if re.match("share( per |$)", self.unit) else t_interval
-        return [of(values) for values in columns]
-
-    @property
-    def sentence(self) -> str:
-        """Finding of the test in words, with its size as a factor where answers are ratios; empty before data exist.
-
-        >>> ConditionTest("blur", "sigma", effect=NotComputed("There are no answers.")).sentence
-        'slope of blur on sigma: There are no answers.'
-        """
-        effect = self.effect
-        if effect is None:
-            return ""
-        if isinstance(effect, NotComputed):
-            return f"{self.name}: {effect.reason}"
-        name, unit = name_and_unit(self.factor)
-        if not unit:  # of the task's column
-            name, unit = self.factor, self.unit.rpartition("per ")[2].casefold()
-        what = (
-            f"each {UNITS.get(unit, 'unit')} of {name if unit in UNITS else self.factor}"
-            if self.level is None
-            else f"{self.factor} {self.level} instead of {self.against}"
-        )
-        estimates = (effect.estimate, effect.low, effect.high)
-        on_log = re.match(r"\((?:slope of )?log ", self.answer)  # an effect on a ratio
-        answer = self.answer.replace("log ", "", 1) if on_log else self.answer
-        log = self.log or on_log is not None
-        size, low, high = (number(math.exp(value), 4) if log else number(value) for value in estimates)
-        by = "a factor of " if log else "+" if effect.estimate > 0 else ""
-        several = answer == "rating"
-        of = "ratings" if several else f"the effect {answer}" if answer.startswith("(") else answer
-        differ = "differ" if several else "differs"
-        verb = f"changes {of}" if effect.significant else f"is not shown to change {of}, which {differ}"
-        ends = f"(95 % interval {low} to {high}; {statistic(effect)})"
-        return f"{what[0].upper()}{what[1:]} {verb} by {by}{size} {ends}."
-
-    @property
-    def name(self) -> str:
-        """Description of the test in words.
-
-        >>> ConditionTest("blur", "sigma_arcmin").name, ConditionTest("rating", "eye", "left", "right", log=True).name
-        ('slope of blur on sigma_arcmin', 'log rating, eye left less right')
-        """
-        answer = f"log {self.answer}" if self.log else self.answer
-        if self.level is None:
-            return f"slope of {answer} on {self.factor}"
-        return f"{answer}, {self.factor} {less(self.level, self.against)}"
-
-
-def planned_tests(answers: Mapping[str, bool], factors: Mapping[str, Sequence[object]]) -> tuple[ConditionTest, ...]:
-    """List the tests of a task before data are collected.
-
-    Parameters
-    ----------
-    answers
-        Answer columns; the value is True if the answer is a ratio.
-    factors
-        Condition columns with their levels, in the order of comparison.
-
-    Returns
-    -------
-    tuple
-        For each answer and factor: the slope if the factor has three or more levels that are all numbers, otherwise
-        each level minus the first; nothing for factors with one level.
-
-    Examples
-    --------
-    >>> [test.name for test in planned_tests({"blur": False}, {"sigma": [1.0, 2.0, 4.0], "eye": ["left", "right"]})]
-    ['slope of blur on sigma', 'blur, eye right less left']
-    """
-    tests = []
-    for answer, log in answers.items():
-        for factor, levels in factors.items():
-            numbers = all(isinstance(one, int | float) and not isinstance(one, bool) for one in levels)
-            if numbers and len(levels) >= 3:
-                tests.append(ConditionTest(answer, factor, log=log))
-            else:
-                first, *others = map(level_text, levels)
-                tests += [ConditionTest(answer, factor, level, first, log) for level in others]
-    return tuple(tests)
-
 
 def condition_tests(
     table: pd.DataFrame, planned: Sequence[ConditionTest], beside: Sequence[str] = ()
 ) -> tuple[ConditionTest, ...]:
-    """Test the effects of conditions over subjects, corrected by Holm's method as one family.
+    """Test the effects of conditions over subjects, corrected by Holm's method; interactions are a family of their own.
 
     Answers are averaged within each subject and condition, then over the levels of the other factors. Slopes are
     least-squares slopes within subject. Levels varied within subjects are compared by a paired t-test, levels varied
@@ -193,14 +51,14 @@ def condition_tests(
     table
         One row per trial, with `participant_id` and the columns of the tests; no catch trials.
     planned
-        Tests, from `planned_tests`.
+        Tests, from `planned_tests` and `planned_interactions`.
     beside
         Other columns over whose levels answers are averaged, such as scene.
 
     Returns
     -------
     tuple
-        The same tests with `effect`, `points` and `r_code`.
+        The same tests with `effect`, `points` (none of interactions) and `r_code`, interactions last.
 
     Raises
     ------
@@ -209,6 +67,7 @@ def condition_tests(
 
     Examples
     --------
+    >>> from focalgradient.statistics.condition_test import planned_tests
     >>> rows = [{"participant_id": who, "sigma": sigma, "blur": who + sigma * (1 + 0.1 * who)}
     ...         for who in range(4) for sigma in (1.0, 2.0, 4.0)]
     >>> [found] = condition_tests(pd.DataFrame(rows), planned_tests({"blur": False}, {"sigma": [1.0, 2.0, 4.0]}))
@@ -216,16 +75,70 @@ def condition_tests(
     1.15
     """
     factors = list(dict.fromkeys([*(test.factor for test in planned), *beside]))
-    answers = list(dict.fromkeys(test.answer for test in planned))
+    main = [test for test in planned if test.of is None]
+    answers = list(dict.fromkeys(test.answer for test in main))
     if missing := [name for name in ("participant_id", *factors, *answers) if name not in table]:
         raise InputError(f"the table has no column {missing[0]}: add it.")
     rows = table.astype(dict.fromkeys(answers, float))
-    for answer in {test.answer for test in planned if test.log}:
+    for answer in {test.answer for test in main if test.log}:
         if not (rows[answer].dropna() > 0).all():
             raise InputError(f"{answer} is a ratio, but has values of 0 or less: correct them.")
-    shown = [replace(test, points=subject_cells(rows, test, factors)) for test in _with_r(planned, factors)]
-    effects = family(_effect(test) for test in shown)
-    return tuple(replace(test, effect=effect) for test, effect in zip(shown, effects, strict=True))
+    shown = [replace(test, points=subject_cells(rows, test, factors)) for test in _with_r(main, factors)]
+    tested = [replace(test, effect=_effect(test)) for test in shown]
+    others = [interaction(rows, test, factors) for test in planned if test.of is not None]
+    return (*corrected(tested), *corrected(others))
+
+
+def corrected(tests: Sequence[ConditionTest]) -> list[ConditionTest]:
+    """Return the tests with p values corrected as one family."""
+    effects = iter(family(test.effect for test in tests if test.effect is not None))
+    return [test if test.effect is None else replace(test, effect=next(effects)) for test in tests]
+
+
+def interaction(
+    rows: pd.DataFrame, test: ConditionTest, factors: Sequence[str], *, scenes: bool = False
+) -> ConditionTest:
+    """Test whether an effect differs between the levels of a condition, over subjects, or subjects and scenes.
+
+    The test has no effect where nobody has answers at two levels of either condition.
+
+    Parameters
+    ----------
+    rows
+        One row per trial.
+    test
+        Test from `planned_interactions`.
+    factors
+        All factors: see `subject_cells`.
+    scenes
+        True for scenes as random, crossed with subjects.
+
+    Examples
+    --------
+    >>> from focalgradient.statistics.condition_test import planned_interactions, planned_tests
+    >>> rows = pd.DataFrame([
+    ...     {"participant_id": who, "mm": mm, "eye": eye, "depth": mm * (1 + (2 + 0.1 * who) * (eye == "R"))}
+    ...     for who in range(4) for mm in (1, 2, 4) for eye in "LR"
+    ... ])
+    >>> [test] = planned_interactions(planned_tests({"depth": False}, {"mm": [1, 2, 4], "eye": ["L", "R"]}))
+    >>> round(interaction(rows, test, ["mm", "eye"]).effect.estimate, 3)
+    2.15
+    """
+    assert test.of is not None
+    of, test = test.of, replace(test, r_code=_in_r(test, factors, scenes=scenes))
+    by = ("participant_id", *["scene"] * scenes)
+    shown = {name: rows[name].unique() for name in shared_conditions(rows, factors)}
+    names = {name: {None, *map(level_text, levels)} for name, levels in shown.items()}
+    if any(not {one.level, one.against} <= names.get(one.factor, set()) for one in (test, of)):
+        return test
+    cells = subject_cells(rows, of, factors, (*by, test.factor))
+    effects = subject_effects(cells, of).unstack(test.factor).reindex(columns=shown[test.factor])
+    values = subject_effects(effects, test)
+    if values.empty:
+        return test
+    if scenes:
+        return replace(test, effect=crossed_effect(values.unstack().to_numpy(float)))
+    return replace(test, effect=paired_effect(values, "effects within subject, t over subjects"))
 
 
 def condition_questions(tests: Sequence[ConditionTest], *, scenes: bool = False, adjusted: bool = False) -> Analysis:
@@ -295,7 +208,7 @@ def in_units(tests: Iterable[ConditionTest], units: Mapping[str, str]) -> tuple[
 
 
 def _unit(test: ConditionTest, units: Mapping[str, str]) -> str:
-    answer = "log ratio" if test.log else units.get(test.answer, "")
+    answer = "log ratio" if test.log else units.get(test.answer, "") if test.of is None else _unit(test.of, units)
     if test.level is not None:
         return answer
     unit = name_and_unit(test.factor)[1]
@@ -335,7 +248,21 @@ def show_in_r(test: ConditionTest, found: str) -> str:
     return f'show({quoted(test.name)}, "", {found})\n'
 
 
-def _in_r(test: ConditionTest, factors: Sequence[str]) -> str:
+def effect_in_r(test: ConditionTest) -> str:
+    """Return the R function of values at the levels of a condition that gives the effect of a test.
+
+    >>> effect_in_r(ConditionTest("blur", "eye", "left", "right"))
+    '(function(of) difference(of, "left", "right"))'
+    """
+    return "slopes" if test.level is None else f"(function(of) difference(of, {', '.join(levels_in_r(test))}))"
+
+
+def _in_r(test: ConditionTest, factors: Sequence[str], *, scenes: bool = False) -> str:
+    if test.of is not None:
+        of = f"{effect_in_r(test.of)}(means({cells_in_r(test.of, factors)}, rows = rows))"
+        values = f"{effect_in_r(test)}(at_each({quoted(test.factor)}, function(rows) {of}, rows))"
+        over = 'crossed(at_each("scene", function(rows) {}))' if scenes else "over_people((function(rows) {})(d))"
+        return show_in_r(test, over.format(values))
     of = f"means({cells_in_r(test, factors)})"
     if test.level is None:
         return show_in_r(test, f"over_people(slopes({of}))")
@@ -430,7 +357,7 @@ def subject_cells(
         adjusted = _over_columns(by_other).unstack(test.factor) if by_other.isna().any(axis=None) else shown
     else:
         adjusted = shown.copy()
-        for unit, own in by_other.groupby([*by]):
+        for unit, own in by_other[by_other.isna().any(axis=1).groupby([*by]).transform("any")].groupby([*by]):
             seen = own.dropna(axis=1, how="all")
             if seen.isna().any(axis=None):
                 means = _over_columns(seen)
@@ -493,8 +420,3 @@ def subject_effects(cells: pd.DataFrame, test: ConditionTest) -> pd.Series[float
     x = cells.notna() * [float(str(level)) for level in cells]
     centred = x.sub(x.sum(axis=1) / cells.notna().sum(axis=1), axis=0).where(cells.notna(), 0.0)
     return (centred * cells).sum(axis=1) / (centred**2).sum(axis=1)
-
-
-def level_text(value: object) -> str:
-    """Return a level as tests name it."""
-    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -5,20 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
-from itertools import combinations
 
 import numpy as np
 import pandas as pd
 
 from focalgradient.arrays import FloatArray
+from focalgradient.statistics.condition_test import ConditionTest, level_text, planned_interactions, planned_tests
 from focalgradient.statistics.conditions import (
-    ConditionTest,
     cells_in_r,
     condition_tests,
+    corrected,
+    effect_in_r,
     in_units,
-    level_text,
+    interaction,
     levels_in_r,
-    planned_tests,
     show_in_r,
     subject_cells,
     subject_effects,
@@ -26,7 +26,7 @@ from focalgradient.statistics.conditions import (
 from focalgradient.statistics.criteria import Rules
 from focalgradient.statistics.crossed import crossed_effect
 from focalgradient.statistics.exclusions import kept_rows
-from focalgradient.statistics.means import family, paired_effect, student_effect, welch
+from focalgradient.statistics.means import student_effect, welch
 from focalgradient.statistics.questions import quoted
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.user_tables.conditions import OwnConditions
@@ -83,57 +83,13 @@ def rating_tests(own: OwnConditions, rules: Rules | None = None) -> tuple[Condit
     for test in within if between else ():
         cells = done[test.name].points
         assert cells is not None
-        in_r = f"means({cells_in_r(test, [*factors, *beside])})"
-        levels = "" if test.level is None else ", ".join(levels_in_r(test))
-        in_r = f"difference({in_r}, {levels})" if levels else f"slopes({in_r})"
+        in_r = f"{effect_in_r(test)}(means({cells_in_r(test, [*factors, *beside])}))"
         of_effects = (replace(one, answer=f"({test.name})", log=False) for one in between)
         asked = in_units(of_effects, {f"({test.name})": test.unit})
         moderated += _over_people(subject_effects(cells, test), in_r, rows, asked)
-    moderated += _interactions(rows, within, factors, beside)
-    return (*_corrected([done[test.name] for test in planned]), *_corrected(moderated))
-
-
-def _interactions(
-    rows: pd.DataFrame, within: Sequence[ConditionTest], factors: Sequence[str], beside: Sequence[str]
-) -> list[ConditionTest]:
-    """Test the effect of each later condition on that of an earlier one, where subjects have both (and scenes have)."""
-    tests: list[ConditionTest] = []
-    shown = {name: rows[name].unique() for name in factors}
-    answered = [
-        test for test in within if {test.level, test.against} - {None} <= {*map(level_text, shown[test.factor])}
-    ]
-    for test, other in combinations(answered, 2):
-        if test.factor == other.factor:
-            continue
-        cells = subject_cells(rows, test, factors, ("participant_id", *beside, other.factor))
-        effects = subject_effects(cells, test).unstack(other.factor).reindex(columns=shown[other.factor])
-        values = subject_effects(effects, other)
-        if values.empty:
-            continue
-        code = f"{_of_levels(test)}(means({cells_in_r(test, factors)}, rows = rows))"
-        code = f"{_of_levels(other)}(at_each({quoted(other.factor)}, function(rows) {code}, rows))"
-        if beside:
-            effect = crossed_effect(values.unstack().to_numpy(float))
-            code = f'crossed(at_each("scene", function(rows) {code}))'
-        else:
-            effect = paired_effect(values, "effects within subject, t over subjects")
-            code = f"over_people((function(rows) {code})(d))"
-        answer = f"({test.name})"
-        asked = replace(other, answer=answer, log=False, effect=effect)
-        asked = replace(asked, r_code=show_in_r(asked, code))
-        tests += in_units([asked], {answer: test.unit})
-    return tests
-
-
-def _of_levels(test: ConditionTest) -> str:
-    """Return the R function of the values at the levels of a condition that gives the effect of the test."""
-    return "slopes" if test.level is None else f"(function(of) difference(of, {', '.join(levels_in_r(test))}))"
-
-
-def _corrected(tests: Sequence[ConditionTest]) -> list[ConditionTest]:
-    """Return the tests with p values corrected as one family."""
-    effects = family(test.effect for test in tests if test.effect is not None)
-    return [replace(test, effect=effect) for test, effect in zip(tests, effects, strict=True)]
+    crossed = (interaction(rows, test, factors, scenes=bool(beside)) for test in planned_interactions(within))
+    moderated += [test for test in crossed if test.effect is not None]
+    return (*corrected([done[test.name] for test in planned]), *corrected(moderated))
 
 
 def _over_people(
@@ -231,7 +187,7 @@ def _over_scenes(rows: pd.DataFrame, test: ConditionTest, factors: Sequence[str]
     if effects.empty:
         none = NotComputed(f"Nobody rated a scene at two levels of {test.factor}.")
         return replace(test, effect=none) if test.level is None else test
-    what = f"{_of_levels(test)}(means({cells_in_r(test, factors)}, rows = rows))"
+    what = f"{effect_in_r(test)}(means({cells_in_r(test, factors)}, rows = rows))"
     code = show_in_r(test, f'crossed(at_each("scene", function(rows) {what}))')
     return replace(test, effect=crossed_effect(effects.unstack().to_numpy(float)), r_code=code)
 

@@ -151,7 +151,7 @@ class Task(Generic[Design, Trial, Answer]):
     """Raise `InputError` before the window opens if a device of the design does not respond."""
     planned: Callable[..., Sequence[Any]] | None = None
     """Return the tests of the report before data exist, from the design (`focalgradient.statistics.ConditionTest`);
-    None: one for each measure and factor (`focalgradient.statistics.planned_tests`).
+    None: one for each measure and factor (`focalgradient.statistics.planned_tests`), and the interactions of factors.
     """
     tested: Callable[..., Sequence[Any]] | None = None
     """Return these tests with their effects, from the design and a table of all trials except catch trials."""
@@ -189,7 +189,8 @@ class Task(Generic[Design, Trial, Answer]):
         table
             Recorded trials, whose conditions are compared; None: those of the design.
         """
-        from focalgradient.statistics.conditions import condition_analysis, planned_tests  # with pandas and SciPy
+        from focalgradient.statistics.condition_test import planned_interactions, planned_tests  # with pandas and SciPy
+        from focalgradient.statistics.conditions import condition_analysis
 
         if self.planned is None and self.tested is None and (thresholds := adapted_analysis(self, design)):
             return thresholds
@@ -201,6 +202,7 @@ class Task(Generic[Design, Trial, Answer]):
         else:
             answers = compared_answers(self, design)
             planned = planned_tests({name: name in self.ratios for name in answers}, compared_factors(self, design))
+            planned += planned_interactions(planned) if self.tested is None else ()
         return condition_analysis(planned, None if self.tested is None else partial(self.tested, design), units)
 
     @property

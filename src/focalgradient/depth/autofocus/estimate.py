@@ -353,7 +353,7 @@ class _Parabola:
         """
         if not valid.any():
             return 0.0
-        some = _some(valid & (noise <= np.median(noise[valid])))
+        some = _pooled(valid & (noise <= np.median(noise[valid])))
         n = len(self.offset)
         left, by_focus, near = (values.reshape(n, -1)[:, some].T for values in (self.left, self.by_focus, self.near))
         kept = self.kept(some)
@@ -366,7 +366,7 @@ class _Parabola:
         return float(max(0.0, error @ error / (n - 2) - UNEVEN**2))
 
 
-def _some(nodes: Mask) -> NDArray[np.intp]:
+def _pooled(nodes: Mask) -> NDArray[np.intp]:
     """Return the places of `POOLED` of the marked nodes at most, evenly chosen."""
     places = np.flatnonzero(nodes)
     return places[:: max(1, len(places) // POOLED)]
@@ -377,7 +377,7 @@ def _parabola(
 ) -> _Parabola:
     """Fit a parabola to the power of 1/height of settings (n x h x w) up to `width` times the usual reach away."""
     # A parabola takes three settings, however far.
-    near = np.maximum(1 - (offset / (width * np.maximum(1, 1.25 * _nearest(offset, 3)))) ** 2, 0) ** 2
+    near = np.maximum(1 - (offset / (width * np.maximum(1, 1.25 * _reach_of(offset, 3)))) ** 2, 0) ** 2
     bent = height**-power
     weight = height**2 / (relative * bent**2)
     weight = near * np.maximum(weight / weight.max(axis=0), 1e-6)  # no farther apart, for three to be solved for
@@ -395,7 +395,7 @@ def _parabola(
     return _Parabola(offset, place, top, bend, by_bent, -power * bent / height, left, by_focus, near, gain)
 
 
-def _nearest(offset: FloatArray, number: int) -> FloatArray:
+def _reach_of(offset: FloatArray, number: int) -> FloatArray:
     """Return how far the given number of different settings reaches from each node (h x w); inf with fewer."""
     distinct = np.unique(offset[:, 0, 0], return_index=True)[1]
     if len(distinct) < number:
@@ -409,15 +409,15 @@ def _power(offset: FloatArray, height: FloatArray, relative: FloatArray, clear: 
     `POWER` is the prior; the likelihood is that of the residuals of log height at nodes with more than three settings
     within reach.
     """
-    some = _some(clear & (_nearest(offset, 4) < 1))
+    some = _pooled(clear & (_reach_of(offset, 4) < 1))
     offset, height, relative = (values.reshape(len(offset), 1, -1)[:, :, some] for values in (offset, height, relative))
     weight = np.maximum(1 - offset**2, 0) ** 2 / (1 + relative / (KNOWN * height) ** 2)
-    unlikely = ((POWERS - POWER[0]) / POWER[1]) ** 2
+    deviance = ((POWERS - POWER[0]) / POWER[1]) ** 2
     if len(some):
         fits = [_parabola(offset, height, relative, power) for power in POWERS.tolist()]
         squares = np.array([(weight * (fit.left / (fit.by_height * height)) ** 2).sum() for fit in fits])
         free = np.einsum("nik,knn->", weight, fits[0].kept(np.arange(len(some)))) / len(some)
-        unlikely += REGIONS * free * np.log(squares + 1e-30)
-    likely = np.exp(-(unlikely - unlikely.min()) / 2)
-    mean = float(np.average(POWERS, weights=likely))
-    return mean, math.sqrt(np.average((POWERS - mean) ** 2, weights=likely))
+        deviance += REGIONS * free * np.log(squares + 1e-30)
+    posterior = np.exp(-(deviance - deviance.min()) / 2)
+    mean = float(np.average(POWERS, weights=posterior))
+    return mean, math.sqrt(np.average((POWERS - mean) ** 2, weights=posterior))
