@@ -1,4 +1,4 @@
-"""Tests of the effects of conditions: before the data, and with their effects."""
+"""Tests of the effects of conditions, as planned before data are collected and as computed from them."""
 
 from __future__ import annotations
 
