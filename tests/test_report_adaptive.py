@@ -158,9 +158,9 @@ def test_the_choice_that_is_correct_or_not_is_no_measure(tmp_path: Path) -> None
     simulate(ListedDesign(), tmp_path / "data", observers=2, seed=1)
     made = make_report(tmp_path / "data")
     tests = ["{}, contrast 0.5 less 0.05", "slope of {} on finer_by"]
-    assert outcomes(made).index.get_level_values("name").tolist() == [
-        test.format(answer) for answer in ("correct", "sure") for test in tests
-    ]
+    main = [test.format(answer) for answer in ("correct", "sure") for test in tests]
+    crossed = [tests[1].format(f"({first})") for first in main[::2]]
+    assert outcomes(made).index.get_level_values("name").tolist() == [*main, *crossed]
     assert "No threshold was fitted: for thresholds of finer_by, make" in made.files["report.md"].decode()
 
 
