@@ -54,6 +54,7 @@ def test_the_power_that_is_parabolic_is_found_from_many_settings(power: float, p
     assert found.vergence.item() == pytest.approx(place, abs=3e-4)
 
 
+@pytest.mark.fast_cases(2)
 @pytest.mark.parametrize("psf", ["disc", "gaussian"])
 @pytest.mark.parametrize("place", [0.42, 0.7, 0.98])
 def test_depth_is_unbiased_up_to_the_ends_of_the_stack(psf: str, place: float) -> None:
