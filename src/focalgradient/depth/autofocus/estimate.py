@@ -209,7 +209,7 @@ UNCHANGED = 0.25
 """Maximum squared change of detail from one view to the next, relative to one view's noise, at which both are the same
 picture: twice the noise is expected. Rounding then removed what their focus changes, and depth lies between the two."""
 
-POWER = (0.45, 0.1)
+POWER = (0.45, 0.14)
 """Prior mean and standard deviation of the power of 1/sharpness that is parabolic in vergence: for Gaussian blur it is
 1/3 with white texture, 1/2 with natural texture and 2/3 with isolated edges; for discs some .6 of that."""
 
