@@ -22,6 +22,7 @@ WRONG = {
     "out of range": ("power necker --experiments 0", r"'--experiments': 0 is not between 1 and 1000000: see"),
     "no argument": ("validate", r"Missing argument 'DIR', as in 'focalgradient validate data'"),
     "unit in a number": (f"blur a.png d.npy --f-number 5.6mm {LENS}", r"is not a number \(write it without its"),
+    "two values of an option": ("depth a.png b.png --f-number 16 4 --out out", r"4 is not a file: .* --f-number 4\."),
     "misspelt choice": ("depth a.png --method edge --out out", r"'edge' is not one of .* \(did you mean edges\?\)"),
 }
 

@@ -28,6 +28,7 @@ from focalgradient.depth.common_error import KnownPoint, checked_points
 from focalgradient.depth.settings import MethodName
 from focalgradient.errors import InputError
 from focalgradient.files import printable
+from focalgradient.files.cells import as_number
 from focalgradient.options.shapes import AUTO_SHAPE, ShapeAsked
 from focalgradient.plausibility import given_as
 from focalgradient.progress import Progress
@@ -174,6 +175,8 @@ def depth(
     near, far = limits["near"], limits["far"]
     if near is not None and far is not None and near >= far:
         raise InputError(f"--near {near:g} lies beyond or at --far {far:g}: give --near the smaller distance.")
+    if numbers := [str(path) for path in inputs if as_number(str(path)) is not None and not path.exists()]:
+        raise InputError(f"{numbers[0]} is not a file: write an option before each value: --f-number 16 --f-number 4.")
     call: dict[str, Any] = {"method": method, "psf": psf.stated(), "known_points": _known_points(at)}
     call |= {"align": align, "dense": dense, "calibration": calibration, **limits, **optics}
     read = [*inputs, *([] if calibration is None else [calibration]), *_files_of(inputs, calibration)]

@@ -80,6 +80,8 @@ def usage(message: str) -> str:
     "Invalid value for '--size': '33x32' is not a whole number"
     >>> usage("Invalid value for '--f-number': 'f/5.6' is not a valid float.")
     "Invalid value for '--f-number': 'f/5.6' is not a number (write 5.6)"
+    >>> usage("Invalid value for '--near': '1,05' is not a valid float.")
+    "Invalid value for '--near': '1,05' is not a number (a decimal takes a point; a further value, its option again)"
     >>> usage("Invalid value for '--method': 'edge' is not one of 'equalise', 'edges'.")
     "Invalid value for '--method': 'edge' is not one of 'equalise', 'edges' (did you mean edges?)"
     """
@@ -93,6 +95,8 @@ def usage(message: str) -> str:
         return clause if like is None else f"{clause} (did you mean {like}?)"
     if match := re.search(r"'(f/)?([0-9]+\.?[0-9]*) ?([a-zA-Z]*)' is not a number$", clause):
         return f"{clause} (write {match[2]})" if match[1] else f"{clause} (write it without its unit)"
+    if re.search(r"'[0-9.]+[,;][0-9.,; ]+' is not a number$", clause):
+        return f"{clause} (a decimal takes a point; a further value, its option again)"
     return clause
 
 
