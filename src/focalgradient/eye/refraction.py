@@ -37,7 +37,7 @@ PARSE = 'give Refraction.parse("-2.00 -0.75 x 180")'
 
 _WRITTEN = re.compile(
     r"\s*(?P<sphere>[+-]?\d+(?:\.\d+)?|plano|pl)\s*(?:DS|D)?\s*"
-    r"(?:/?\s*(?P<cylinder>[+-]\d+(?:\.\d+)?)\s*(?:DC)?\s*(?:x|×|@|ax)\s*(?P<axis>\d+(?:\.\d+)?)\s*°?)?\s*",
+    r"(?:/?\s*(?P<cylinder>[+-]\d+(?:\.\d+)?)\s*(?:DC)?(?:\s*(?:x|×|@|ax)\s*|\s+)(?P<axis>\d+(?:\.\d+)?)\s*°?)?\s*",
     re.IGNORECASE,
 )
 _DECIMAL_COMMA = re.compile(r"(?<=\d),(?=\d)")

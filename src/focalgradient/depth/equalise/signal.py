@@ -253,11 +253,15 @@ class Signal:
             )
         textured, explained = nodes.has_texture, self.explained
         if outside > OUTSIDE:
+            remedy = (
+                "change near and far, focus nearer to them, or correct the focus distance (focus_distance)"
+                if self.one_waveband
+                else "focus the eye nearer to them, correct its refraction, or close its pupil"
+            )
             return (
                 f"no depth between {searched[0]:.3g} and {searched[1]:.3g} D explains {outside:.0%} "
                 "of the places with texture: they most likely lie outside the range searched, or are more blurred than "
-                "leaves detail: change near and far, focus nearer to them, or correct the focus distance "
-                "(focus_distance)"
+                f"leaves detail: {remedy}"
             )
         if not self.one_waveband and explained >= EXPLAINED:
             return (
