@@ -125,7 +125,7 @@ class Schema(NamedTuple):
 
 PARTICIPANT = Column(
     (
-        *("participant", "subject", "subj", "id", "observer", "subject_id"),
+        *("participant", "subject", "subj", "sub", "id", "observer", "subject_id", "subj_id", "sub_id", "sid", "pp"),
         *("participant_private_id", "participant_public_id", "prolific_pid", "worker_id", "workerid", "run_id"),
         *("responseid", "response_id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
         *("subject_nr", "participant_nr", "subject_no", "participant_no", "vp_nr", "vp_code"),
@@ -219,7 +219,7 @@ THRESHOLDS = Schema(
             codes="signed",
         ),
         "correct": Column(
-            ("right", "hit", "hits", "accuracy", "acc", "is_correct", "n_correct", "ncorrect", "num_correct"),
+            ("right", "hit", "hits", "accuracy", "acc", "corr", "is_correct", "n_correct", "ncorrect", "num_correct"),
             number=True,
             answer="answer",
             words={

@@ -240,7 +240,10 @@ def _above_zero(source: Source, table: pd.DataFrame) -> pd.DataFrame:
                 f"amounts above 0, as thresholds are sought on their logarithm: convert them, or, {remedy}."
             )
     if (below := table["level"] < 0).any():
-        expected = f"but must be above 0, as thresholds are sought on its logarithm: give amounts, or, {remedy}"
+        expected = (
+            "but must be above 0, as thresholds are sought on its logarithm: give amounts (of signed differences, "
+            f"points of subjective equality are not computed), or, {remedy}"
+        )
         raise invalid(table, "level", below, expected)
     none = table["level"] == 0
     if none.all():
