@@ -174,6 +174,10 @@ def test_columns_of_a_wide_table_are_levels_of_their_stem() -> None:
             "group": {"x", "y"},
         }
         assert own.table["rating"].tolist() == [1.1, 1.4, 1.0, 1.3, 1.2, 1.5]
+    table = text_table("subject,group,depth 0,depth 2\nA,x,1.1,1.4\nB,x,1.0,1.3\n")
+    assert read_conditions(table, by=["depth=factor"]).conditions == {"depth": ["0", "2"]}
+    with pytest.raises(InputError, match=r"no columns? for rating"):
+        read_conditions(table, by=["group"])
     with pytest.raises(InputError, match=r'compare these columns as they are with by=\["depth"\]'):
         read_ratings(table, {"rating": "depth_*"})
     with pytest.raises(InputError, match=r"no columns relief_\*: it has subject"):

@@ -149,13 +149,13 @@ def read_conditions(
     check_rating(source)
     file = source.cells
     if "rating" not in source.columns:
-        measure = (columns or {}).get("rating")
-        condition = stem_of_columns(measure or "")
+        measure = (columns or {}).get("rating") or _implied_measure(source, by)
+        condition = stem_of_columns(measure or "") or (name_and_reference(by[0], [])[0] if by else "level")
         is_stated = any(name_and_reference(name, [condition])[0] == condition for name in by)
         if not (measure and is_stated):
             source = _melted(source, conditions or {}, measure)
         if "rating" not in source.columns and measure is not None:
-            source = _levels_in_columns(source, measure)
+            source = _levels_in_columns(source, measure, condition)
             by = by if is_stated else [condition, *by]
     source.require("participant_id", "rating")
     by = by or [source.columns[role] for role in ("aperture_mm", "aperture") if role in source.columns][:1]
@@ -233,21 +233,38 @@ def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) 
     return replace(source, cells=cells, columns=columns | stated)
 
 
-def _levels_in_columns(source: Source, measure: str) -> Source:
-    r"""Return a wide table with a row for each rating and a column for its condition: columns are "CONDITION_LEVEL".
+def _implied_measure(source: Source, by: Sequence[str]) -> str | None:
+    """Return the mark of wide columns that begin with the condition `by`, or are named by its levels alone."""
+    name = name_and_reference(by[0], [])[0] if len(by) == 1 else ""
+    if not name or name in source.cells:
+        return None
+    marks = f"{name}_*", "*"
+    return next((mark for mark in marks if len(_levels_by_column(source, mark)) > 1), None)
+
+
+def _levels_by_column(source: Source, measure: str) -> dict[str, str]:
+    """Return the level that each wide column of a measure names; of "*" those named by numbers alone."""
+    stem = stem_of_columns(measure)
+    levels = {name: name[len(stem) :].strip("_-. ()") for name in source.unused if name.startswith(stem)}
+    return {name: level for name, level in levels.items() if level and (stem or as_number(level) is not None)}
+
+
+def _levels_in_columns(source: Source, measure: str, condition: str) -> Source:
+    r"""Return a wide table with a row for each rating and a column for its condition.
 
     >>> from focalgradient.user_tables.files import text_table
     >>> table = text_table("subject,depth_low,depth_high\nA,1.1,1.4\nB,1.0,1.3\n")
     >>> dict(read_conditions(table, {"rating": "depth_*"}, ["depth=low"]).conditions)
     {'depth': ['low', 'high']}
+    >>> dict(read_conditions(text_table("subject,0,2\nA,1.1,1.4\nB,1.0,1.3\n"), by=["blur"]).conditions)
+    {'blur': [0.0, 2.0]}
     """
-    stem = stem_of_columns(measure)
-    levels = {name: name[len(stem) :].strip("_-. ()") for name in source.unused if name.startswith(stem)}
-    wide = [name for name, level in levels.items() if level]
-    if not wide:
+    levels = _levels_by_column(source, measure)
+    if not levels:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
-    stated = {name: {stem: levels[name], "rating": source.cells[name]} for name in wide}
-    cells = stacked(source.cells.drop(columns=wide), stated)
+    source.notices.append(f"Ratings were read from a column for each level of {condition}: {few([*levels])}.")
+    stated = {name: {condition: level, "rating": source.cells[name]} for name, level in levels.items()}
+    cells = stacked(source.cells.drop(columns=[*levels]), stated)
     cells.attrs = source.cells.attrs
     columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row
     return replace(source, cells=cells, columns=columns | {"rating": "rating"})

@@ -122,7 +122,7 @@ def read_ratings(
             raise InputError(
                 f"{source.name} has no column {printable(measure)} whose name holds an aperture, like near_f5.6: "
                 f'{conditions_like("f/5.6")}, or compare these columns as they are with by=["'
-                f'{printable(stem_of_columns(measure))}"].'
+                f'{printable(stem_of_columns(measure)) or "NAME"}"].'
             )
         _require(source, *table)
         table = source.cleaned(table)
@@ -273,7 +273,10 @@ def _require(source: Source, *present: str) -> None:
     shown = [words for role, words in EXAMPLES.items() if not {role, f"{role}_mm"} & here]
     otherwise = ""
     if "rating" not in here:
-        otherwise = f", or give each condition a column whose name holds its aperture, like near_f5.6; {OTHERS}"
+        otherwise = (
+            ", or give each condition a column whose name holds its aperture, like near_f5.6, or name with "
+            f'by=["NAME"] the condition whose levels name the columns, like NAME_2; {OTHERS}'
+        )
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
         name = "aperture" if "aperture" in present else "NAME"
