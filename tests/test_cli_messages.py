@@ -21,6 +21,10 @@ WRONG = {
     "two numbers": ("stimuli depth-rating --size 33x32", r"--size is 33x32, but must be one even .* --size 34\."),
     "out of range": ("power necker --experiments 0", r"'--experiments': 0 is not between 1 and 1000000: see"),
     "no argument": ("validate", r"Missing argument 'DIR', as in 'focalgradient validate data'"),
+    "unknown option": (
+        "simulate necker --subjects 4",
+        r"'--subjects' \(a right call: 'focalgradient .*--observers",
+    ),
     "unit in a number": (f"blur a.png d.npy --f-number 5.6mm {LENS}", r"is not a number \(write it without its"),
     "two values of an option": ("depth a.png b.png --f-number 16 4 --out out", r"4 is not a file: .* --f-number 4\."),
     "misspelt choice": ("depth a.png --method edge --out out", r"'edge' is not one of .* \(did you mean edges\?\)"),

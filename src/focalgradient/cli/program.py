@@ -32,7 +32,7 @@ from focalgradient.files import (
     replace_set,
     replacing,
 )
-from focalgradient.options.messages import missing, usage, with_options
+from focalgradient.options.messages import with_options, wrong_call
 from focalgradient.progress import Progress
 from focalgradient.termination import exit_code, terminable
 
@@ -95,8 +95,7 @@ class Program(click.Group):
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
-            clause = missing(error) if isinstance(error, click.MissingParameter) else usage(error.format_message())
-            fail(f"{clause}: see '{program} --help'.")
+            fail(f"{wrong_call(error)}: see '{program} --help'.")
         except click.ClickException as error:
             fail(error.format_message())
         except InputError as error:

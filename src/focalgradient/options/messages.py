@@ -13,7 +13,7 @@ from focalgradient.errors import InputError, entries_as_options, nearest, one_li
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
 
-__all__ = ["missing", "options_named", "sentences", "usage", "with_options"]
+__all__ = ["options_named", "sentences", "usage", "with_options", "wrong_call"]
 
 OPTIONS = {
     "set largest_error": "set --error",
@@ -100,12 +100,14 @@ def usage(message: str) -> str:
     return clause
 
 
-def missing(error: click.MissingParameter) -> str:
-    """Return the message on a missing parameter, with a given file that does not exist or an example of the help."""
+def wrong_call(error: click.UsageError) -> str:
+    """Return the message on a wrong call, with a given file that does not exist or an example of the help."""
     clause = usage(error.format_message())
-    if error.ctx is None or error.param is None:
+    parameter = error.param if isinstance(error, click.MissingParameter) else None
+    is_unknown = isinstance(error, click.NoSuchOption) and not error.possibilities
+    if error.ctx is None or error.ctx.parent is None or (parameter is None and not is_unknown):
         return clause
-    for argument in error.ctx.command.params:
+    for argument in error.ctx.command.params if parameter else ():
         if isinstance(argument, click.Argument) and isinstance(argument.type, click.Path):
             given = error.ctx.params.get(str(argument.name)) or ()
             for path in given if isinstance(given, tuple) else (given,):
@@ -113,7 +115,9 @@ def missing(error: click.MissingParameter) -> str:
                     if not os.path.lexists(path) and as_number(str(path)) is None:
                         return f"{printable(path)} does not exist ({clause[0].lower()}{clause[1:]})"
     lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
-    wanted = f" {error.param.opts[0]} " if isinstance(error.param, click.Option) else ""
+    wanted = f" {parameter.opts[0]} " if isinstance(parameter, click.Option) else ""
     calls = [line.strip() for line in lines if line.strip().startswith(f"{error.ctx.command_path} ")]
     example = min((call for call in calls if wanted in call), key=len, default=None)
-    return clause if example is None else f"{clause}, as in '{example}'"
+    if example is None:
+        return clause
+    return f"{clause} (a right call: '{example}')" if is_unknown else f"{clause}, as in '{example}'"
