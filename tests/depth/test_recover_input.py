@@ -83,6 +83,7 @@ BOUND = {"vergence": 0.8, "pixel_angle": PIXEL, "power": natural_power(0.2, 32),
     ("refused", "said"),
     [
         (lambda: recover_depth([SHARP, replace(WIDE, optics=lens(5.6, 1.2))], method="ratio"), "at one focus"),
+        (lambda: recover_depth([SHARP, WIDE, SHARP], method="ratio"), "takes 2 at most"),
         (lambda: comparison_bound([WIDE.optics], noise=0.01, **BOUND), "1 optics given, but views are compared from"),
         (lambda: measure_edges(PIXELS, fit="splines"), "splines"),
         (lambda: vergence_likelihood([SHARP, WIDE], [1.0], noise=0.1), "vergences must be a list of two"),

@@ -89,6 +89,15 @@ def test_resampling_a_wave_is_exact(placement: Placement) -> None:
     assert moved[middle] == pytest.approx(wave(*there)[middle], abs=0.01)
 
 
+def test_beyond_its_border_a_view_is_continued_by_its_mirror_image() -> None:
+    image = np.random.default_rng(2).random((30, 40), np.float32)
+    shifted = np.pad(image, 3, mode="symmetric")[5:35, :40]
+    moved, covered = resample(image, Placement(1.0, 2.0, -3.0))
+    assert moved == pytest.approx(shifted, abs=1e-6)
+    assert covered[:28, 3:].all()
+    assert covered.sum() == 28 * 37
+
+
 def test_placements_compose() -> None:
     first, second = Placement(1.01, 3.0, -2.0, 0.1), Placement(0.99, 0.5, 0.25, -0.03)
     both = first.then(second)
