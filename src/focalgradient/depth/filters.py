@@ -287,10 +287,14 @@ class Spectra:
 
     def measure_and_power(self) -> tuple[FloatArray, FloatArray]:
         """Share of all frequencies that falls to each radial sample (F), and each image's mean power there (n x F)."""
-        counts, power = np.zeros(RADIAL), np.zeros((len(self.values), RADIAL))
-        _add_power(self.values, self.position, counts, power)
-        power /= np.maximum(counts, 1)
-        return counts / counts.sum(), power / (self.size[0] * self.size[1])
+        sample = (self.position.ravel() + PARTS // 2) // PARTS
+        # A real image's spectrum is stored by half: all but the first column stand for two.
+        times = np.full(self.position.shape, 2, np.float32)
+        times[:, 0] = 1
+        counts = np.bincount(sample, times.ravel(), RADIAL)
+        squares = (times * (one.real**2 + one.imag**2) for one in self.values)
+        power = np.stack([np.bincount(sample, square.ravel(), RADIAL) for square in squares])
+        return counts / counts.sum(), power / (np.maximum(counts, 1) * self.size[0] * self.size[1])
 
     def measure_and_power_at(self, frequencies: Frequencies) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return `measure_and_power` at the `frequencies` of filters, between them the measure at the radial samples.
@@ -353,16 +357,3 @@ def _sum_filtered(spectra, position, gains, total):  # type: ignore[no-untyped-d
         for view in range(1, len(spectra)):
             for j in range(total.shape[1]):
                 total[i, j] += gains[view, position[i, j]] * spectra[view, i, j]
-
-
-@njit(nogil=True, cache=True)
-def _add_power(spectra, position, counts, power):  # type: ignore[no-untyped-def]
-    """Add to `counts` the frequencies of each radial sample, and to `power` what each of the half `spectra` has."""
-    for i in range(position.shape[0]):
-        for j in range(position.shape[1]):
-            # A real image's spectrum is stored by half: all but the first column stand for two.
-            times, sample = (1.0 if j == 0 else 2.0), (position[i, j] + PARTS // 2) // PARTS
-            counts[sample] += times
-            for view in range(len(spectra)):
-                value = spectra[view, i, j]
-                power[view, sample] += times * (value.real**2 + value.imag**2)

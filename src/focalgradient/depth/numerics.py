@@ -1,10 +1,12 @@
-"""Numerical work that methods share, compiled: block sums, interpolation, planes; rows are shared among threads."""
+"""Numerical work that methods share: block sums, windows, interpolation; compiled loops share rows among threads."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -134,57 +136,20 @@ def half_sums(
 
     `value` is r and `slope` r', H x W; `coarse` holds their coarse parts as r + i r'.
     """
-    rows, columns = (-(-n // step) for n in value.shape)
-    sums = np.zeros((4, rows, columns))
-    share_rows(rows, lambda first, last: _half_sums(value, slope, coarse, weight, step, first, last, sums))
-    return sums
-
-
-@njit(nogil=True, cache=True, fastmath=True)
-def _half_sums(value, slope, coarse, weight, step, first, last, sums):  # type: ignore[no-untyped-def]
-    height, width = value.shape
-    for row in range(first, last):
-        for y in range(row * step, min(height, (row + 1) * step)):
-            for column in range(sums.shape[2]):
-                a = b = c = d = np.float32(0)
-                for x in range(column * step, min(width, (column + 1) * step)):
-                    low, low_slope = coarse[y, x].real, coarse[y, x].imag
-                    high, high_slope = value[y, x] - low, slope[y, x] - low_slope
-                    w = weight[y, x]
-                    a -= w * low * low_slope
-                    b += w * low_slope * low_slope
-                    c -= w * high * high_slope
-                    d += w * high_slope * high_slope
-                sums[0, row, column] += a
-                sums[1, row, column] += b
-                sums[2, row, column] += c
-                sums[3, row, column] += d
+    low, low_slope = coarse.real, coarse.imag
+    high, high_slope = value - low, slope - low_slope
+    parts = -low * low_slope, low_slope**2, -high * high_slope, high_slope**2
+    return np.stack([block_sum(weight * part, step) for part in parts])
 
 
 def gather(blocks: NDArray[np.float32], window: float) -> NDArray[np.float32]:
     """Return the Gaussian sums over blocks (L x h x w), of sd `window` blocks and weight 1 at the middle."""
-    sums = np.zeros_like(blocks)
-    fall = np.exp(-(np.arange(int(np.ceil(4 * window)) + 1) ** 2) / (2 * window**2)).astype(np.float32)
-    share_rows(len(blocks), lambda first, last: _gather(blocks, fall, first, last, sums))
+    reach = math.ceil(4 * window)
+    fall = np.exp(-(np.arange(-reach, reach + 1) ** 2) / (2 * window**2)).astype(np.float32)
+    sums = np.empty(blocks.shape, np.float32)
+    for block, summed in zip(blocks, sums, strict=True):
+        cv2.sepFilter2D(block, cv2.CV_32F, fall, fall, summed, borderType=cv2.BORDER_CONSTANT)
     return sums
-
-
-@njit(nogil=True, cache=True, fastmath=True)
-def _gather(blocks, fall, first, last, sums):  # type: ignore[no-untyped-def]
-    rows, columns = blocks.shape[1:]
-    across = np.empty((rows, columns), np.float32)
-    for k in range(first, last):
-        for row in range(rows):
-            for x in range(columns):
-                across[row, x] = fall[0] * blocks[k, row, x]
-            for d in range(1, min(len(fall), columns)):
-                for x in range(columns - d):
-                    across[row, x] += fall[d] * blocks[k, row, x + d]
-                    across[row, x + d] += fall[d] * blocks[k, row, x]
-        for row in range(rows):
-            for other in range(max(0, row - len(fall) + 1), min(rows, row + len(fall))):
-                for x in range(columns):
-                    sums[k, row, x] += fall[abs(other - row)] * across[other, x]
 
 
 def block_sum(image: NDArray[np.float32], step: int) -> FloatArray:
@@ -193,9 +158,8 @@ def block_sum(image: NDArray[np.float32], step: int) -> FloatArray:
     >>> block_sum(np.ones((3, 5), np.float32), 2).tolist()
     [[4.0, 4.0, 2.0], [2.0, 2.0, 1.0]]
     """
-    sums = np.zeros(tuple(-(-n // step) for n in image.shape))
-    share_rows(len(sums), lambda first, last: _block_sum(image, step, first, last, sums))
-    return sums
+    first, second = (np.arange(0, n, step) for n in image.shape)
+    return np.add.reduceat(np.add.reduceat(image, first, axis=0, dtype=float), second, axis=1)
 
 
 def block_mean(image: NDArray[np.generic], step: int) -> FloatArray:
@@ -205,20 +169,6 @@ def block_mean(image: NDArray[np.generic], step: int) -> FloatArray:
     [[0.75, 0.0]]
     """
     return block_sum(image.astype(np.float32), step) / block_sum(np.ones(image.shape, np.float32), step)
-
-
-@njit(nogil=True, cache=True)
-def _block_sum(image, step, first, last, sums):  # type: ignore[no-untyped-def]
-    height, width = image.shape
-    total = np.empty(width)
-    for row in range(first, last):
-        total[:] = 0
-        for y in range(row * step, min(height, (row + 1) * step)):
-            for x in range(width):
-                total[x] += image[y, x]
-        for column in range(sums.shape[1]):
-            for x in range(column * step, min(width, (column + 1) * step)):
-                sums[row, column] += total[x]
 
 
 def at_levels(values: NDArray[np.floating], level: NDArray[np.float32], spacing: float = 1.0) -> NDArray[np.float32]:
