@@ -174,10 +174,13 @@ def test_columns_of_a_wide_table_are_levels_of_their_stem() -> None:
             "group": {"x", "y"},
         }
         assert own.table["rating"].tolist() == [1.1, 1.4, 1.0, 1.3, 1.2, 1.5]
-    table = text_table("subject,group,depth 0,depth 2\nA,x,1.1,1.4\nB,x,1.0,1.3\n")
-    assert read_conditions(table, by=["depth=factor"]).conditions == {"depth": ["0", "2"]}
+    numbered = text_table("subject,group,depth 0,depth 2\nA,x,1.1,1.4\nB,x,1.0,1.3\n")
+    assert read_conditions(numbered, by=["depth=factor"]).conditions == {"depth": ["0", "2"]}
     with pytest.raises(InputError, match=r"no columns? for rating"):
-        read_conditions(table, by=["group"])
+        read_conditions(numbered, by=["group"])
+    for first, second in (("-0.5", "0.5"), ("depth_-0.5", "depth_0.5"), ("depth (-0.5)", "depth (0.5)")):
+        signed = text_table(f"subject,{first},{second}\nA,1.1,1.4\nB,1.0,1.3\n")
+        assert read_conditions(signed, by=["depth"]).conditions == {"depth": [-0.5, 0.5]}
     with pytest.raises(InputError, match=r'compare these columns as they are with by=\["depth"\]'):
         read_ratings(table, {"rating": "depth_*"})
     with pytest.raises(InputError, match=r"no columns relief_\*: it has subject"):

@@ -233,6 +233,10 @@ def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) 
     return replace(source, cells=cells, columns=columns | stated)
 
 
+SEPARATOR = re.compile(r"^(?:\s*-\s+|[_ (]+|[-.])|[_\-. )]+$")
+"""What stands between condition and level in the name of a wide column, and after it; a minus of the level stays."""
+
+
 def _implied_measure(source: Source, by: Sequence[str]) -> str | None:
     """Return the mark of wide columns that begin with the condition `by`, or are named by its levels alone."""
     name = name_and_reference(by[0], [])[0] if len(by) == 1 else ""
@@ -245,8 +249,10 @@ def _implied_measure(source: Source, by: Sequence[str]) -> str | None:
 def _levels_by_column(source: Source, measure: str) -> dict[str, str]:
     """Return the level that each wide column of a measure names; of "*" those named by numbers alone."""
     stem = stem_of_columns(measure)
-    levels = {name: name[len(stem) :].strip("_-. ()") for name in source.unused if name.startswith(stem)}
-    return {name: level for name, level in levels.items() if level and (stem or as_number(level) is not None)}
+    if not stem:
+        return {name: name for name in source.unused if as_number(name) is not None}
+    levels = {name: SEPARATOR.sub("", name[len(stem) :]) for name in source.unused if name.startswith(stem)}
+    return {name: level for name, level in levels.items() if level}
 
 
 def _levels_in_columns(source: Source, measure: str, condition: str) -> Source:
