@@ -289,3 +289,15 @@ def test_rows_chosen_by_their_answers_are_noted() -> None:
     chosen = chosen_rows(table, {"eye": ["L", "R"], "Rating": ["2", "3"]})  # as a report does
     assert notice in read_conditions(chosen, by=["eye"]).notices
     assert not any("chosen by" in one for one in read_conditions(table, where={"eye": ["L", "R"]}, by=["eye"]).notices)
+
+
+def test_choices_by_side_need_no_fixation(tmp_path: Path) -> None:
+    """A picture of any aperture beside a reference: the side chosen is that of the picture, or not."""
+    rows = [f"{who},{mm},{side},{side if mm > 3 else 'R'}" for who in "AB" for mm in (2, 5, 8) for side in "LR"]
+    table = "\n".join(["subject,aperture_mm,shown,response", *rows])
+    with pytest.raises(InputError, match=r'where shown says which of two was the picture.*"interval": "shown"'):
+        read_conditions(text_table(table))
+    own = read_conditions(text_table(table), {"interval": "shown"})
+    assert own.table.groupby("aperture_mm")["rating"].mean().to_dict() == {2: 0.5, 5: 1, 8: 1}
+    assert "choices of the picture (1)" in " ".join(own.notices)
+    assert not own.log

@@ -58,10 +58,31 @@ def test_staircases_of_psychopy_are_levels_and_answers(tmp_path: Path) -> None:
     ]
 
 
-def test_the_judgement_of_a_keyboard_of_psychopy_is_the_correct_answer(tmp_path: Path) -> None:
-    rows = "1,0.8,f,1\n1,0.5,j,0\n"
-    own = read_thresholds(write(tmp_path, f"participant,level,key_resp.keys,key_resp.corr\n{rows}"))
-    assert own.table["correct"].tolist() == [1, 0]
+JUDGED = {
+    "participant,level,key_resp.keys,key_resp.corr": "1,0.8,f,1\n1,0.5,j,0\n",
+    "Subject,Level,Stim.ACC,Stim.RT": "1,0.8,1,700\n1,0.5,0,900\n",  # E-Prime
+    "observer,increment,target_interval,response_interval": "1,0.8,2,2\n1,0.5,1,2\n",
+    "subject,StimLevel,NumPos,OutOfNum": "1,0.8,1,1\n1,0.5,0,1\n",  # Palamedes
+}
+"""Tables of one right and one wrong answer, by the names of their columns in other programs."""
+
+
+@pytest.mark.parametrize("head", JUDGED)
+def test_right_and_wrong_answers_have_their_names_in_other_programs(head: str, tmp_path: Path) -> None:
+    own = read_thresholds(write(tmp_path, f"{head}\n{JUDGED[head]}"))
+    assert own.table[["level", "correct"]].to_numpy().tolist() == [[0.8, True], [0.5, False]]
+
+
+def test_what_repeats_the_answer_or_marks_practice_is_no_condition(tmp_path: Path) -> None:
+    rows = [
+        f"1,{level},{hit},{1 - hit},{eye},{'yes' if level == 1 else 'no'}"
+        for level in (1, 2, 3)
+        for eye in "LR"
+        for hit in (0, 1)
+    ]
+    own = read_thresholds(write(tmp_path, "\n".join(["subject,level,Correct,Incorrect,eye,practice", *rows])))
+    assert 'practice says that 4 rows are practice: leave them out with where={"practice": "no"}.' in own.notices
+    assert 'over all levels of eye (L, R): if it is a condition, give columns={"condition": "eye"}' in own.notices[-1]
 
 
 def test_keys_of_the_right_answer_are_no_condition_and_groups_are_named(tmp_path: Path) -> None:

@@ -28,12 +28,16 @@ from focalgradient.user_tables.names import (
 from focalgradient.user_tables.schema import ABSENT
 
 __all__ = [
+    "EXCLUDED",
+    "PRACTICE",
+    "TRUTH",
     "check_seconds",
     "few_levels",
     "in_steps",
     "note_few_trials",
     "note_groups",
     "note_shared_names",
+    "practice_in",
     "without_codes",
     "without_copied_files",
     "without_copies",
@@ -47,6 +51,22 @@ GROUPS = re.compile(r"(?:age_)?(?:groups?|cohort|sample|population|grupp[eo]|gro
 
 MAYBE_GROUPS = re.compile(rf"(?:\w+_)?{GROUPS.pattern}|device|platform|site|lab|laboratory|expertise|training")
 """Names of columns that hold groups of people where each person has one level."""
+
+TRUTH = {
+    **dict.fromkeys(["1", "1.0", "true", "t", "yes", "y", "ja", "oui", "wahr", "vrai"], True),
+    **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
+}
+"""Recognised words for yes and no."""
+
+PRACTICE = re.compile(
+    r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
+)
+"""Names of loops and of blocks of practice."""
+
+EXCLUDED = re.compile(
+    r"(?:is_?)?(?:exclu\w*|outliers?|reject\w*|(?:in)?valid|bad|keep|includ\w*)(?:_\w+)?", re.IGNORECASE
+)
+"""Names of columns that mark rows to be left out or kept."""
 
 MAX_SHARED_ANSWERS = 0.7
 """Maximum fraction of answers that other pairs of subjects may share if an identical pair is to count as copies."""
@@ -181,10 +201,25 @@ def note_few_trials(table: pd.DataFrame, notices: list[str]) -> None:
         )
 
 
+def practice_in(name: str, cells: pd.Series[str]) -> set[str]:
+    """Return the cells of a column that say that their rows are practice.
+
+    >>> practice_in("block", pd.Series(["practice 1", "main"])), practice_in("practice", pd.Series(["no", "yes"]))
+    ({'practice 1'}, {'yes'})
+    """
+    is_marked = PRACTICE.fullmatch(name.strip())
+    return {
+        cell
+        for cell in cells.unique()
+        if PRACTICE.fullmatch(cell.strip()) or (is_marked and TRUTH.get(cell.strip().casefold()))
+    }
+
+
 def few_levels(cells: pd.DataFrame, within: list[pd.Series[str]]) -> dict[str, str]:
     """Return the columns that may be conditions within people, each with its few levels in words.
 
-    They have values in all rows, and several values `within` a person, or within the levels of further columns.
+    They have values in all rows, and several values `within` a person, or within the levels of further columns; they
+    mark no rows of practice, nor rows to be left out.
     """
     return {
         name: few(sorted(cells[name].unique()))
@@ -193,6 +228,7 @@ def few_levels(cells: pd.DataFrame, within: list[pd.Series[str]]) -> dict[str, s
         and cells[name].nunique() <= MAX_LEVELS
         and cells[name].groupby(within).nunique().max() > 1
         and not cells[name].str.strip().str.casefold().isin(ABSENT).any()
+        and not (practice_in(name, cells[name]) or EXCLUDED.fullmatch(name.strip()))
     }
 
 

@@ -17,7 +17,7 @@ from focalgradient.user_tables.cleaning import few_levels, note_groups
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
 from focalgradient.user_tables.names import clean, few, invalid
-from focalgradient.user_tables.ratings import check_rating, rated
+from focalgradient.user_tables.ratings import are_choices, check_rating, of_intervals, rated
 from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
@@ -35,7 +35,7 @@ from focalgradient.user_tables.words import (
 __all__ = ["STEPS", "OwnConditions", "holds_conditions", "name_and_reference", "read_conditions"]
 
 KEPT = (
-    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition"),
+    *("participant_id", "rating", "scene", "catch", "kind", "session", "trial", "repetition", "interval"),
     *("response_time", "dropped_frames"),
 )
 """Roles that are read besides the conditions."""
@@ -178,7 +178,7 @@ def read_conditions(
         is_number = name not in references and _is_numeric(source.cells[name])
         defined[name] = CONDITION._replace(number=True, codes="signed") if is_number else CONDITION
     source = replace(source, schema=RATINGS._replace(columns=defined)).without_pictures(theirs)
-    table = rated(source, source.rows(), order)
+    table = rated(source, of_intervals(source.rows(), source.notes), order)
     levels: dict[str, Sequence[Any]] = {}
     for name in theirs:
         table = source.answers(table, name)
@@ -193,7 +193,7 @@ def read_conditions(
     table = completed(numbered(source, table, [*(["scene"] if "scene" in table else []), *theirs]), "kind")
     low = int((table["rating"] <= 0).sum())
     log = not (low or steps or order)
-    if low and not (steps or order):
+    if low and not (steps or order or are_choices(table, source.notices)):
         source.notices.append(
             f"Ratings of 0 or less ({low:,} of {len(table):,}) have no logarithm: ratings are analysed as they stand, "
             "not as ratios."

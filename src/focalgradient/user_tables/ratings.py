@@ -25,7 +25,7 @@ from focalgradient.user_tables.trials import numbered
 from focalgradient.user_tables.wide import MEASURES, OTHER_MEASURES, PARTS, long_columns, long_form, stem_of_columns
 from focalgradient.user_tables.words import given_words, meant, whole_steps, with_diameters
 
-__all__ = ["OwnRatings", "check_rating", "rated", "read_ratings"]
+__all__ = ["OwnRatings", "are_choices", "check_rating", "of_intervals", "rated", "read_ratings"]
 
 FOCAL_LENGTH_MM = 50.0
 """Default focal length in mm, that of the paper's pictures, without a column aperture_mm or a value from the caller."""
@@ -133,14 +133,12 @@ def read_ratings(
         diameters = source.numbers(table, "aperture_mm")
         table["aperture"] = [f"{lens / mm:.3g}" if mm > 0 else PINHOLE for mm in diameters]
         notes.append(f"Apertures are named by their f-numbers with a lens of {lens:g} mm.")
-    table = rated(source, _of_intervals(table, notes), order)
+    table = rated(source, of_intervals(table, notes), order)
     steps = steps or bool(order)
     if "aperture_mm" in table:
         table["aperture_mm"] = source.numbers(table, "aperture_mm")
     table = meant(table, words, source.spoken, notices)
-    choices = not steps and set(table["rating"]) == {0.0, 1.0}
-    if choices:
-        notices.append("All answers are 0 or 1: they are taken for choices of the picture (1) or of a reference (0).")
+    choices = not steps and are_choices(table, notices)
     if "scene" not in table:
         table["scene"] = "all"
         notes.append("No scene column: all ratings are treated as one scene, so results do not generalise.")
@@ -285,7 +283,7 @@ def _require(source: Source, *present: str) -> None:
     source.require(*roles, also=present, otherwise=otherwise)
 
 
-def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
+def of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     """Convert chosen intervals to 1 if the picture was chosen, else 0; other answers are unchanged."""
     if "interval" not in table:
         return table
@@ -297,6 +295,14 @@ def _of_intervals(table: pd.DataFrame, notes: list[str]) -> pd.DataFrame:
     notes.append("Answers are intervals: 1 where the picture's was chosen, 0 where the reference's was.")
     answer = (shown == chosen).map({True: "1", False: "0"}).where(~chosen.isin(list(ABSENT)), "")
     return table.assign(rating=answer).drop(columns="interval")
+
+
+def are_choices(table: pd.DataFrame, notices: list[str]) -> bool:
+    """Return whether all answers are 0 or 1, which is noted: they are choices between a picture and a reference."""
+    choices = set(table["rating"]) == {0.0, 1.0}
+    if choices:
+        notices.append("All answers are 0 or 1: they are taken for choices of the picture (1) or of a reference (0).")
+    return choices
 
 
 def rated(source: Source, table: pd.DataFrame, order: Sequence[str] = ()) -> pd.DataFrame:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -132,6 +133,7 @@ PARTICIPANT = Column(
         *("versuchsperson", "vp", "vpn", "proband", "sujet"),
     )
 )
+TRIAL = Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trials.thisn"))
 PLAIN, CATCH, FRAMES = Column(), Column(words=NO), Column(number=True)
 KIND = Column(("simulated",))
 GROUP = Column(("group", "cond"), compared=True)
@@ -158,9 +160,9 @@ RATINGS = Schema(
             answer="rating",
             codes="unsigned",
         ),
-        "interval": Column(("picture_interval", "target_interval")),
+        "interval": Column(("picture_interval", "target_interval", "picture_side", "target_side", "test_side")),
         "scene": Column(("picture", "image", "item", "stimulus"), shown=True),
-        "trial": Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trials.thisn")),
+        "trial": TRIAL,
         "session": PLAIN,
         "catch": CATCH,
         "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
@@ -197,7 +199,7 @@ DETECTION = Schema(
         "condition": GROUP,
         "session": PLAIN,
         "catch": CATCH,
-        "trial": PLAIN,
+        "trial": TRIAL,
         "kind": KIND,
     },
     signs=[frozenset(("signal", "response"))],
@@ -205,7 +207,10 @@ DETECTION = Schema(
     required=("participant_id", "signal", "response"),
 )
 
-LEVELS = ("intensity", "stimulus_level", "stim_level", "blur_level", "defocus", "defocus_d", "contrast", "delta")
+LEVELS = (
+    *("intensity", "stimulus_level", "stimulus_intensity", "stim_level", "stim_levels", "blur_level"),
+    *("defocus", "defocus_d", "contrast", "delta", "increment"),
+)
 
 THRESHOLDS = Schema(
     {
@@ -219,7 +224,10 @@ THRESHOLDS = Schema(
             codes="signed",
         ),
         "correct": Column(
-            ("right", "hit", "hits", "accuracy", "acc", "corr", "is_correct", "n_correct", "ncorrect", "num_correct"),
+            (
+                *("right", "hit", "hits", "accuracy", "acc", "corr", "is_correct"),
+                *("n_correct", "ncorrect", "num_correct", "num_pos"),
+            ),
             number=True,
             answer="answer",
             words={
@@ -231,24 +239,21 @@ THRESHOLDS = Schema(
         ),
         "interval": Column(
             (
-                "target_interval",
-                "signal_interval",
-                "test_interval",
-                "target",
-                "correct_interval",
-                "correct_answer",
-                "correct_response",
+                *("target_interval", "signal_interval", "test_interval", "target", "target_side", "test_side"),
+                *("correct_interval", "correct_answer", "correct_response"),
             )
         ),
         "response": Column(
             ("answer", "chosen", "choice", "resp", "chosen_interval", "response_interval"), answer="answer"
         ),
-        "trials": Column(("n", "n_trials", "ntrials", "num_trials", "shown", "total"), number=True),
+        "trials": Column(
+            ("n", "n_trials", "ntrials", "num_trials", "shown", "total", "n_total", "out_of_num"), number=True
+        ),
         "alternatives": Column(("intervals", "n_alternatives", "n_intervals", "nafc", "mafc", "n_afc"), number=True),
         "condition": GROUP,
         "session": PLAIN,
         "catch": CATCH,
-        "trial": PLAIN,
+        "trial": TRIAL,
         "kind": KIND,
     },
     signs=[frozenset(("level", "correct")), frozenset(("level", "interval", "response"))],
@@ -286,16 +291,18 @@ CUBE = Schema(
             words={name: name for name in PERCEPTS} | NONRIGID | NONE,
         ),
         "gradient": Column(
-            ("condition", "blur"), shown=True, words={name: name for name in GRADIENTS} | NONRIGID | NONE
+            ("condition", "blur", "blur_condition"),
+            shown=True,
+            words={name: name for name in GRADIENTS} | NONRIGID | NONE,
         ),
         "strength": Column(("strength_mm", "aperture_mm"), units=LENGTHS, number=True),
         "onset": TIME._replace(names=("onset_s", "start", "onset_ms")),
         "duration": TIME._replace(names=("duration_s", "lasted", "dur", "duration_ms", "dur_ms")),
         "end": TIME._replace(names=("offset", "end_ms", "offset_ms")),
-        "trial": PLAIN,
+        "trial": TRIAL,
         "session": PLAIN,
         "trial_duration": TIME._replace(
-            names=("trial_duration_s", "trial_s", "trial_duration_ms", "trial_ms"),
+            names=("trial_duration_s", "trial_s", "trial_duration_ms", "trial_ms", "trial_length"),
         ),
         "censored": CATCH._replace(names=("cut_off",)),
         "catch": CATCH,
@@ -346,10 +353,12 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
     lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
     loop = next((column.removesuffix(".intensity") for column in free if column.endswith(".intensity")), "")
-    of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
-    if len(judged := [column for column in free if column.endswith(".corr")]) == 1:  # a keyboard of PsychoPy
-        of_loop.setdefault("correct", judged[0])
-    lower = of_loop | lower if "level" in schema.columns else lower
+    ends = Counter(column.rpartition(".")[2].casefold() for column in free)
+    of_parts = {column.rpartition(".")[2].casefold(): column for column in free if column.rpartition(".")[0]}
+    lower = {end: column for end, column in of_parts.items() if ends[end] == 1} | lower
+    if "level" in schema.columns:
+        of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
+        lower = of_loop | lower
     for role, definition in schema.columns.items():
         if role not in found:
             words = [spelt for word in (role, *definition.names) for spelt in (word, heading(word))]

@@ -13,8 +13,12 @@ from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number, is_date, is_in_words, name_and_unit
 from focalgradient.user_tables.cleaning import (
+    EXCLUDED,
+    PRACTICE,
+    TRUTH,
     in_steps,
     note_shared_names,
+    practice_in,
     without_codes,
     without_copied_files,
     without_headers,
@@ -37,24 +41,8 @@ __all__ = [
     "where_like",
 ]
 
-TRUTH = {
-    **dict.fromkeys(["1", "1.0", "true", "t", "yes", "y", "ja", "oui", "wahr", "vrai"], True),
-    **dict.fromkeys(["0", "0.0", "false", "f", "no", "n", "nein", "non", "falsch", "faux"], False),
-}
-"""Recognised words for yes and no."""
-
 KINDS: Mapping[bool | None, str] = {True: "simulated", False: "human"}
 """Kinds of participants, by whether a column says that they are simulated."""
-
-PRACTICE = re.compile(
-    r"(?:practi[cs]e|training(?=_?trial)|warm-?up|demo|[üu]bung)(?:\b|_|trial)[\w.\- ]*", re.IGNORECASE
-)
-"""Names of loops and of blocks of practice."""
-
-EXCLUDED = re.compile(
-    r"(?:is_?)?(?:exclu\w*|outliers?|reject\w*|(?:in)?valid|bad|keep|includ\w*)(?:_\w+)?", re.IGNORECASE
-)
-"""Names of columns that mark rows to be left out or kept."""
 
 ANSWERS = ("rating", "correct", "response")
 """Roles of answers, by which rows must not be chosen."""
@@ -182,7 +170,7 @@ class Source:
         practice = pd.Series(False, index=self.cells.index)
         for name in map(str, self.cells):
             cells, is_used = self.cells[name], name in self.columns.values()
-            named = {cell for cell in cells.unique() if PRACTICE.fullmatch(cell.strip())}
+            named = practice_in(name, cells)
             if name.casefold().endswith(".thisn") and PRACTICE.match(name):
                 practice |= ~cells.str.strip().str.casefold().isin(ABSENT)
             elif named and not is_used:
@@ -400,17 +388,23 @@ class Source:
             )
             if role == "rating" and text.endswith("%"):
                 damaged += f": write the numbers alone, below the heading '{role} (%)'"
-            if role in ("rating", "confidence") and texts[~absent].map(is_in_words).all():
+            words = {*texts[~absent]}
+            alike = [name for name in self.unused if {cell.strip() for cell in self.cells[name]} - {""} == words]
+            if role == "rating" and len(words) == 2 and len(alike) == 1:
+                where = f'columns={{"interval": "{printable(alike[0])}"}}'
+                damaged += f": where {printable(alike[0])} says which of two was the picture, state it with {where}"
+            elif role in ("rating", "confidence") and all(map(is_in_words, words)):
                 damaged += ': state the order of answers in words, from the least, with order=["WORD,WORD,..."]'
             elif self.schema.columns[role].answer and not re.search(r"\d", text):
                 damaged += f": {missing_as(text)}"
             damaged += self.apart(table.index, wrong, ": choose the other rows with {}")
             raise invalid(table, role, wrong, f"but must be a number, like 1.4{damaged}")
         header = self.columns.get(role, "")
-        is_jspsych = header == "rt" and {"trial_type", "time_elapsed"} <= {*self.cells}
-        factor = TIMES["ms"] if is_jspsych else factor_of(role, self.schema.columns[role].units, header)
+        program = "jsPsych" if header == "rt" and {"trial_type", "time_elapsed"} <= {*self.cells} else ""
+        program = "E-Prime" if header.endswith(".RT") else program
+        factor = TIMES["ms"] if program else factor_of(role, self.schema.columns[role].units, header)
         if factor != 1:
-            states = "jsPsych writes" if is_jspsych else "it states"
+            states = f"{program} writes" if program else "it states"
             self.notices.append(f"The column {header} was multiplied by {factor:g}, for the unit that {states}.")
             values = values * factor
         check_magnitudes(table.assign(**{role: values}), role)

@@ -13,7 +13,7 @@ from scipy.stats import binom
 from focalgradient.errors import InputError
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
-from focalgradient.user_tables.cleaning import few_levels, note_groups
+from focalgradient.user_tables.cleaning import TRUTH, few_levels, note_groups
 from focalgradient.user_tables.conditions import name_and_reference
 from focalgradient.user_tables.files import Paths, read_table
 from focalgradient.user_tables.imported import ImportedAnswers
@@ -143,11 +143,18 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
         If the name of such a column says that it is a condition, and another column is compared.
     """
     cells = source.cells.loc[table.index.unique()]
+    shown, judged = source.cells.loc[table.index], {*TRUTH, *THRESHOLDS.columns["correct"].words}
+    others = [
+        name
+        for name in source.unused
+        if not {*shown[name].str.strip().str.casefold()} <= judged  # else it may repeat the answer
+        or table["correct"].groupby(shown[name].to_numpy()).nunique().max() > 1
+    ]
     people, compared = [cells[source.columns["participant_id"]]], source.columns.get("condition", "")
 
     if not compared:
-        note_groups(cells[source.unused], people[0], source.notices, ())
-    split = few_levels(cells[source.unused], [*people, cells[compared]] if compared else people)
+        note_groups(cells[others], people[0], source.notices, ())
+    split = few_levels(cells[others], [*people, cells[compared]] if compared else people)
     for name in split if compared else ():
         if heading(name) in ("condition", *THRESHOLDS.columns["condition"].names):
             raise InputError(
@@ -157,12 +164,12 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
             )
     if split and not (compared and cells[compared].groupby(people).nunique().max() > 1):
         first = next(iter(split))
-        shown = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
+        listed = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
         one = "it" if len(split) == 1 else "one of them"
         remedy = f'give columns={{"condition": "{printable(first)}"}}'
         if compared:
             remedy = f"choose a level with {where_like(first, min(cells[first]))}"
-        source.notices.append(f"Each threshold is over all levels of {shown}: if {one} is a condition, {remedy}.")
+        source.notices.append(f"Each threshold is over all levels of {listed}: if {one} is a condition, {remedy}.")
 
 
 def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:
