@@ -93,6 +93,9 @@ class Program(click.Group):
         try:
             with terminable():
                 code = super().main(*args, **{**kwargs, "standalone_mode": False})
+        except click.exceptions.NoArgsIsHelpError as error:
+            click.echo(error.format_message(), err=True)
+            sys.exit(2)
         except click.UsageError as error:
             program = error.ctx.command_path if error.ctx else "focalgradient"
             fail(f"{wrong_call(error)}: see '{program} --help'.")

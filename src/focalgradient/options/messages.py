@@ -13,7 +13,7 @@ from focalgradient.errors import InputError, entries_as_options, nearest, one_li
 from focalgradient.files import printable
 from focalgradient.files.cells import as_number
 
-__all__ = ["options_named", "sentences", "usage", "with_options", "wrong_call"]
+__all__ = ["clause_of", "options_named", "sentences", "usage", "with_options", "wrong_call"]
 
 OPTIONS = {
     "set largest_error": "set --error",
@@ -35,6 +35,13 @@ OPTIONS = {
     "(vergence of the screen)": "(--screen-at)",
 }
 """Parameters in the library's messages, and the corresponding options."""
+
+ALIKE = (
+    ("--out", "--output", "-o", "--data", "--folder"),
+    ("--observers", "--subjects", "--participants", "-n"),
+    ("--participant", "--subject", "--id"),
+)
+"""Options of like meaning, of which a command has one."""
 
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
@@ -100,11 +107,21 @@ def usage(message: str) -> str:
     return clause
 
 
+def clause_of(error: click.UsageError) -> str:
+    """Return click's message on wrong usage as one clause, with an option of like meaning for an unknown one."""
+    if isinstance(error, click.NoSuchOption) and error.ctx is not None:
+        known = {option for parameter in error.ctx.command.params for option in parameter.opts}
+        alike = [option for group in ALIKE if error.option_name in group for option in group if option in known]
+        if alike:
+            return usage(f"{error.message} Did you mean {alike[0]!r}?")
+    return usage(error.format_message())
+
+
 def wrong_call(error: click.UsageError) -> str:
     """Return the message on a wrong call, with a given file that does not exist or an example of the help."""
-    clause = usage(error.format_message())
+    clause = clause_of(error)
     parameter = error.param if isinstance(error, click.MissingParameter) else None
-    is_unknown = isinstance(error, click.NoSuchOption) and not error.possibilities
+    is_unknown = isinstance(error, click.NoSuchOption) and "(did you mean" not in clause
     if error.ctx is None or error.ctx.parent is None or (parameter is None and not is_unknown):
         return clause
     for argument in error.ctx.command.params if parameter else ():
@@ -117,7 +134,12 @@ def wrong_call(error: click.UsageError) -> str:
     lines = re.sub(r"\\\n\s*", "", error.ctx.command.help or "").splitlines()
     wanted = f" {parameter.opts[0]} " if isinstance(parameter, click.Option) else ""
     calls = [line.strip() for line in lines if line.strip().startswith(f"{error.ctx.command_path} ")]
-    example = min((call for call in calls if wanted in call), key=len, default=None)
+    given = {value for value in error.ctx.params.values() if isinstance(value, str)}
+    example = min(
+        (call for call in calls if wanted in call),
+        key=lambda call: (given.isdisjoint(call.split()), len(call)),
+        default=None,
+    )
     if example is None:
         return clause
     return f"{clause} (a right call: '{example}')" if is_unknown else f"{clause}, as in '{example}'"

@@ -31,7 +31,7 @@ from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 import click
 
 from focalgradient.errors import InputError
-from focalgradient.options.messages import options_named, sentences, usage
+from focalgradient.options.messages import clause_of, options_named, sentences
 from focalgradient.options.shapes import ShapeAsked, shape_parameters
 from focalgradient.psf import Psf
 from focalgradient.quantities import Quantity
@@ -304,4 +304,4 @@ def parsed(kind: type[Record], given: Sequence[str], *, program: str, about: str
     except click.exceptions.Exit as done:
         sys.exit(done.exit_code)
     except click.UsageError as error:
-        raise InputError(f"{usage(error.format_message())}: see --help.") from error
+        raise InputError(f"{clause_of(error)}: see --help.") from error
