@@ -24,6 +24,7 @@ WRONG = {
     "unknown option": ("trials necker --colour 4", r"'--colour' \(a right call: 'focalgradient trials necker --part"),
     "option of another command": ("simulate necker --subjects 4", r"'--subjects' \(did you mean '--observers'\?\)"),
     "option of another experiment": ("run necker --out data", r"'--out' \(did you mean '--data'\?\)"),
+    "design to report": ("report d.toml --out out", r"d\.toml is a settings file: .* --preregister' takes a design"),
     "no folder": ("power depth-rating", r"'--out', as in 'focalgradient power depth-rating --subjects .* --out "),
     "unit in a number": (f"blur a.png d.npy --f-number 5.6mm {LENS}", r"is not a number \(write it without its"),
     "two values of an option": ("depth a.png b.png --f-number 16 4 --out out", r"4 is not a file: .* --f-number 4\."),
@@ -35,6 +36,7 @@ WRONG = {
 def test_the_message_on_a_wrong_call_names_the_remedy(tmp_path, monkeypatch, call, said):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(99))
+    (tmp_path / "d.toml").write_text("task = 'necker'\n")
     result = CliRunner().invoke(main, call.split())
     assert result.exit_code == 2, result.output
     assert re.fullmatch(r"Error: [^\n]+[.?]\n", result.stderr)

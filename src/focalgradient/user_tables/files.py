@@ -172,6 +172,11 @@ def _user_table(path: Path, data: bytes) -> UserTable:
     """Parse the content of one file."""
     is_named = path.suffix.lower() in TABLES
     no_table = InputError(f"{printable(path)} is not a table: give {TABLE_OR_DATA_SET}.")
+    if path.suffix.lower() == ".toml":
+        raise InputError(
+            f"{printable(path)} is a settings file: give {TABLE_OR_DATA_SET}; 'focalgradient report --preregister' "
+            "takes a design."
+        )
     try:
         table = parse_table(data, printable(path), WHAT)
     except RaggedTableError as error:
