@@ -7,12 +7,14 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from focalgradient.statistics.bootstrap import BootstrapT
 from focalgradient.statistics.cells import less
+from focalgradient.statistics.crossed import crossed_effect, over_subjects
 from focalgradient.statistics.exclusions import Quality
 from focalgradient.statistics.hypotheses import Equivalence
 from focalgradient.statistics.means import family
@@ -23,6 +25,8 @@ __all__ = [
     "COLUMNS",
     "HERE",
     "NO_ANSWERS",
+    "OVER_SCENES",
+    "OVER_SUBJECTS",
     "SECONDARY",
     "Analysis",
     "Answer",
@@ -32,8 +36,10 @@ __all__ = [
     "Question",
     "Tested",
     "Tests",
+    "Way",
     "corrections",
     "in_r",
+    "in_two_ways",
     "less",
     "quoted",
     "stated",
@@ -294,6 +300,62 @@ class Answers:
     def frame(self) -> pd.DataFrame:
         """Return a row for each effect, with the columns `COLUMNS`; empty cells where a value does not apply."""
         return pd.DataFrame([row.row() for row in self.rows], columns=list(COLUMNS))
+
+
+Values = Callable[[Any], Mapping[str, pd.DataFrame | NotComputed]]
+"""Function of the data that returns the values of each level, or the reason why there are none."""
+
+
+class Way(NamedTuple):
+    """Test of values: its function, its name in R, and the end of a question's name where another test decides."""
+
+    test: Callable[[ArrayLike], Effect | NotComputed]
+    in_r: str
+    end: str
+
+    def fit(self, values: Values) -> Callable[[Any], Tests]:
+        """Return the fit of a question that tests values by level."""
+        return lambda data: {
+            level: found if isinstance(found, NotComputed) else Tested(self.test(found), found)
+            for level, found in values(data).items()
+        }
+
+
+OVER_SCENES = Way(crossed_effect, "crossed", ", subjects and scenes")
+OVER_SUBJECTS = Way(over_subjects, "over_subjects", HERE)
+
+
+def in_two_ways(
+    decides: Way,
+    values: Values,
+    tables: str,
+    question: Question,
+    sentence: Callable[[str, Answers], str] = lambda level, answers: "",
+) -> tuple[Question, Question]:
+    """Return a question about values by the test that decides, and by the other as a check.
+
+    Parameters
+    ----------
+    decides
+        `OVER_SCENES` or `OVER_SUBJECTS`.
+    values
+        Values by level, whose test replaces the fit of the question.
+    tables
+        Name of the R list of the values; empty without R code.
+    question, sentence
+        Question, with the R code that makes the list, and the finding of the check in words.
+
+    >>> asked = Question("rise", lambda data: {}, "primary")
+    >>> [one.name for one in in_two_ways(OVER_SCENES, lambda data: {}, "rises", asked)]
+    ['rise', 'rise, these scenes']
+    """
+    other = OVER_SUBJECTS if decides is OVER_SCENES else OVER_SCENES
+    name, fit = question.name + other.end, other.fit(values)
+    own, beside = (
+        in_r(of, tables, way.in_r) if tables else "" for of, way in ((question.name, decides), (name, other))
+    )
+    check = Question(name, fit, "check", question.unit, ratio=question.ratio, sentence=sentence, r_code=beside)
+    return replace(question, fit=decides.fit(values), r_code=question.r_code + own), check
 
 
 def corrections(secondary: Iterable[str], differences: int) -> str:

@@ -10,10 +10,10 @@ from itertools import combinations
 from focalgradient.statistics.bootstrap import bootstrap_t
 from focalgradient.statistics.cells import Cells, Values, cells_of, differences, less, rises, slopes
 from focalgradient.statistics.crossed import FEWEST_SCENES, crossed_effect, over_subjects, own_means, random_scenes
-from focalgradient.statistics.crossed_questions import OVER_SCENES, in_two_ways
 from focalgradient.statistics.hypotheses import Equivalence, equivalence
 from focalgradient.statistics.questions import (
     HERE,
+    OVER_SCENES,
     SECONDARY,
     Analysis,
     Answers,
@@ -22,6 +22,7 @@ from focalgradient.statistics.questions import (
     Question,
     corrections,
     in_r,
+    in_two_ways,
 )
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import (

@@ -10,8 +10,16 @@ import pandas as pd
 from focalgradient.analyses import Choices, Slopes
 from focalgradient.statistics.cells import Cells, Values, cells_of, differences, less, slopes
 from focalgradient.statistics.crossed import FEWEST_SCENES, random_scenes
-from focalgradient.statistics.crossed_questions import OVER_SCENES, OVER_SUBJECTS, in_two_ways
-from focalgradient.statistics.questions import SECONDARY, Analysis, Answers, Question, corrections
+from focalgradient.statistics.questions import (
+    OVER_SCENES,
+    OVER_SUBJECTS,
+    SECONDARY,
+    Analysis,
+    Answers,
+    Question,
+    corrections,
+    in_two_ways,
+)
 from focalgradient.statistics.records import Effect, NotComputed
 from focalgradient.statistics.wording import expected_differences, expected_rise, in_focus, over, summary
 from focalgradient.user_tables.tidy import main_trials
