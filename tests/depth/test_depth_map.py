@@ -73,6 +73,7 @@ def test_a_picture_of_order_only_shows_what_lies_beyond_the_stack() -> None:
     where = np.full((60, 80), 1.5)
     beyond = np.repeat([1, -1, 0, 0], 20)[None].astype(np.int8) + np.zeros((60, 1), np.int8)
     depth = DepthMap(where, 0.1 * where, beyond == 0, beyond == 0, {"order_only": 5}, beyond=beyond)
+    assert depth.summary().count(": 25%") == 2
     title = depth.plot().get_title(loc="left")
     assert "grey: at or before the focus of the first (25 %)" in title
     assert "red: at or after the focus of the last (25 %)" in title
