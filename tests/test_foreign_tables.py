@@ -64,6 +64,13 @@ READ: dict[str, tuple[str | bytes, dict[str, str]]] = {
         {"rating": "response.slider"},
     ),
     "parts of an answer": (jspsych(lambda rating: {"slider": float(rating), "sure": 3}), {"rating": "response.slider"}),
+    "the one part of an answer": (
+        "\n".join(
+            "\t".join([*row[:-1], '{"Q0": ' + row[-1] + "}" if number else "response"])
+            for number, row in enumerate((HEAD, *ROWS))
+        ),
+        {},
+    ),
     "print of R": ("".join(f"{at or ' ':>3}  {'  '.join(row)}\n" for at, row in enumerate((HEAD, *ROWS))), {}),
     "lists one behind the other": (
         "".join(json.dumps([trial for trial in TRIALS if trial["participant"] == f"p{who}"]) for who in range(1, 5)),

@@ -21,6 +21,7 @@ from focalgradient.files.tables import TextTable, parse_table
 from focalgradient.luminance import parse_luminance
 from focalgradient.report.reading import explained_table
 from focalgradient.statistics import read_ratings, read_thresholds
+from focalgradient.user_tables.files import read_table
 
 HEAD = "participant,aperture,fixation,scene,rating"
 BODY = [
@@ -321,6 +322,15 @@ FOREIGN = {
         for cell in ("2026-06-05", "Jun-05", "f/46178", "6/5/2026")
     },
 }
+
+
+def test_a_sheet_of_remarks_is_no_table(tmp_path: Path) -> None:
+    with pd.ExcelWriter(tmp_path / "own.xlsx") as book:
+        pd.DataFrame({"Remarks": ["May 2026"]}).to_excel(book, sheet_name="README", index=False)
+        pd.DataFrame({"subject": ["A"], "rating": [1.5]}).to_excel(book, sheet_name="data", index=False)
+    table = read_table(tmp_path / "own.xlsx")
+    assert table.cells.to_numpy().tolist() == [["A", "1.5"]]
+    assert "only data has several columns, and was read" in " ".join(table.notes)
 
 
 @pytest.mark.parametrize("words", FOREIGN)

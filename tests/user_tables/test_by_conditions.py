@@ -301,3 +301,14 @@ def test_choices_by_side_need_no_fixation(tmp_path: Path) -> None:
     assert own.table.groupby("aperture_mm")["rating"].mean().to_dict() == {2: 0.5, 5: 1, 8: 1}
     assert "choices of the picture (1)" in " ".join(own.notices)
     assert not own.log
+
+
+def test_grids_of_surveys_are_levels_and_each_row_is_a_person() -> None:
+    """LimeSurvey codes each question of a grid; of several grids none is chosen."""
+    head = "startlanguage. Start language," + ",".join(f"Depth[B{x}]. How deep? [Blur {x}]" for x in (0, 2))
+    own = read_conditions(text_table(f"{head}\nen,1,4\nde,2,3\n"), by=["blur"])
+    assert own.conditions == {"blur": [0, 2]}
+    assert own.table["participant_id"].nunique() == 2
+    assert "each row is treated as one participant" in " ".join(own.notices)
+    with pytest.raises(InputError, match="has no columns for participant, rating"):
+        read_conditions(text_table(f"{head},Order[B0]. Which? [Blur 0]\nen,1,4,1\nde,2,3,1\n"), by=["blur"])

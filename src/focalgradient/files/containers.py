@@ -133,6 +133,8 @@ def with_parts(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[li
 
     >>> with_parts(["id", "response"], [["A", '{"Q0": 2}'], ["A", "yes"]])
     (['id', 'response', 'response.Q0'], [('A', '', '2'), ('A', 'yes', '')])
+    >>> with_parts(["id", "response"], [["A", '{"Q0": 2}'], ["A", ""]])
+    (['id', 'response.Q0'], [('A', '2'), ('A', '')])
     """
     records = [dict(zip(header, row, strict=True)) for row in rows]
     names = list(header)
@@ -144,6 +146,8 @@ def with_parts(header: Sequence[str], rows: Sequence[Sequence[str]]) -> tuple[li
         for record, part in zip(begun, parts, strict=True):
             record |= {name: ""} | {key: _text(value) for key, value in _flat({name: part}).items()}
         names += dict.fromkeys(key for record in begun for key in record if key not in names)
+        if begun and not any(record[name] for record in records):
+            names.remove(name)
     return names, [tuple(record.get(name, "") for name in names) for record in records]
 
 

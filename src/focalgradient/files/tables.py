@@ -274,7 +274,7 @@ def parse_table(
     notes, comments, delimiter = list[str](), list[str](), ""
     refuse_other_container(data, name, what)
     if is_workbook(data):
-        lines = sheet_rows(data, name)
+        lines = sheet_rows(data, name, notes)
     else:
         text = _decoded(data, name, what, notes)
         records = records_of(text, name)

@@ -20,8 +20,10 @@ MOST_CELLS = 2**24
 """Maximum number of cells, empty ones included: 80 columns of 200,000 rows."""
 
 
-def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
-    """Return the rows of the only non-empty sheet, with their numbers; dates are texts like 2026-06-05.
+def sheet_rows(data: bytes, name: str, notes: list[str]) -> list[tuple[int, list[str]]]:
+    """Return the rows of the only sheet of cells, with their numbers; dates are texts like 2026-06-05.
+
+    Sheets of one column, as of remarks, are left out beside one of several, which is noted.
 
     Parameters
     ----------
@@ -29,6 +31,8 @@ def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
         Content of the file, in bytes.
     name
         File name shown in messages.
+    notes
+        Notes on the file, to which one may be added.
 
     Raises
     ------
@@ -55,6 +59,10 @@ def sheet_rows(data: bytes, name: str) -> list[tuple[int, list[str]]]:
         raise InputError(f"{name} cannot be read as a workbook ({error}): save its sheet as a CSV file.") from error
     if not filled:
         raise InputError(f"{name} has no sheet with cells: give one that has a table.")
+    tables = {title: rows for title, rows in filled.items() if max(len(cells) for _, cells in rows) > 1}
+    if len(tables) == 1 < len(filled):
+        notes.append(f"Of the sheets of {name} only {printable(next(iter(tables)))} has several columns, and was read.")
+        filled = tables
     if len(filled) > 1:
         raise InputError(
             f"{name} has {len(filled)} sheets with cells ({', '.join(map(printable, filled))}), but must have one: "

@@ -21,7 +21,7 @@ from focalgradient.user_tables.ratings import are_choices, check_rating, of_inte
 from focalgradient.user_tables.schema import RATINGS, Column, found_columns
 from focalgradient.user_tables.source import Source, Where, choice_like, completed
 from focalgradient.user_tables.trials import numbered
-from focalgradient.user_tables.wide import long_columns, long_form, stacked, stem_of_columns
+from focalgradient.user_tables.wide import GRID, long_columns, long_form, stacked, stem_of_columns
 from focalgradient.user_tables.words import (
     FIXED,
     MOST_STEPS,
@@ -242,12 +242,18 @@ def _implied_measure(source: Source, by: Sequence[str]) -> str | None:
     name = name_and_reference(by[0], [])[0] if len(by) == 1 else ""
     if not name or name in source.cells:
         return None
-    marks = f"{name}_*", "*"
+    marks = f"{name}_*", "*", GRID
     return next((mark for mark in marks if len(_levels_by_column(source, mark)) > 1), None)
 
 
 def _levels_by_column(source: Source, measure: str) -> dict[str, str]:
-    """Return the level that each wide column of a measure names; of "*" those named by numbers alone."""
+    """Return the level that each wide column of a measure names; of "*" those named by numbers alone.
+
+    Of `GRID` it stands in brackets at the end; the rest, but for codes in brackets, must be one question.
+    """
+    if measure == GRID:
+        grid = {name: found[1] for name in source.unused if (found := re.search(r"\[([^][]+)\]$", name.strip()))}
+        return grid if len({re.sub(r"\[[^][]*\]", "", name) for name in grid}) == 1 else {}
     stem = stem_of_columns(measure)
     if not stem:
         return {name: name for name in source.unused if as_number(name) is not None}
@@ -264,12 +270,21 @@ def _levels_in_columns(source: Source, measure: str, condition: str) -> Source:
     {'depth': ['low', 'high']}
     >>> dict(read_conditions(text_table("subject,0,2\nA,1.1,1.4\nB,1.0,1.3\n"), by=["blur"]).conditions)
     {'blur': [0.0, 2.0]}
+    >>> survey = text_table("subject,How deep? [blur 0],How deep? [blur 2]\nA,1,4\nB,2,3\n")
+    >>> dict(read_conditions(survey, by=["blur"]).conditions)
+    {'blur': [0.0, 2.0]}
     """
-    levels = _levels_by_column(source, measure)
+    named = re.compile(rf"{re.escape(condition)}[\W_]*(?=\w)", re.IGNORECASE)
+    levels = {name: named.sub("", level, 1) for name, level in _levels_by_column(source, measure).items()}
     if not levels:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
     source.notices.append(f"Ratings were read from a column for each level of {condition}: {few([*levels])}.")
     stated = {name: {condition: level, "rating": source.cells[name]} for name, level in levels.items()}
+    if "participant_id" not in source.columns:
+        rows = [f"row {row}" for _, row in source.cells.index]
+        source = replace(source, cells=source.cells.assign(**{"participant (row)": rows}))
+        source.columns["participant_id"] = "participant (row)"
+        source.notices.append("No participant column: each row is treated as one participant.")
     cells = stacked(source.cells.drop(columns=[*levels]), stated)
     cells.attrs = source.cells.attrs
     columns = {role: name for role, name in source.columns.items() if role != "trial"}  # one for all ratings of a row

@@ -186,7 +186,12 @@ def _user_table(path: Path, data: bytes) -> UserTable:
     if not data.strip():
         raise InputError(f"{table.name} is empty: give a header and a row for each trial.")
     header, rows, places = list(table.header), list(table.rows), list(table.places)
-    if not any(header) or all(as_number(name.replace(",", ".")) is not None for name in header):
+    numbers = [as_number(name.replace(",", ".")) is not None for name in header]
+    again = [sum(cell == name for cell in cells) for name, cells in zip(header, zip(*rows, strict=False), strict=False)]
+    is_trial = any(numbers) and any(
+        count > max(1, len(rows) / 4) for count, is_number in zip(again, numbers, strict=False) if not is_number
+    )
+    if not any(header) or all(numbers) or is_trial:
         raise InputError(f"{table.name} has no header: give each column a name of its own in the first row.")
     if len(header) == 1 and is_named:
         raise InputError(

@@ -273,7 +273,7 @@ def _require(source: Source, *present: str) -> None:
     if "rating" not in here:
         otherwise = (
             ", or give each condition a column whose name holds its aperture, like near_f5.6, or name with "
-            f'by=["NAME"] the condition whose levels name the columns, like NAME_2; {OTHERS}'
+            f'by=["NAME"] the condition whose levels name the columns, like NAME_2 or [NAME 2]; {OTHERS}'
         )
     elif shown:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"

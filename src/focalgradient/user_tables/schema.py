@@ -133,7 +133,7 @@ PARTICIPANT = Column(
         *("versuchsperson", "vp", "vpn", "proband", "sujet"),
     )
 )
-TRIAL = Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trials.thisn"))
+TRIAL = Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trial_num", "trialnum", "trials.thisn"))
 PLAIN, CATCH, FRAMES = Column(), Column(words=NO), Column(number=True)
 KIND = Column(("simulated",))
 GROUP = Column(("group", "cond"), compared=True)
@@ -165,7 +165,7 @@ RATINGS = Schema(
         "trial": TRIAL,
         "session": PLAIN,
         "catch": CATCH,
-        "response_time": Column(("rt", "reaction_time"), units=TIMES, number=True, codes="unsigned"),
+        "response_time": Column(("rt", "reaction_time", "latency"), units=TIMES, number=True, codes="unsigned"),
         "repetition": Column(("rep", "repeat", "replicate", "replication", "repetition_number", "wiederholung")),
         "slider_start": FRAMES,
         "dropped_frames": FRAMES,
@@ -353,8 +353,8 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
     lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
     loop = next((column.removesuffix(".intensity") for column in free if column.endswith(".intensity")), "")
-    ends = Counter(column.rpartition(".")[2].casefold() for column in free)
-    of_parts = {column.rpartition(".")[2].casefold(): column for column in free if column.rpartition(".")[0]}
+    ends = Counter(heading(column.rpartition(".")[2]) for column in free)
+    of_parts = {heading(column.rpartition(".")[2]): column for column in free if column.rpartition(".")[0]}
     lower = {end: column for end, column in of_parts.items() if ends[end] == 1} | lower
     if "level" in schema.columns:
         of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
@@ -365,10 +365,15 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
             near = next((lower[word] for word in words if word in lower), None)
             if near is not None and near not in found.values():
                 found[role] = near
-    stems = {heading(stem_of(column)): column for column in header if column not in found.values()}
+    stems = {end: column for end, column in of_parts.items() if ends[end] == 1 and column not in found.values()}
+    stems |= {heading(stem_of(column)): column for column in header if column not in found.values()}
+    begins = Counter(column.partition(".")[0].casefold() for column in header)
+    wholes = {begin: column for column in header if begins[begin := column.partition(".")[0].casefold()] == 1}
     for role, definition in schema.columns.items():
         near = next((stems[stem] for stem in definition.stems if stem in stems), None)
-        if role not in found and near is not None:
+        if definition.answer:  # the one part of an answer that is an object of JSON
+            near = next((wholes[word] for word in (role, *definition.names) if word in wholes), near)
+        if role not in found and near is not None and near not in found.values():
             found[role] = near
     for column in found.values():
         again = [other for other in header if re.fullmatch(re.escape(column) + r" \(column \d+\)", other)]

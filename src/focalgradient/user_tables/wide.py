@@ -15,7 +15,7 @@ from focalgradient.user_tables.source import Source
 from focalgradient.user_tables.tidy import PINHOLE
 from focalgradient.user_tables.words import FIXED, SHARP
 
-__all__ = ["MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form", "stacked", "stem_of_columns"]
+__all__ = ["GRID", "MEASURES", "OTHER_MEASURES", "PARTS", "long_columns", "long_form", "stacked", "stem_of_columns"]
 
 MEASURES = frozenset(("rating", "ratings", "resp", "response", "depth", "score", "value", "judgment", "judgement"))
 """Words in names of wide columns that say nothing but that these are ratings."""
@@ -29,6 +29,9 @@ OTHER_MEASURES = frozenset(
 """Words in names of wide columns of other measures."""
 
 PARTS = re.compile(r"[\s_,;.:()\-]+")
+GRID = "[*]"
+"""Mark of columns whose names end with a level in brackets, as of grids in Google Forms and LimeSurvey."""
+
 WITHIN = re.compile(r"pinhole|f/?(?:(?:1_[248]|2_[58]|3_[25]|4_5|5_6|6_3|7_1)(?!\d)|\d+(?:[.,]\d+)?)", re.IGNORECASE)
 """Aperture within a column name; "f5_6" for programs that allow no point in names."""
 
@@ -44,10 +47,10 @@ def long_columns(columns: Mapping[str, str] | None) -> Mapping[str, str] | None:
 def stem_of_columns(measure: str) -> str:
     """Return the beginning of the names of wide columns, without the mark and what separates it from the rest.
 
-    >>> stem_of_columns("depth_*")
-    'depth'
+    >>> stem_of_columns("depth_*"), stem_of_columns(GRID)
+    ('depth', '')
     """
-    return measure.rstrip("*_-. ")
+    return "" if measure == GRID else measure.rstrip("*_-. ")
 
 
 class Heading(NamedTuple):
