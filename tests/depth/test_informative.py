@@ -48,6 +48,8 @@ def test_outlines_that_contradict_every_depth_are_no_uneven_noise() -> None:
     assert not informative[about].any()
     uneven = np.where(np.arange(64).reshape(8, 8) % 2, 0.5, 2.5)  # blank paper stored with loss is uneven all over
     assert not informative_nodes(replace(frame, misfit=uneven)).any()
+    for role in ("unambiguous", "inside", "curved_by_depth"):  # each is needed
+        assert not informative_nodes(replace(frame, **{role: np.zeros((8, 8), bool)})).any()  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
