@@ -98,10 +98,11 @@ def stem_of(header: str) -> str:
 def heading(name: str) -> str:
     """Return a column name in lower case, with "_" between its words.
 
-    >>> heading("Blur level"), heading("Participant.ID"), heading("responseTime"), heading("f-stop")
-    ('blur_level', 'participant_id', 'response_time', 'f_stop')
+    >>> heading("Participant.ID"), heading("responseTime"), heading("f-stop"), heading("Trial #"), heading("Correct?")
+    ('participant_id', 'response_time', 'f_stop', 'trial_nr', 'correct')
     """
-    return re.sub(r"[\s_.\-]+", "_", re.sub(r"(?<=[a-z])(?=[A-Z])", "_", clean(name))).casefold()
+    words = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", clean(name)).replace("#", " nr")
+    return re.sub(r"[\s_.?\-]+", "_", words).rstrip("_").casefold() or name
 
 
 def same_name(name: str) -> str:

@@ -130,7 +130,20 @@ PARTICIPANT = Column(
         *("participant_private_id", "participant_public_id", "prolific_pid", "worker_id", "workerid", "run_id"),
         *("responseid", "response_id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
         *("subject_nr", "participant_nr", "subject_no", "participant_no", "vp_nr", "vp_code"),
-        *("versuchsperson", "vp", "vpn", "proband", "sujet"),
+        *(
+            "subj_no",
+            "observer_id",
+            "obs",
+            "user",
+            "user_id",
+            "person",
+            "pid",
+            "ppid",
+            "anon_id",
+            "random_id",
+            "prolific_id",
+        ),
+        *("versuchsperson", "vp", "vpn", "proband", "proband_nr", "teilnehmer", "sujet", "participante", "soggetto"),
     )
 )
 TRIAL = Column(("trial_number", "trial_index", "trial_nr", "trial_no", "trial_num", "trialnum", "trials.thisn"))
@@ -141,18 +154,33 @@ GROUP = Column(("group", "cond"), compared=True)
 RATINGS = Schema(
     {
         "participant_id": PARTICIPANT,
-        "aperture": Column(("f_number", "fnumber", "fstop", "f_stop"), shown=True),
+        "aperture": Column(("f_number", "fnumber", "f_no", "fnum", "fstop", "f_stop", "blende"), shown=True),
         "aperture_mm": Column(
             ("aperture (mm)", "aperture [mm]", "diameter", "diameter_mm", "diameter (mm)", "pupil_mm"),
             units=LENGTHS,
             number=True,
             shown=True,
         ),
-        "fixation": Column(("focus", "fixated"), shown=True),
+        "fixation": Column(
+            (
+                *("focus", "fixated", "focused", "in_focus", "focus_object", "focal_object", "fixated_object"),
+                *("focus_plane", "fokus"),
+            ),
+            shown=True,
+        ),
         "rating": Column(
             (
-                *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider"),
-                *("depth_rating", "rating_depth", "rated_depth", "perceived_depth"),
+                *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider", "slider_value"),
+                *(
+                    "rating_response",
+                    "likert",
+                    "vas",
+                    "antwort",
+                    "depth_rating",
+                    "rating_depth",
+                    "rated_depth",
+                    "perceived_depth",
+                ),
                 *("depth_judgment", "depth_judgement", "judgment", "judgement", "bewertung", "urteil"),
             ),
             units=RATIOS,
@@ -184,7 +212,15 @@ DETECTION = Schema(
     {
         "participant_id": PARTICIPANT,
         "signal": Column(
-            ("signal_present", "target_present", "present", "is_signal", "signal_shown"),
+            (
+                "signal_present",
+                "target_present",
+                "stimulus_present",
+                "present",
+                "is_signal",
+                "is_target",
+                "signal_shown",
+            ),
             shown=True,
             words=DETECTION_WORDS,
         ),
@@ -209,7 +245,8 @@ DETECTION = Schema(
 
 LEVELS = (
     *("intensity", "stimulus_level", "stimulus_intensity", "stim_level", "stim_levels", "blur_level"),
-    *("defocus", "defocus_d", "contrast", "delta", "increment"),
+    *("defocus", "defocus_d", "contrast", "delta", "increment", "blur_increment"),
+    *("blur_difference", "delta_blur", "stim_intensity", "dioptres", "diopters"),
 )
 
 THRESHOLDS = Schema(
@@ -225,7 +262,8 @@ THRESHOLDS = Schema(
         ),
         "correct": Column(
             (
-                *("right", "hit", "hits", "accuracy", "acc", "corr", "is_correct"),
+                *("right", "hit", "hits", "accuracy", "acc", "corr", "is_correct", "iscorrect"),
+                *("response_correct", "resp_correct", "richtig"),
                 *("n_correct", "ncorrect", "num_correct", "num_pos"),
             ),
             number=True,
@@ -284,20 +322,22 @@ CUBE = Schema(
     {
         "participant_id": PARTICIPANT,
         "percept": Column(
-            ("reading", "report", "reported", "seen", "state"),
+            ("reading", "report", "reported", "seen", "state", "perception"),
             shown=True,
             answer="report",
             absent=ABSENT - {"none"},
             words={name: name for name in PERCEPTS} | NONRIGID | NONE,
         ),
         "gradient": Column(
-            ("condition", "blur", "blur_condition"),
+            ("condition", "blur", "blur_condition", "focal_gradient"),
             shown=True,
             words={name: name for name in GRADIENTS} | NONRIGID | NONE,
         ),
         "strength": Column(("strength_mm", "aperture_mm"), units=LENGTHS, number=True),
         "onset": TIME._replace(names=("onset_s", "start", "onset_ms")),
-        "duration": TIME._replace(names=("duration_s", "lasted", "dur", "duration_ms", "dur_ms")),
+        "duration": TIME._replace(
+            names=("duration_s", "lasted", "dur", "duration_ms", "dur_ms", "dominance_duration", "dauer")
+        ),
         "end": TIME._replace(names=("offset", "end_ms", "offset_ms")),
         "trial": TRIAL,
         "session": PLAIN,
