@@ -25,7 +25,6 @@ WRONG = {
     "option of another command": ("simulate necker --subjects 4", r"'--subjects' \(did you mean '--observers'\?\)"),
     "option of another experiment": ("run necker --out data", r"'--out' \(did you mean '--data'\?\)"),
     "design to report": ("report d.toml --out out", r"d\.toml is a settings file: .* --preregister' takes a design"),
-    "file for a folder": ("demo --out out.png", r"--out is out\.png, the name of a file, .* folder: give out\."),
     "no folder": ("power depth-rating", r"'--out', as in 'focalgradient power depth-rating --subjects .* --out "),
     "unit in a number": (f"blur a.png d.npy --f-number 5.6mm {LENS}", r"is not a number \(write it without its"),
     "two values of an option": ("depth a.png b.png --f-number 16 4 --out out", r"4 is not a file: .* --f-number 4\."),

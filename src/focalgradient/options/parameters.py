@@ -38,23 +38,7 @@ from focalgradient.quantities import Quantity
 
 __all__ = ["File", "Folder", "Given", "Made", "first_mark", "hints_of", "parameters_of", "parsed", "unmarked"]
 
-FILES = frozenset((".csv", ".tsv", ".xlsx", ".json", ".txt", ".md", ".html", ".pdf", ".png", ".jpg", ".tif", ".npz"))
-"""Ends of names of files, which no new folder has."""
-
-
-def _folder(option: str, given: str) -> Path:
-    """Return a folder; the name of a file that does not exist is refused.
-
-    >>> _folder("--out", "power").name
-    'power'
-    """
-    path = Path(given)
-    if path.suffix.lower() in FILES and not path.exists():
-        raise InputError(f"{option} is {given}, the name of a file, but must be a folder: give {path.with_suffix('')}.")
-    return path
-
-
-Folder = Annotated[Path, _folder, "DIR"]
+Folder = Annotated[Path, "DIR"]
 File = Annotated[Path, "FILE"]
 
 _ENTRIES = re.compile(r"^(\w[\w, ]*)\n((?:    .*\n?|\n)+)", re.MULTILINE)
