@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from focalgradient import DepthMap
+from focalgradient import DepthMap, InputError
 from focalgradient.plotting import draw_uncertainty, new_figure
 
 
@@ -31,6 +31,8 @@ def test_comes_back_as_it_was(depth: DepthMap, tmp_path: Path) -> None:
         assert (after == before).all()
     assert again.details == depth.details
     assert again.shape == (5, 7)
+    with pytest.raises(InputError, match=r"is the name of a picture.* ends in \.npz"):
+        depth.save(tmp_path / "depth.png")
     assert [file.name for file in tmp_path.iterdir()] == ["depth.npz"]
 
 

@@ -279,7 +279,17 @@ class DepthMap:
         Its arrays, each H x W: ``distance`` (m), ``vergence`` (D), ``vergence_sd`` and ``common_sd`` (D), ``valid`` and
         ``side_known`` (bool); ``common_errors`` (D), K x H x W; ``offset`` (m); ``plane``, what distances count from;
         ``details``, a JSON text; and, of maps that have them, ``evidence`` and ``beyond`` (integers).
+
+        Raises
+        ------
+        InputError
+            If `path` is the name of a picture.
         """
+        if Path(path).suffix.lower() in (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".exr", ".pdf"):
+            raise InputError(
+                f"{printable(path)} is the name of a picture, but a map is stored as a NumPy archive: give a name that "
+                "ends in .npz, or draw it with depth.plot()."
+            )
         names = "distance", *_GRIDS, "common_sd", "common_errors", *_FURTHER
         arrays = {name: values for name in names if (values := getattr(self, name)) is not None}
 
