@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from focalgradient import InputError
-from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, depth_rating
+from focalgradient.statistics import DepthRatingResult, Effect, Interval, NotComputed, OwnRatings, depth_rating
 from focalgradient.statistics.crossed import components, crossed_effect, moments, over_subjects, own_means
 from focalgradient.statistics.means import holm, paired_effect, t_interval, welch, within_half_widths
 from focalgradient.statistics.ordinal import ordinal_rating
@@ -164,8 +164,10 @@ def test_bad_tables() -> None:
         analyse(table.drop(columns=["rating", "scene"]))
     with pytest.raises(InputError, match="has no rows"):
         analyse(table.iloc[:0])
-    with pytest.raises(InputError, match="is a list, but must be a pandas DataFrame"):
+    with pytest.raises(InputError, match="is of type list, but must be a pandas DataFrame"):
         analyse([])
+    with pytest.raises(InputError, match="OwnRatings, but must be a pandas DataFrame: give its table"):
+        analyse(OwnRatings(table, ()))
     with pytest.raises(InputError, match=r"equivalence_bound is 0\.9, but must be a ratio above 1"):
         analyse(table, equivalence_bound=0.9)
 

@@ -180,12 +180,15 @@ def report_table(table: pd.DataFrame) -> pd.DataFrame:
 def _checked(table: pd.DataFrame, columns: Sequence[str], kind: str, key: list[str]) -> pd.DataFrame:
     """Return a copy after the checks that both kinds of table share."""
     if not isinstance(table, pd.DataFrame):
-        raise InputError(f"The table of {kind} is a {type(table).__name__}, but must be a pandas DataFrame.")
+        raise InputError(
+            f"The table of {kind} is of type {type(table).__name__}, but must be a pandas DataFrame"
+            f"{': give its table' * hasattr(table, 'table')}."
+        )
     missing = [column for column in columns if column not in table]
     if missing:
         raise InputError(
             f"The table of {kind} has no column {', '.join(missing)}: it needs {', '.join(columns)}, one row a trial "
-            "or report."
+            "or report; read_ratings and read_reports make it of a file with other names."
         )
     if table.empty:
         raise InputError(f"The table of {kind} has no rows: check that the data set has this experiment.")
