@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -366,6 +365,30 @@ GIVEN_AS = {"participant": "participant_id"} | {f"{base}_level": "level" for bas
 """Roles by names under which columns are given besides."""
 
 
+MECHANICAL_TURK = ("Input.", "Answer.")
+"""Beginnings of the names of columns that are of a trial."""
+
+DERIVED = frozenset(
+    ("log", "log10", "ln", "z", "mean", "median", "sd", "se", "n", "min", "max", "prev", "previous", "last")
+)
+"""First parts of the names of columns that are computed of others, as log.rt."""
+
+
+def _parts(header: Sequence[str]) -> dict[str, str]:
+    """Return the columns that programs name WHOLE.PART, by PART where it is of one column, by WHOLE where it is Q0.
+
+    >>> _parts(["Stim.ACC", "key.rt", "mouse.rt", "log.keys", "response.Q0"])
+    {'acc': 'Stim.ACC', 'response': 'response.Q0'}
+    """
+    named = [(column, *column.rpartition(".")[::2]) for column in header]
+    words = [heading(whole if part == "Q0" else part) for _, whole, part in named]
+    return {
+        word: column
+        for word, (column, whole, _) in zip(words, named, strict=True)
+        if whole and whole.casefold() not in DERIVED and words.count(word) == 1
+    }
+
+
 def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mapping[str, str]) -> dict[str, str]:
     """Return the file's column for each role: the one given in `columns`, else one with a recognised name."""
     header = [str(column) for column in table.columns]
@@ -393,9 +416,8 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
     lower = {heading(name_and_unit(clean(column))[0]): column for column in free}
     lower |= {heading(column): column for column in free} | {clean(column).casefold(): column for column in free}
     loop = next((column.removesuffix(".intensity") for column in free if column.endswith(".intensity")), "")
-    ends = Counter(heading(column.rpartition(".")[2]) for column in free)
-    of_parts = {heading(column.rpartition(".")[2]): column for column in free if column.rpartition(".")[0]}
-    lower = {end: column for end, column in of_parts.items() if ends[end] == 1} | lower
+    parts = _parts(free)
+    lower = {part: column for part, column in parts.items() if column.startswith(MECHANICAL_TURK)} | lower
     if "level" in schema.columns:
         of_loop = {role: f"{loop}.{part}" for role, part in STAIRCASE.items() if f"{loop}.{part}" in free}
         lower = of_loop | lower
@@ -403,16 +425,13 @@ def found_columns(name: str, table: pd.DataFrame, schema: Schema, columns: Mappi
         if role not in found:
             words = [spelt for word in (role, *definition.names) for spelt in (word, heading(word))]
             near = next((lower[word] for word in words if word in lower), None)
+            if near is None and (definition.answer or role == "response_time"):
+                near = next((parts[word] for word in words if word in parts), None)
             if near is not None and near not in found.values():
                 found[role] = near
-    stems = {end: column for end, column in of_parts.items() if ends[end] == 1 and column not in found.values()}
-    stems |= {heading(stem_of(column)): column for column in header if column not in found.values()}
-    begins = Counter(column.partition(".")[0].casefold() for column in header)
-    wholes = {begin: column for column in header if begins[begin := column.partition(".")[0].casefold()] == 1}
+    stems = parts | {heading(stem_of(column)): column for column in header if column not in found.values()}
     for role, definition in schema.columns.items():
         near = next((stems[stem] for stem in definition.stems if stem in stems), None)
-        if definition.answer:  # the one part of an answer that is an object of JSON
-            near = next((wholes[word] for word in (role, *definition.names) if word in wholes), near)
         if role not in found and near is not None and near not in found.values():
             found[role] = near
     for column in found.values():
