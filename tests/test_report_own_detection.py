@@ -83,6 +83,16 @@ def test_who_guesses_has_all_values_and_whose_ratings_hardly_overlap_no_ratio_of
     json.loads(report.files["results.json"])
 
 
+def test_ratings_from_the_surest_no_to_the_surest_yes_are_answers_and_confidence(tmp_path: Path) -> None:
+    table = answers(people=2)
+    rating = np.where(table["response"] == "yes", 3 + table["confidence"], 4 - table["confidence"])
+    given = read_detection(write(tmp_path, table))
+    rated = read_detection(write(tmp_path, table.drop(columns=["response", "confidence"]).assign(rating=rating)))
+    pd.testing.assert_frame_equal(rated.table[[*given.table]], given.table)
+    with pytest.raises(InputError, match=r"from 1 to 5, but must be .* from 1 .* to an even number up to 20"):
+        read_detection(text_table("subject,signal,rating\nA,1,5\nA,0,1\n"))
+
+
 def test_without_confidence_there_is_no_curve(tmp_path: Path) -> None:
     table = answers(2, 60).drop(columns="confidence").query("where == 'fovea'").drop(columns="where")
     report = make_report(write(tmp_path, table))

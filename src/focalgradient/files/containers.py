@@ -26,7 +26,7 @@ SIGNATURES: dict[str, tuple[bytes, ...]] = {
     "a Parquet file": (b"PAR1",),
     "a Feather file": (b"ARROW1", b"FEA1"),
     "an SPSS file": (b"$FL2", b"$FL3", b"ASCII SPSS PORT FILE"),
-    "a Stata file": (b"<stata_dta",),
+    "a Stata file": (b"<stata_dta", *(bytes((version, order, 1)) for version in (114, 115) for order in (1, 2))),
     "a SAS file": (bytes(12) + b"\xc2\xea\x81\x60",),
     "an R data file": (b"RDX", b"RDA", b"X\n\0\0\0"),
     "a gzip archive (or an R data file)": (b"\x1f\x8b",),

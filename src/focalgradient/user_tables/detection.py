@@ -52,7 +52,8 @@ def read_detection(
         CSV, TSV, XLSX or JSON file, or several of one data set.
     columns
         Name in the file of each column: participant, signal (1 if present, else 0), response (1 for "yes", 0 for "no");
-        optionally confidence (integers or ordered steps, at most 10), condition, session, catch.
+        optionally confidence (integers or ordered steps, at most 10), condition, session, catch. In the place of
+        response and confidence, rating: whole numbers from the surest no to the surest yes, an even number of steps.
     conditions
         Meanings of the file's own words in signal, response and catch: {"links": "1", "keine Antwort": "NA"}.
     where
@@ -71,14 +72,20 @@ def read_detection(
     >>> answers = read_detection(text_table("subject,signal,response,confidence\nA,1,yes,4\nA,0,no,2\n"))
     >>> answers.table[["participant_id", "signal", "answer", "confidence"]].values.tolist(), answers.steps
     ([['A', True, True, 2], ['A', False, False, 1]], 2)
+    >>> rated = read_detection(text_table("subject,signal,rating\nA,1,4\nA,0,1\nA,0,2\n"))
+    >>> rated.table[["answer", "confidence"]].values.tolist(), rated.steps
+    ([[True, 2], [False, 2], [False, 1]], 2)
     """
     source = Source.read(path, DETECTION, columns, where, conditions)
     source.require()
-    table = source.without_pasted(source.rows(), ("condition", "signal"), ("response", "confidence"))
-    table = source.answers(table, "response")
+    table = source.without_pasted(source.rows(), ("condition", "signal"), ("response", "confidence", "rating"))
+    is_rated = "response" not in table
+    table = source.answers(table, "rating" if is_rated else "response", order if is_rated else ())
     table = table.assign(signal=source.truths(table, "signal"))
-    table = table.assign(answer=source.truths(table, "response"))
-    table, steps = _in_steps(source, table, order)
+    if is_rated:
+        table, steps = _of_ratings(source, table)
+    else:
+        table, steps = _in_steps(source, table.assign(answer=source.truths(table, "response")), order)
     if table["signal"].nunique() < 2:
         shown = "signals" if table["signal"].all() else "noise"
         raise InputError(f"{source.name} has trials with {shown} only: give trials with signal and trials without.")
@@ -87,6 +94,27 @@ def read_detection(
     kept = ["participant_id", "session", "condition", "signal", "answer", "catch", "kind"]
     kept += ["confidence"] * bool(steps)
     return OwnDetection.of(source, table[kept].copy(), steps=steps)
+
+
+def _of_ratings(source: Source, table: pd.DataFrame) -> tuple[pd.DataFrame, int]:
+    """Return answers and confidence by ratings from the surest no to the surest yes, and the steps of confidence.
+
+    Raises
+    ------
+    InputError
+        If ratings are not from 1 to an even number of `2 * MOST_STEPS` at most, or lack one of the ends.
+    """
+    least, most = table["rating"].min(), table["rating"].max()
+    if least != 1 or most % 2 or not 2 < most <= 2 * MOST_STEPS or (table["rating"] % 1).any():
+        raise InputError(
+            f"{source.name}: ratings of signal and noise are from {least:g} to {most:g}, but must be whole numbers "
+            f"from 1 (surest no) to an even number up to {2 * MOST_STEPS} (surest yes): give response and confidence."
+        )
+    steps = int(most) // 2
+    source.notices.append(f"Ratings from {steps + 1} to {2 * steps} were taken for yes, the others for no.")
+    is_yes = table["rating"] > steps
+    sure = (table["rating"] - steps).where(is_yes, steps + 1 - table["rating"]).astype(int)
+    return table.assign(answer=is_yes, confidence=sure), steps
 
 
 def _in_steps(source: Source, table: pd.DataFrame, order: Sequence[str]) -> tuple[pd.DataFrame, int]:

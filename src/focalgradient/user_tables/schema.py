@@ -231,15 +231,17 @@ DETECTION = Schema(
         "confidence": Column(
             ("conf", "certainty", "confidence_rating"), number=True, answer="confidence", codes="unsigned"
         ),
+        "rating": Column(number=True, answer="rating", codes="unsigned"),
         "condition": GROUP,
         "session": PLAIN,
         "catch": CATCH,
         "trial": TRIAL,
         "kind": KIND,
     },
-    signs=[frozenset(("signal", "response"))],
-    others=frozenset(("rating", "percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval")),
+    signs=[frozenset(("signal", "response")), frozenset(("signal", "rating"))],
+    others=frozenset(("percept", "aperture", "aperture_mm", "fixation", "level", "correct", "interval")),
     required=("participant_id", "signal", "response"),
+    instead={"response": (frozenset({"rating"}), ", or a rating from the surest no to the surest yes ({})")},
 )
 
 LEVELS = (
