@@ -129,19 +129,7 @@ PARTICIPANT = Column(
         *("participant_private_id", "participant_public_id", "prolific_pid", "worker_id", "workerid", "run_id"),
         *("responseid", "response_id", "result", "participant_code", "participant_number", "subject_number", "ppt"),
         *("subject_nr", "participant_nr", "subject_no", "participant_no", "vp_nr", "vp_code"),
-        *(
-            "subj_no",
-            "observer_id",
-            "obs",
-            "user",
-            "user_id",
-            "person",
-            "pid",
-            "ppid",
-            "anon_id",
-            "random_id",
-            "prolific_id",
-        ),
+        *("subj_no", "observer_id", "user", "user_id", "person", "pid", "ppid", "anon_id", "prolific_id"),
         *("versuchsperson", "vp", "vpn", "proband", "proband_nr", "teilnehmer", "sujet", "participante", "soggetto"),
     )
 )
@@ -160,26 +148,12 @@ RATINGS = Schema(
             number=True,
             shown=True,
         ),
-        "fixation": Column(
-            (
-                *("focus", "fixated", "focused", "in_focus", "focus_object", "focal_object", "fixated_object"),
-                *("focus_plane", "fokus"),
-            ),
-            shown=True,
-        ),
+        "fixation": Column(("focus", "fixated", "focus_object", "focal_object", "fixated_object", "fokus"), shown=True),
         "rating": Column(
             (
                 *("answer", "response", "resp", "choice", "chosen", "chosen_interval", "slider", "slider_value"),
-                *(
-                    "rating_response",
-                    "likert",
-                    "vas",
-                    "antwort",
-                    "depth_rating",
-                    "rating_depth",
-                    "rated_depth",
-                    "perceived_depth",
-                ),
+                *("rating_response", "likert", "vas", "antwort"),
+                *("depth_rating", "rating_depth", "rated_depth", "perceived_depth"),
                 *("depth_judgment", "depth_judgement", "judgment", "judgement", "bewertung", "urteil"),
             ),
             units=RATIOS,
@@ -212,13 +186,8 @@ DETECTION = Schema(
         "participant_id": PARTICIPANT,
         "signal": Column(
             (
-                "signal_present",
-                "target_present",
-                "stimulus_present",
-                "present",
-                "is_signal",
-                "is_target",
-                "signal_shown",
+                *("signal_present", "target_present", "stimulus_present", "present"),
+                *("is_signal", "is_target", "signal_shown"),
             ),
             shown=True,
             words=DETECTION_WORDS,
