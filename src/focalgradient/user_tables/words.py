@@ -285,7 +285,7 @@ def whole_steps(ratings: pd.Series[float], by: str = "") -> list[str]:
     if ratings.nunique() < 3 or not 3 <= high <= LINE or not (is_whole or ratings.median() >= MIN_MEDIAN_ON_LINE):
         return []
     kind, remedy = "answers in steps", "where they are steps"
-    if high > MOST_STEPS:
+    if high > MOST_STEPS or not is_whole:
         kind, remedy = "places on a line", "where differences, not ratios, are to be compared"
         remedy = f'and by=["{by}"] {remedy}' if by else remedy
     return [
