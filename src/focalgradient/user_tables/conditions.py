@@ -274,8 +274,8 @@ def _levels_in_columns(source: Source, measure: str, condition: str) -> Source:
     >>> dict(read_conditions(survey, by=["blur"]).conditions)
     {'blur': [0.0, 2.0]}
     """
-    named = re.compile(rf"{re.escape(condition)}[\W_]*(?=\w)", re.IGNORECASE)
-    levels = {name: named.sub("", level, 1) for name, level in _levels_by_column(source, measure).items()}
+    named = re.compile(rf"^{re.escape(condition)}(?=[\W\d_])[\W_]*(?=\w)", re.IGNORECASE)
+    levels = {name: named.sub("", level) for name, level in _levels_by_column(source, measure).items()}
     if not levels:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
     source.notices.append(f"Ratings were read from a column for each level of {condition}: {few([*levels])}.")
