@@ -24,6 +24,8 @@ WRONG = {
     "unknown option": ("trials necker --colour 4", r"'--colour' \(a right call: 'focalgradient trials necker --part"),
     "option of another command": ("simulate necker --subjects 4", r"'--subjects' \(did you mean '--observers'\?\)"),
     "option of another experiment": ("run necker --out data", r"'--out' \(did you mean '--data'\?\)"),
+    "option for an argument": ("blur a.png --depth d.npy", r"'--depth' \(a right call: 'focalgradient blur demo/pict"),
+    "no photograph": ("depth b.png --out out", r"b\.png does not exist, but depth needs at least 2 photographs"),
     "design to report": ("report d.toml --out out", r"d\.toml is a settings file: .* --preregister' takes a design"),
     "no folder": ("power depth-rating", r"'--out', as in 'focalgradient power depth-rating --subjects .* --out "),
     "unit in a number": (f"blur a.png d.npy --f-number 5.6mm {LENS}", r"is not a number \(write it without its"),

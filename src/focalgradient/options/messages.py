@@ -6,6 +6,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from difflib import get_close_matches
 
 import click
 
@@ -40,8 +41,12 @@ ALIKE = (
     ("--out", "--output", "-o", "--data", "--folder"),
     ("--observers", "--subjects", "--participants", "-n"),
     ("--participant", "--subject", "--id"),
+    ("--f-number", "--fnumber", "--fstop", "--aperture", "--apertures", "-f"),
 )
 """Options of like meaning, of which a command has one."""
+
+LEAST_LIKENESS = 0.75
+"""Likeness (difflib) from which another option may be meant: 1 for equal names. Chosen by hand."""
 
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
@@ -108,13 +113,16 @@ def usage(message: str) -> str:
 
 
 def clause_of(error: click.UsageError) -> str:
-    """Return click's message on wrong usage as one clause, with an option of like meaning for an unknown one."""
-    if isinstance(error, click.NoSuchOption) and error.ctx is not None:
-        known = {option for parameter in error.ctx.command.params for option in parameter.opts}
-        alike = [option for group in ALIKE if error.option_name in group for option in group if option in known]
-        if alike:
-            return usage(f"{error.message} Did you mean {alike[0]!r}?")
-    return usage(error.format_message())
+    """Return click's message on wrong usage as one clause, with an option that is alike for an unknown one."""
+    if not isinstance(error, click.NoSuchOption) or error.ctx is None:
+        return usage(error.format_message())
+    parameters = error.ctx.command.params
+    known = [name for one in parameters if isinstance(one, click.Option) for name in one.opts]
+    alike = [name for group in ALIKE if error.option_name in group for name in group if name in known]
+    alike = alike or get_close_matches(error.option_name, known, n=1, cutoff=LEAST_LIKENESS)
+    if error.option_name.lstrip("-") in {one.name for one in parameters if isinstance(one, click.Argument)}:
+        alike = []  # it is given without an option
+    return usage(error.message) + (f" (did you mean {alike[0]!r}?)" if alike else "")
 
 
 def wrong_call(error: click.UsageError) -> str:

@@ -343,6 +343,8 @@ def _read_photographs(
         what = f"{printable(files[0])} is one file" if files else "no file is given"
         if files and files[0].is_dir():
             what = f"{printable(files[0])} is {'a' if any(files[0].iterdir()) else 'an empty'} folder"
+        elif files and not files[0].exists():
+            what = f"{printable(files[0])} does not exist"
         raise InputError(
             f"{what}, but depth needs at least {least} photographs, or a settings file whose name ends in .toml: give "
             "these, or method='edges' for one photograph of sharp edges."
