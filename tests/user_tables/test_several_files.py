@@ -264,3 +264,15 @@ def test_people_numbered_anew_in_the_file_of_each_group_are_noted(named: Sequenc
     own = read_conditions(files, by=["school"])
     said = [note for note in own.notices if "in several levels of school, and each was taken for one person" in note]
     assert [note.partition(" in several")[0] for note in said] == [noted] * bool(noted)
+
+
+def test_sidecars_that_say_simulated_are_heard(tmp_path: Path) -> None:
+    """A table of a data set, given alone, was reported as one of people."""
+    for name, simulated in (("a", True), ("b", False)):
+        text = f"subject,aperture,fixation,rating\n{name},pinhole,near,1\n{name},f/4,near,2\n"
+        (tmp_path / f"{name}.tsv").write_text(text.replace(",", "\t"))
+        (tmp_path / f"{name}.json").write_text(json.dumps({"Simulated": simulated}))
+    assert {*read_ratings(tmp_path / "a.tsv").table["kind"]} == {"simulated"}
+    assert {*read_ratings(tmp_path / "b.tsv").table["kind"]} == {"human"}
+    with pytest.raises(InputError, match="analyse people and simulated observers apart"):
+        read_ratings([tmp_path / "a.tsv", tmp_path / "b.tsv"])

@@ -5,13 +5,14 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import pandas as pd
 
 from focalgradient.errors import InputError
-from focalgradient.files import printable, read_bytes
+from focalgradient.files import printable, read_bytes, read_json
 from focalgradient.files.cells import as_number
 from focalgradient.files.containers import with_parts
 from focalgradient.files.tables import LARGEST_TABLE, RaggedTableError, TextTable, parse_table, unique_names
@@ -28,6 +29,7 @@ __all__ = [
     "file_labels",
     "person_of",
     "read_table",
+    "states_simulated",
     "text_table",
     "with_points",
 ]
@@ -220,6 +222,17 @@ def file_labels(files: Sequence[Path]) -> list[str]:
         return labels
     root = os.path.commonpath([path.absolute().parent for path in files])
     return [path.absolute().relative_to(root).as_posix() for path in files]
+
+
+def states_simulated(path: Path) -> bool:
+    """Return whether the sidecar beside a table, as of a data set in BIDS, says that its observers were simulated."""
+    sidecar = path.with_suffix(".json")
+    if sidecar == path or not sidecar.is_file():
+        return False
+    with suppress(InputError):
+        content = read_json(sidecar, "a sidecar")
+        return isinstance(content, dict) and content.get("Simulated") is True
+    return False
 
 
 def person_of(file: str) -> str:

@@ -25,7 +25,17 @@ from focalgradient.user_tables.cleaning import (
     without_pasted,
     without_summaries,
 )
-from focalgradient.user_tables.files import SUBJECT, Paths, Where, chosen_rows, person_of, read_table, with_points
+from focalgradient.user_tables.files import (
+    SUBJECT,
+    Paths,
+    Where,
+    chosen_rows,
+    file_labels,
+    person_of,
+    read_table,
+    states_simulated,
+    with_points,
+)
 from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, missing_as, place, united
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, GIVEN_AS, RATINGS, TIMES, Schema, found_columns
@@ -55,6 +65,9 @@ PICTURED = ("aperture", "aperture_mm", "fixation")
 
 DEFAULTS = {"session": "", "condition": "", "kind": "human"}
 """Values of optional columns of a table without them."""
+
+SIMULATED = "simulated (sidecar)"
+"""Column of whether a file's sidecar says that its observers were simulated."""
 
 LISTED = 24
 """Maximum number of columns listed in an error message."""
@@ -163,6 +176,13 @@ class Source:
             source.notices.append(
                 f"No participant column: {named if is_shared else 'each file is treated as one participant'}."
             )
+        made = [
+            label for label, path in zip(file_labels(table.paths), table.paths, strict=True) if states_simulated(path)
+        ]
+        if made and "kind" not in source.columns:
+            of_models = source.cells.index.get_level_values(0).isin(made)
+            source = replace(source, cells=source.cells.assign(**{SIMULATED: of_models.astype(int).astype(str)}))
+            source.columns["kind"] = SIMULATED
         return source._without_practice()
 
     def _without_practice(self) -> Source:
