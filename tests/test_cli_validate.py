@@ -47,7 +47,7 @@ def test_without_the_validator_of_the_standard_that_is_said(data, monkeypatch):
     assert "Note: BIDS was not checked: bids-validator-deno is not installed" in result.stdout
 
 
-def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
+def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path, data):
     (tmp_path / "notes.txt").touch()
     result = run(tmp_path)
     assert result.exit_code == 2
@@ -55,6 +55,8 @@ def test_what_is_no_data_set_is_refused_in_one_sentence(tmp_path):
     assert "is not a data set, as it has no dataset_description.json: give the folder" in result.stderr
     assert result.stderr.count("\n") == 1
     assert "notes.txt is a file, not the folder of a data set: give the folder" in run(tmp_path / "notes.txt").stderr
+    part = next(data.glob("sub-*"))
+    assert f"{part} is a part of the data set {data}: give that folder" in run(part).stderr
 
 
 def test_a_damaged_journal_is_named_and_the_others_are_exported(data):

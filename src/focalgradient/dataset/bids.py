@@ -178,6 +178,9 @@ def read_description(root: Path) -> dict[str, Any]:
     path = Path(root, "dataset_description.json")
     if not path.exists():
         found = "does not exist"
+        outer = [folder for folder in Path(root).absolute().parents if (folder / path.name).exists()]
+        if Path(root).exists() and outer:
+            raise InputError(f"{root} is a part of the data set {outer[0]}: give that folder.")
         if Path(root).is_dir():
             full = any(Path(root).iterdir())
             found = "is not a data set, as it has no dataset_description.json" if full else "is an empty folder"
