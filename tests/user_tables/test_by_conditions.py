@@ -312,3 +312,12 @@ def test_grids_of_surveys_are_levels_and_each_row_is_a_person() -> None:
     assert "each row is treated as one participant" in " ".join(own.notices)
     with pytest.raises(InputError, match="has no columns for participant, rating"):
         read_conditions(text_table(f"{head},Order[B0]. Which? [Blur 0]\nen,1,4,1\nde,2,3,1\n"), by=["blur"])
+
+
+def test_wide_columns_are_found_by_their_mark_and_beside_groups() -> None:
+    """The mark went through the kinds of tables, and one of them took it for a column's name."""
+    table = text_table("Vp,group,depth_0,depth_2\nA,x,1,4\nB,x,2,3\nC,y,2,5\nD,y,1,5\n")
+    for columns in ({"participant": "Vp", "rating": "depth_*"}, {"participant": "Vp"}):
+        by = ["depth", "group=y"]
+        assert kind_of(table, columns, by).schema.required[-1] == "rating"
+        assert read_conditions(table, columns, by).conditions == {"depth": [0, 2], "group": ["y", "x"]}

@@ -149,8 +149,11 @@ def read_conditions(
     check_rating(source)
     file = source.cells
     if "rating" not in source.columns:
-        measure = (columns or {}).get("rating") or _implied_measure(source, by)
-        condition = stem_of_columns(measure or "") or (name_and_reference(by[0], [])[0] if by else "level")
+        headers = {clean(str(name)).casefold() for name in (*source.cells, *source.columns)}
+        named = [name_and_reference(stated, headers)[0] for stated in by]
+        absent = [name for name in named if clean(name).casefold() not in headers]
+        measure = (columns or {}).get("rating") or _implied_measure(source, absent)
+        condition = stem_of_columns(measure or "") or (absent or named or ["level"])[0]
         is_stated = any(name_and_reference(name, [condition])[0] == condition for name in by)
         if not (measure and is_stated):
             source = _melted(source, conditions or {}, measure)
@@ -237,12 +240,9 @@ SEPARATOR = re.compile(r"^(?:\s*-\s+|[_ (]+|[-.])|[_\-. )]+$")
 """What stands between condition and level in the name of a wide column, and after it; a minus of the level stays."""
 
 
-def _implied_measure(source: Source, by: Sequence[str]) -> str | None:
-    """Return the mark of wide columns that begin with the condition `by`, or are named by its levels alone."""
-    name = name_and_reference(by[0], [])[0] if len(by) == 1 else ""
-    if not name or name in source.cells:
-        return None
-    marks = f"{name}_*", "*", GRID
+def _implied_measure(source: Source, absent: Sequence[str]) -> str | None:
+    """Return the mark of wide columns that begin with the one `absent` condition, or are named by its levels alone."""
+    marks = (f"{absent[0]}_*", "*", GRID) if len(absent) == 1 else ()
     return next((mark for mark in marks if len(_levels_by_column(source, mark)) > 1), None)
 
 

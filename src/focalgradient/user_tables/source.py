@@ -482,7 +482,8 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
     table = read_table(paths)
     if schema.others & ({clean(str(name)).casefold() for name in table.cells} - set(columns.values())):
         return False
-    theirs = {role: name for role, name in columns.items() if role in (*schema.columns, "participant")}
+    known = (*schema.columns, "participant")
+    theirs = {role: name for role, name in columns.items() if role in known and not name.endswith("*")}
     found = found_columns(table.name, table.cells, schema, theirs)
     return any(roles <= set(found) for roles in schema.signs)
 
