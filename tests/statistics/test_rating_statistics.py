@@ -164,9 +164,9 @@ def test_bad_tables() -> None:
         analyse(table.drop(columns=["rating", "scene"]))
     with pytest.raises(InputError, match="has no rows"):
         analyse(table.iloc[:0])
-    with pytest.raises(InputError, match="is of type list, but must be a pandas DataFrame"):
+    with pytest.raises(InputError, match="is a list, but must be a pandas DataFrame"):
         analyse([])
-    with pytest.raises(InputError, match="OwnRatings, but must be a pandas DataFrame: give its table"):
+    with pytest.raises(InputError, match="is an OwnRatings, but must be a pandas DataFrame: give its table"):
         analyse(OwnRatings(table, ()))
     with pytest.raises(InputError, match=r"equivalence_bound is 0\.9, but must be a ratio above 1"):
         analyse(table, equivalence_bound=0.9)

@@ -308,6 +308,8 @@ def test_grids_of_surveys_are_levels_and_each_row_is_a_person() -> None:
     head = "startlanguage. Start language," + ",".join(f"Depth[B{x}]. How deep? [Blur {x}]" for x in (0, 2))
     own = read_conditions(text_table(f"{head}\nen,1,4\nde,2,3\n"), by=["blur"])
     assert own.conditions == {"blur": [0, 2]}
+    signed = text_table("subject,Deep? [blur: -0.5],Deep? [blur: 0.5]\nA,1,4\nB,2,3\n")
+    assert read_conditions(signed, by=["blur"]).conditions == {"blur": [-0.5, 0.5]}
     assert own.table["participant_id"].nunique() == 2
     assert "each row is treated as one participant" in " ".join(own.notices)
     with pytest.raises(InputError, match="has no columns for participant, rating"):

@@ -304,7 +304,7 @@ def report(
             click.echo(f"{kind}: {entries_as_options(' '.join(sentence.split()))}", err=True)
     if made.results and "reason" in (first := made.results[0]):
         is_all = all("reason" in result for result in made.results)
-        is_rated = folder.is_file() and first["experiment"] == "depth_rating"
+        is_rated = folder.is_file() and first["experiment"] in ("depth_rating", "ratings_by_condition")
         remedy = " Test another column of the table with --by." if is_all and is_rated and not by else ""
         untested = "No effect was tested" if is_all else f"Not tested: {first['what']}"
         click.echo(f"Note: {untested}. {first['reason']}{remedy}", err=True)

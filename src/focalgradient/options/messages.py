@@ -6,7 +6,6 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
-from difflib import get_close_matches
 
 import click
 
@@ -44,9 +43,6 @@ ALIKE = (
     ("--f-number", "--fnumber", "--fstop", "--aperture", "--apertures", "-f"),
 )
 """Options of like meaning, of which a command has one."""
-
-LEAST_LIKENESS = 0.75
-"""Likeness (difflib) from which another option may be meant: 1 for equal names. Chosen by hand."""
 
 NUMBERS = {"integer": "a whole number", "float": "a number"}
 """Types of numbers in click's messages, and the words for them here."""
@@ -112,24 +108,30 @@ def usage(message: str) -> str:
     return clause
 
 
+def _alike(error: click.NoSuchOption) -> str | None:
+    """Return the option that is like an unknown one in meaning or in name; None for one named as an argument."""
+    parameters = [] if error.ctx is None else error.ctx.command.params
+    given = error.option_name.lstrip("-")
+    if given in {one.name for one in parameters if isinstance(one, click.Argument)}:
+        return None
+    known = {name.lstrip("-"): name for one in parameters if isinstance(one, click.Option) for name in one.opts}
+    meant = (name for group in ALIKE if error.option_name in group for name in group if name in known.values())
+    return next(meant, known.get(nearest(given, known) or ""))
+
+
 def clause_of(error: click.UsageError) -> str:
     """Return click's message on wrong usage as one clause, with an option that is alike for an unknown one."""
-    if not isinstance(error, click.NoSuchOption) or error.ctx is None:
+    if not isinstance(error, click.NoSuchOption):
         return usage(error.format_message())
-    parameters = error.ctx.command.params
-    known = [name for one in parameters if isinstance(one, click.Option) for name in one.opts]
-    alike = [name for group in ALIKE if error.option_name in group for name in group if name in known]
-    alike = alike or get_close_matches(error.option_name, known, n=1, cutoff=LEAST_LIKENESS)
-    if error.option_name.lstrip("-") in {one.name for one in parameters if isinstance(one, click.Argument)}:
-        alike = []  # it is given without an option
-    return usage(error.message) + (f" (did you mean {alike[0]!r}?)" if alike else "")
+    alike = _alike(error)
+    return usage(error.message) + (f" (did you mean {alike!r}?)" if alike else "")
 
 
 def wrong_call(error: click.UsageError) -> str:
     """Return the message on a wrong call, with a given file that does not exist or an example of the help."""
     clause = clause_of(error)
     parameter = error.param if isinstance(error, click.MissingParameter) else None
-    is_unknown = isinstance(error, click.NoSuchOption) and "(did you mean" not in clause
+    is_unknown = isinstance(error, click.NoSuchOption) and _alike(error) is None
     if error.ctx is None or error.ctx.parent is None or (parameter is None and not is_unknown):
         return clause
     for argument in error.ctx.command.params if parameter else ():

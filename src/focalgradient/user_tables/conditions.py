@@ -236,7 +236,7 @@ def _melted(source: Source, conditions: Mapping[str, str], measure: str | None) 
     return replace(source, cells=cells, columns=columns | stated)
 
 
-SEPARATOR = re.compile(r"^(?:\s*-\s+|[_ (]+|[-.])|[_\-. )]+$")
+SEPARATOR = re.compile(r"^(?:\s*-\s+|[_ (:=]+|[-.])|[_\-. )]+$")
 """What stands between condition and level in the name of a wide column, and after it; a minus of the level stays."""
 
 
@@ -274,8 +274,11 @@ def _levels_in_columns(source: Source, measure: str, condition: str) -> Source:
     >>> dict(read_conditions(survey, by=["blur"]).conditions)
     {'blur': [0.0, 2.0]}
     """
-    named = re.compile(rf"^{re.escape(condition)}(?=[\W\d_])[\W_]*(?=\w)", re.IGNORECASE)
-    levels = {name: named.sub("", level) for name, level in _levels_by_column(source, measure).items()}
+    named = re.compile(rf"^{re.escape(condition)}(?=[\W\d_])(.+)", re.IGNORECASE)
+    levels = {
+        name: SEPARATOR.sub("", found[1]) if (found := named.match(level)) else level
+        for name, level in _levels_by_column(source, measure).items()
+    }
     if not levels:
         raise InputError(f"{source.name} has no columns {measure}: it has {few([*map(str, source.cells)])}.")
     source.notices.append(f"Ratings were read from a column for each level of {condition}: {few([*levels])}.")

@@ -33,6 +33,7 @@ __all__ = [
     "same_name",
     "stem_of",
     "united",
+    "with_article",
 ]
 
 LOOKALIKES = str.maketrans(
@@ -252,3 +253,12 @@ def in_several(people: Iterable[Collection[str]]) -> list[str]:
 def missing_as(text: str) -> str:
     """Return the remedy for a cell that may stand for a missing answer."""
     return f'leave it empty, or NA, where it is missing, or state so with conditions={{"{printable(text)}": "NA"}}'
+
+
+def with_article(noun: str) -> str:
+    """Return a noun with its article.
+
+    >>> with_article("rating"), with_article("eye")
+    ('a rating', 'an eye')
+    """
+    return f"{'an' if noun[:1].casefold() in 'aeiou' else 'a'} {noun}"

@@ -258,9 +258,6 @@ def check_rating(source: Source) -> None:
             )
 
 
-NEAR = 'conditions={"WORD": "near"}'
-"""Remedy for words in the names of wide columns."""
-
 OTHERS = (
     "without ratings, thresholds need columns for level and correct (or level, interval and response), detection for "
     "signal and response, the cube for percept, gradient, trial and duration"
@@ -282,7 +279,8 @@ def _require(source: Source, *present: str) -> None:
         add = f"add {'one that says' if len(shown) == 1 else 'columns that say'} {' and '.join(shown)} in each row"
         name = "NAME"
         if "aperture" in present:  # of the names of wide columns
-            name, add = "aperture", f"{add}, give the meaning of the columns' words with {NEAR}"
+            name, words = "aperture", conditions_like("near").replace("its", "their words'")
+            add = f"{add}, {words}"
         otherwise = f', {add}, or name the conditions with by=["{name}"]'
     roles = [role for role in RATINGS.required if role != "fixation" or "rating" in here]  # optional in a report
     source.require(*roles, also=present, otherwise=otherwise)

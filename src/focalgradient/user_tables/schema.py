@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -353,10 +354,11 @@ def _parts(header: Sequence[str]) -> dict[str, str]:
     """
     named = [(column, *column.rpartition(".")[::2]) for column in header]
     words = [heading(whole if part == "Q0" else part) for _, whole, part in named]
+    counts = Counter(words)
     return {
         word: column
         for word, (column, whole, _) in zip(words, named, strict=True)
-        if whole and whole.casefold() not in DERIVED and words.count(word) == 1
+        if whole and whole.casefold() not in DERIVED and counts[word] == 1
     }
 
 

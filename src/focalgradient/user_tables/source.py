@@ -36,7 +36,17 @@ from focalgradient.user_tables.files import (
     states_simulated,
     with_points,
 )
-from focalgradient.user_tables.names import clean, few, heading, in_several, invalid, missing_as, place, united
+from focalgradient.user_tables.names import (
+    clean,
+    few,
+    heading,
+    in_several,
+    invalid,
+    missing_as,
+    place,
+    united,
+    with_article,
+)
 from focalgradient.user_tables.numbers import check_magnitudes, factor_of, others
 from focalgradient.user_tables.schema import ABSENT, GIVEN_AS, RATINGS, TIMES, Schema, found_columns
 
@@ -382,7 +392,7 @@ class Source:
             raise InputError(f"{self.name} holds no {column.answer}: the column given for {role}s is empty.")
         if missing.any():
             who = few(sorted(set(table["participant_id"][missing])))
-            noun = _a("answer" if column.answer == "answer" else role)
+            noun = with_article("answer" if column.answer == "answer" else role)
             self.notices.append(f"{_rows_were(missing)} left out, without {noun} (participants {who}).")
             table = table[~missing].copy()
         return table.assign(**{role: self.numbers(table, role)}) if column.number and not column.words else table
@@ -490,15 +500,6 @@ def holds(schema: Schema, paths: Paths, columns: Mapping[str, str] | None = None
 
 def _is_empty(cells: pd.Series[str], absent: Collection[str]) -> pd.Series[bool]:
     return cells.str.strip().str.casefold().isin(absent)
-
-
-def _a(noun: str) -> str:
-    """Return a noun with its article.
-
-    >>> _a("rating"), _a("eye")
-    ('a rating', 'an eye')
-    """
-    return f"{'an' if noun[:1].casefold() in 'aeiou' else 'a'} {noun}"
 
 
 def _rows_were(left_out: pd.Series[bool]) -> str:

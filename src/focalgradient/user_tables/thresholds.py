@@ -143,12 +143,12 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
         If the name of such a column says that it is a condition, and another column is compared.
     """
     cells = source.cells.loc[table.index.unique()]
-    shown, judged = source.cells.loc[table.index], {*TRUTH, *THRESHOLDS.columns["correct"].words}
+    judged = {*TRUTH, *THRESHOLDS.columns["correct"].words}
     others = [
         name
         for name in source.unused
-        if not {*shown[name].str.strip().str.casefold()} <= judged  # else it may repeat the answer
-        or table["correct"].groupby(shown[name].to_numpy()).nunique().max() > 1
+        if not {cell.strip().casefold() for cell in cells[name].unique()} <= judged  # else it may repeat the answer
+        or table["correct"].groupby(source.cells.loc[table.index, name].to_numpy()).nunique().max() > 1
     ]
     people, compared = [cells[source.columns["participant_id"]]], source.columns.get("condition", "")
 
@@ -164,12 +164,12 @@ def _note_conditions(source: Source, table: pd.DataFrame) -> None:
             )
     if split and not (compared and cells[compared].groupby(people).nunique().max() > 1):
         first = next(iter(split))
-        listed = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
+        shown = "; ".join(f"{printable(name)} ({levels})" for name, levels in split.items())
         one = "it" if len(split) == 1 else "one of them"
         remedy = f'give columns={{"condition": "{printable(first)}"}}'
         if compared:
             remedy = f"choose a level with {where_like(first, min(cells[first]))}"
-        source.notices.append(f"Each threshold is over all levels of {listed}: if {one} is a condition, {remedy}.")
+        source.notices.append(f"Each threshold is over all levels of {shown}: if {one} is a condition, {remedy}.")
 
 
 def _guess(source: Source, table: pd.DataFrame, given: float | None) -> float:

@@ -12,6 +12,7 @@ import pandas as pd
 
 from focalgradient.analyses import Analysis, analysis_named
 from focalgradient.errors import InputError
+from focalgradient.user_tables.names import with_article
 from focalgradient.user_tables.schema import GRADIENTS, PERCEPTS
 
 __all__ = ["FIXATIONS", "PINHOLE", "fixations_of", "in_order", "main_trials", "rating_table", "report_table"]
@@ -181,7 +182,7 @@ def _checked(table: pd.DataFrame, columns: Sequence[str], kind: str, key: list[s
     """Return a copy after the checks that both kinds of table share."""
     if not isinstance(table, pd.DataFrame):
         raise InputError(
-            f"The table of {kind} is of type {type(table).__name__}, but must be a pandas DataFrame"
+            f"The table of {kind} is {with_article(type(table).__name__)}, but must be a pandas DataFrame"
             f"{': give its table' * hasattr(table, 'table')}."
         )
     missing = [column for column in columns if column not in table]
